@@ -1,11 +1,11 @@
-"""Compiled code: small Numba kernels. Each kernel is a single step of an algorithm.
+"""Compiled code: small Numba kernels. Each kernel performs a single step of an algorithm.
 
 A kernel takes arrays, numbers, and named tuples of these. It does not validate its input, keeps no state, and releases
-the GIL. The caller supplies all buffers. With ``NUMBA_DISABLE_JIT=1``, each kernel is plain Python.
+the GIL. The caller provides all buffers. With ``NUMBA_DISABLE_JIT=1``, each kernel is plain Python.
 
-Numba compiles a kernel at the first call with new types, and caches the code on disk. It does not detect a change in
-another file, such as a called function or a constant. Therefore the name of the cache folder contains a digest of all
-sources in this folder, and kernels use no leafcut code from other packages.
+Numba compiles a kernel when it is first called with new types, and caches the code on disk. However, Numba does not
+notice changes in other files, such as a called function or a constant. The name of the cache folder therefore contains
+a digest of all sources in this folder, and kernels use no leafcut code from other packages.
 """
 
 from __future__ import annotations
@@ -24,35 +24,37 @@ import numpy as np
 Function = TypeVar("Function", bound=Callable[..., object])
 ConstantT = TypeVar("ConstantT", bool, int)
 
-#: Events of Numba: it loads or compiles a function, while other threads wait; it compiles a function.
+#: Numba events. PREPARE occurs when Numba loads or compiles a function while other threads wait. COMPILE occurs when
+#: Numba compiles a function.
 PREPARE, COMPILE = "numba:compiler_lock", "numba:compile"
 
-#: Functions to call at each event. The arguments are the kind of the event, and True at its start or False at its end.
+#: These functions are called at each event with the kind of the event. The second argument is True when the event
+#: starts and False when it ends.
 listeners: list[Callable[[str, bool], None]] = []
 
-#: Smaller gains count as rounding errors (costs are in mm, in s, or TSPLIB integers).
+#: Gains below this value count as rounding errors. Costs are in mm, in s, or integers (TSPLIB).
 EPSILON = 1e-9
 
 
 def kernel(function: Function) -> Function:
-    """Compile a function that is called from Python."""
+    """Compile a function that Python code calls."""
     return _compiled(function)
 
 
 def part(function: Function) -> Function:
-    """Compile a function that only kernels call, without wrappers for Python and C."""
+    """Compile a function that only other kernels call. It gets no wrappers for Python and C."""
     return _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def constant(value: ConstantT) -> ConstantT:
     """Return a constant with a NumPy type.
 
-    For a constant with a Python type, Numba would compile a function again for each value passed as an argument.
+    If the constant had a Python type, Numba would compile the called function again for each value.
     """
     return cast(ConstantT, np.bool_(value) if isinstance(value, bool) else np.int64(value))
 
 
-#: No node.
+#: Stands for "no node".
 NONE = constant(-1)
 
 
@@ -72,7 +74,7 @@ def _compiled(function: Function, **flags: Any) -> Function:
 
 @functools.cache
 def report_compilations() -> None:
-    """Report to `listeners` when Numba loads and compiles functions."""
+    """Notify `listeners` whenever Numba loads or compiles a function."""
     from numba.core import event
 
     class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
@@ -94,7 +96,7 @@ def report_compilations() -> None:
 def cache_folder() -> Path | None:
     """Return the folder for compiled code, or None if it is not writable.
 
-    The folder is in ``NUMBA_CACHE_DIR``, or in the user's cache folder.
+    The folder is inside ``NUMBA_CACHE_DIR`` if that variable is set, and otherwise inside the user's cache folder.
     """
     digest = hashlib.sha256()
     for file in sorted(Path(__file__).parent.glob("*.py")):

@@ -1,12 +1,12 @@
-"""Ruin and recreate on a path of clusters.
+"""Improve a path of clusters by ruin and recreate.
 
-A few clusters are removed and reinserted at the cheapest positions. The nodes of the affected clusters are then chosen
-again.
+Each step removes a few clusters and reinserts them where they add the least cost. It then chooses the nodes of the
+affected clusters again.
 
-Source: G. Schrimpf et al., J. Computational Physics 159 (2000) (ruin and recreate); J. Christiaens and G. Vanden
-Berghe, Transportation Science 54 (2020) (removed pieces of the path near a position, blinks on reinsertion); S. L.
-Smith and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: removal and insertion of sets).
-Differs: precedence limits the positions of a cluster, and gaps are skipped if the minimum cost between clusters is too
+Sources: G. Schrimpf et al., J. Computational Physics 159 (2000), for ruin and recreate. J. Christiaens and G. Vanden
+Berghe, Transportation Science 54 (2020), for removing pieces of the path near a position and for blinks on reinsertion.
+S. L. Smith and F. Imeson, Computers & Operations Research 87 (2017), for removing and inserting sets (GLNS).
+Differs: precedence limits the positions of a cluster. Gaps are skipped if the minimum cost between the clusters is too
 high.
 """
 
@@ -22,31 +22,32 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, ring_length
 from leafcut.kernels.random import below, uniform
 
-#: Entries of `AntPath.costs`.
+#: Indices into `AntPath.costs`.
 PATH, BEST = 0, 1
 
-#: Maximum number of removed clusters, and maximum length of a removed piece.
+#: A step removes at most MOST clusters, in pieces of at most LONGEST clusters.
 MOST, LONGEST = 10, 6
 
-#: Probability of keeping a cluster near the first removed cluster, and probability of skipping a gap.
+#: SPARED is the probability of keeping a cluster near the first removed cluster. BLINK is the probability of skipping a
+#: gap.
 SPARED, BLINK = 0.3, 0.01
 
-#: Number of positions on each side of a changed position at which nodes are chosen again.
+#: When a position changes, nodes are chosen again within this many positions on each side.
 REACH = 2
 
 
 class AntPath(NamedTuple):
-    """Current path, trial path and best path of an ant.
+    """An ant's current path, trial path, and best path.
 
     ======= ============== ===========================================================================
-    path    int32[m]       the path: nodes in the order of visit
+    path    int32[m]       the path: nodes in the order in which they are visited
     trial   int32[m]       trial path
     best    int32[m]       best path of the run
     place   int32[m]       position of each cluster in `trial`, -1 if removed
     out     int32[m]       removed clusters
     dirty   uint8[m]       1 for positions of `trial` whose nodes must be chosen again
     costs   float64[2]     costs of path and best
-    sums    float64[2, w]  w is the maximum number of nodes of a cluster
+    sums    float64[2, w]  w is the maximum number of nodes in a cluster
     links   int32[m, w]
     ======= ============== ===========================================================================
     """
@@ -66,7 +67,7 @@ class AntPath(NamedTuple):
 def remove_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int, states: NDArray, k: int) -> int:
     """Remove a piece of the path that contains cluster c, and return the number of removed clusters.
 
-    The clusters are only marked; `close_path` closes the path. Changes: place, out, states[k].
+    This function only marks the clusters as removed. `close_path` closes the gaps. Changes: place, out, states[k].
     """
     m, place = len(walk.trial), walk.place
     start = place[c] - below(states, k, length)
@@ -82,7 +83,7 @@ def remove_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: in
 
 @part
 def close_path(layers: Clusters, walk: AntPath) -> int:
-    """Close the gaps of removed clusters in the path, and return the number of remaining positions.
+    """Close the gaps that removed clusters left in the path, and return the number of remaining positions.
 
     Changes: trial, place, dirty.
     """
@@ -109,9 +110,10 @@ def close_path(layers: Clusters, walk: AntPath) -> int:
 def find_gap(
     layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int
 ) -> tuple[int, int]:
-    """Return the cheapest of `count` positions for cluster c, and the node of the cluster to use there.
+    """Find the cheapest position for cluster c among `count` positions, and the node to use there.
 
-    Each gap that precedence allows is skipped with probability `blink`. Changes: states[k].
+    The search considers the gaps that precedence allows, and skips each of them with probability `blink`. Changes:
+    states[k].
     """
     trial, place, owner, table, back = walk.trial, walk.place, layers.owner, layers.table, layers.back
     first, last = layers.anchored[0], count
@@ -137,7 +139,7 @@ def find_gap(
 
 @part
 def insert_cluster(layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int) -> None:
-    """Insert cluster c at the cheapest of `count` positions of the path. Changes: trial, place, dirty, states[k]."""
+    """Insert cluster c at the cheapest of `count` positions in the path. Changes: trial, place, dirty, states[k]."""
     trial, place, dirty = walk.trial, walk.place, walk.dirty
     gap, node = find_gap(layers, walk, c, count, blink, states, k)
     for index in range(count, gap, -1):
@@ -154,7 +156,10 @@ def insert_cluster(layers: Clusters, walk: AntPath, c: int, count: int, blink: f
 
 @part
 def remove_neighbours(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
-    """Remove a few neighbouring clusters in pieces of the path; return their number. Changes: place, out, states[k]."""
+    """Remove pieces of the path around a few neighbouring clusters, and return the number of removed clusters.
+
+    Changes: place, out, states[k].
+    """
     n_clusters = len(walk.trial)
     target = 1 + below(states, k, MOST)
     centre = below(states, k, n_clusters)
@@ -180,7 +185,7 @@ def reinsert_clusters(layers: Clusters, walk: AntPath, count: int, n_removed: in
 
 @part
 def mark_neighbours(walk: AntPath) -> None:
-    """Mark all positions within `REACH` of a marked position. Changes: dirty."""
+    """Mark all positions within `REACH` of a position that is already marked. Changes: dirty."""
     m, dirty = len(walk.trial), walk.dirty
     for _ in range(REACH):
         first, previous = dirty[0], dirty[m - 1]
@@ -196,7 +201,8 @@ def mark_neighbours(walk: AntPath) -> None:
 def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> None:
     """Choose the nodes at all marked positions again.
 
-    If all positions are marked, the node at a random position is kept. Changes: trial, dirty, sums, links, states[k].
+    If all positions are marked, the node at one random position stays fixed. Changes: trial, dirty, sums, links,
+    states[k].
     """
     m, dirty = len(walk.trial), walk.dirty
     clean = 0
@@ -239,8 +245,8 @@ def anneal(
 ) -> float:
     """Ruin and recreate `steps` times, and return the final value of `heat`.
 
-    A path that is longer by x is accepted with probability exp(-x / heat). Each step multiplies `heat` by `cooling`.
-    The best path changes only if the gain exceeds `min_gain`.
+    If a step makes the path longer by x, the result is accepted with probability exp(-x / heat). Each step multiplies
+    `heat` by `cooling`. The best path only changes if the gain exceeds `min_gain`.
     Changes: walk, states[k].
     """
     costs = walk.costs

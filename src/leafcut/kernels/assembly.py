@@ -1,16 +1,16 @@
-"""Edge assembly: recombine a tour with another tour along their AB-cycles.
+"""Edge assembly: recombine two tours along their AB-cycles.
 
-Take two tours A and B. An AB-cycle alternates between edges that only A has and edges that only B has. If its edges of
-A are replaced with its edges of B, every node still has two edges, but there may be subtours. Each subtour is joined to
-the remaining tour by an exchange of two edges. The result differs from A in few positions, and consists of edges that
-were good in one of the tours. Two passes over all nodes find the AB-cycles. After that, the effort for a cycle depends
-only on its size.
+Take two tours A and B. An AB-cycle alternates between edges that only A has and edges that only B has. Suppose we
+remove the cycle's A edges from tour A and add its B edges. Every node still has two edges, but the result may consist
+of several subtours. Each subtour is then joined to the remaining tour by an exchange of two edges. The child differs
+from A in few positions, and consists of edges that were good in at least one parent. Finding the AB-cycles takes two
+passes over all nodes. After that, the effort for a cycle depends only on its size.
 
-Source: Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), section 3 (edge assembly) and section 4.1 (its
+Source: Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), section 3 (edge assembly) and section 4.1 (the
 localised form with single AB-cycles).
-Differs: every improving cycle is applied at once, whereas the paper generates 30 children and selects one. A cycle is
-tried only if its exchange of edges has a gain. A subtour is joined to the tour near the ends of its pieces. Sequential
-exchanges at the touched nodes improve the child.
+Differs: every cycle that improves the tour is applied at once, whereas the paper generates 30 children and selects one.
+A cycle is only tried if exchanging its edges has a gain. A subtour is joined to the tour near the ends of its pieces.
+Sequential exchanges at the affected nodes improve the child.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ UNUSED_A, UNUSED_B, LEFT, SEEN = 0, 2, 4, 6
 WALK, CYCLES, BEGIN, ORDER = 0, 1, 2, 3
 CUT, JOINED, SUBTOUR, SIZE = 0, 1, 2, 3
 
-#: Maximum number of edges of A in a cycle; longer cycles are slow and hardly ever improve a tour.
+#: Skip cycles with more edges of A than this. They are slow and hardly ever improve a tour.
 LONGEST_CYCLE = 1000
 
-#: Maximum number of log entries: two for each edge of A, and four for each joined subtour.
+#: Maximum number of log entries. Each edge of A needs two entries, and each joined subtour needs four.
 MOST_CHANGES = 6 * LONGEST_CYCLE
 
-#: Maximum distance of a join from the ends of a subtour's pieces, positions.
+#: A subtour is joined to the tour at most this many positions from the ends of its pieces.
 REACH = 200
 
-#: Maximum number of candidates per node for a join.
+#: When joining a subtour, try at most this many candidates per node.
 JOINS = 16
 
 
 class Assembly(NamedTuple):
-    """Data for recombining tour A, which is in a `Tour`, with tour B; each worker has one object.
+    """Data for recombining tour A, which is stored in a `Tour`, with tour B. Each worker has its own object.
 
     ====== ================ ==========================================================================
     links  int32[n, 4]      neighbours of every node: 0, 1 in the child, which starts as A; 2, 3 in B
@@ -58,7 +58,7 @@ class Assembly(NamedTuple):
                             of walks, then cycles to try
     pieces int32[4, m]      rows CUT: positions after which A is cut, ascending; JOINED: the end that each
                             end is joined to; SUBTOUR of each piece; SIZE of each subtour
-    log    int32[m, 3]      (node, slot, previous neighbour) of every change of the child's links
+    log    int32[m, 3]      (node, slot, previous neighbour) for every change of the child's links
     ====== ================ ==========================================================================
     """
 
@@ -71,7 +71,7 @@ class Assembly(NamedTuple):
 
 @part
 def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
-    """Write the two neighbours of each node in `tour` to two columns of `links`.
+    """Write each node's two neighbours in `tour` to two columns of `links`.
 
     Changes: columns first and first + 1 of links.
     """
@@ -82,7 +82,7 @@ def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
 
 @part
 def _fill_unused(a: Assembly) -> int:
-    """Find the edges that are in only one of the two tours, and return the number of nodes with such edges.
+    """Find the edges that occur in only one of the two tours, and return the number of nodes that have such edges.
 
     Changes: trail, row ORDER of lists.
     """
@@ -105,9 +105,9 @@ def _fill_unused(a: Assembly) -> int:
 
 @part
 def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: int) -> int:
-    """Choose a random unused edge of tour A (kind 0) or B (kind 1) at node u, and mark it as used.
+    """Choose a random unused edge of tour A (kind 0) or tour B (kind 1) at node u, and mark it as used.
 
-    Return the other end of the edge. Changes: trail, states[k].
+    Returns the other end of the edge. Changes: trail, states[k].
     """
     first = 2 * kind
     slot = first + (below(states, k, 2) if trail[u, LEFT + kind] == 2 else 0)
@@ -123,7 +123,7 @@ def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: i
 
 @part
 def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
-    """Move a random node with an unused edge to the end of ORDER, and return the number of remaining nodes.
+    """Move a random node that has an unused edge to the end of ORDER. Return the number of remaining nodes.
 
     Changes: row ORDER of lists, states[k].
     """
@@ -139,7 +139,7 @@ def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int
 
 @part
 def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
-    """Divide the difference between the tours into AB-cycles at random, and return their number.
+    """Split the edges in which the tours differ into random AB-cycles, and return the number of cycles.
 
     Changes: trail, lists, states[k].
     """
@@ -177,7 +177,7 @@ def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
 
 @part
 def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
-    """Replace the neighbour `old` of v with `new`, and return the new length of the log. Changes: links, log."""
+    """Replace v's neighbour `old` with `new`, and return the new length of the log. Changes: links, log."""
     slot = 0 if a.links[v, 0] == old else 1
     a.log[entries, 0], a.log[entries, 1], a.log[entries, 2] = v, slot, old
     a.links[v, slot] = new
@@ -186,7 +186,7 @@ def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
 
 @part
 def undo_changes(a: Assembly, entries: int) -> None:
-    """Undo the changes in the log, last entry first. Changes: links."""
+    """Undo the changes in the log, starting with the most recent. Changes: links."""
     for e in range(entries - 1, -1, -1):
         a.links[a.log[e, 0], a.log[e, 1]] = a.log[e, 2]
 
@@ -210,7 +210,7 @@ def sort_few(values: NDArray, count: int) -> None:
 def piece_of_position(cut: NDArray, count: int, place: int) -> int:
     """Return the number of the piece that contains a position.
 
-    Piece s ends at cut[s]. The positions after the last cut belong to piece 0.
+    Piece s ends at position cut[s]. Positions after the last cut belong to piece 0.
     """
     low, high = 0, count
     while low < high:
@@ -235,9 +235,9 @@ def _is_successor(place: NDArray, u: int, v: int) -> bool:
 
 @part
 def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: int) -> float:
-    """Replace the edges of tour A in an AB-cycle with the edges of tour B, and return the gain.
+    """Replace tour A's edges in an AB-cycle with tour B's edges, and return the gain.
 
-    The log then has two entries for each edge of A. Changes: links, log, row CUT of pieces.
+    Afterwards, the log has two entries for each edge of A. Changes: links, log, row CUT of pieces.
     """
     cycle = a.lists[CYCLES]
     gain, entries = 0.0, 0
@@ -253,16 +253,16 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: 
 
 @part
 def _piece_end(a: Assembly, place: NDArray, count: int, v: int, removed: int) -> int:
-    """Return the number of the piece end at node v, which has lost its edge to `removed`.
+    """Find the end of a piece at node v, which has lost its edge to `removed`.
 
-    The start of piece s has number 2 s, its end 2 s + 1.
+    Piece s has its start at number 2 s and its end at number 2 s + 1.
     """
     return 2 * piece_of_position(a.pieces[CUT], count, place[v]) + (0 if _is_successor(place, removed, v) else 1)
 
 
 @part
 def _find_subtours(a: Assembly, place: NDArray, start: int, stop: int) -> int:
-    """Number the subtours that a cycle creates and count their nodes; return the number of subtours.
+    """Number the subtours that a cycle creates, count their nodes, and return the number of subtours.
 
     Changes: rows JOINED, SUBTOUR, SIZE of pieces.
     """
@@ -303,8 +303,8 @@ def _join(
 ) -> tuple[float, int]:
     """Join the subtour `small` to another subtour by the best exchange of two edges.
 
-    Return the gain and the number of the other subtour, which is -1 if there is none. Symbols: u–v is the removed edge
-    of the small subtour, and w–x the removed edge of the other subtour; u–w and v–x are added.
+    Returns the gain and the number of the other subtour, or -1 if no exchange is possible. Symbols: the exchange
+    removes edge u–v from the small subtour and edge w–x from the other subtour. It adds u–w and v–x.
     Changes: links, log.
     """
     cut, subtour = a.pieces[CUT], a.pieces[SUBTOUR]
@@ -344,9 +344,10 @@ def _join(
 def try_cycle(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray, cycle: int
 ) -> tuple[float, int]:
-    """Create the child of one AB-cycle in `links`. Return its gain, and the length of the log for undoing it.
+    """Create the child of a single AB-cycle in `links`.
 
-    The gain is -∞ if the exchange of edges has no gain, or if the subtours could not be joined.
+    Returns the gain, and the length of the log, which is needed to undo the child. The gain is -∞ if exchanging the
+    edges has no gain, or if the subtours cannot be joined.
     Changes: links, log, pieces.
     """
     start, stop = a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1]
@@ -400,9 +401,10 @@ def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int)
 
 @part
 def apply_child(tour: Tour, a: Assembly, entries: int) -> bool:
-    """Update `node` and `place` from the links of the child: keep the longest piece of A, and append the other pieces.
+    """Update `node` and `place` from the child's links. The longest piece of A stays, and the other pieces follow it.
 
-    Return whether the links form one tour and the buffer is large enough; if not, `node` and `place` are unchanged.
+    Returns True if the links form a single tour and the buffer is large enough. Otherwise, `node` and `place` do not
+    change.
     Changes: node, place and buffer of tour, row CUT of pieces.
     """
     node, place, cut, n = tour.node, tour.place, a.pieces[CUT], len(tour.node)
@@ -469,9 +471,9 @@ def assemble(
     first: int,
     stop: int,
 ) -> None:
-    """Improve each tour by its AB-cycles with a partner tour.
+    """Improve each tour by the AB-cycles that it forms with a partner tour.
 
-    The cycles are tried in random order. Each improving cycle is applied, followed by local search.
+    The cycles are tried in random order. If a cycle improves the tour, it is applied, and local search follows.
 
     ========== =============== ==================================================
     candidates int32[n, c]     neighbours of every node, -1 for none
@@ -480,7 +482,7 @@ def assemble(
     own        int32[m, n]     tours A; become the children
     partner    int32[m, n]     tours B
     states     uint64[m]       random states
-    gains      float64[m]      the gain of each pair is added
+    gains      float64[m]      the gain of each pair is added to its entry
     first,stop int             range of pairs
     ========== =============== ==================================================
 

@@ -1,4 +1,4 @@
-"""Points sorted into horizontal bands, for fast lookup of the points in a box or near a segment."""
+"""Sort points into horizontal bands so that the points in a box or near a segment can be looked up quickly."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.kernels import kernel, part
 
 
 class Bands(NamedTuple):
-    """n points in m bands, lowest band first, sorted by x within each band.
+    """n points in m bands, lowest band first. Within each band, the points are sorted by x.
 
     ===== ============ ========================================================
     x, y  float64[n]   the points, mm
@@ -32,15 +32,15 @@ class Bands(NamedTuple):
 
 @part
 def band_at(bands: Bands, y: float) -> int:
-    """Return the number of the band at height y, or of the nearest band."""
+    """Return the number of the band at height y. If no band is at that height, return the nearest band."""
     return int(min(max(math.floor((y - bands.low) / bands.side), 0.0), len(bands.first) - 2.0))
 
 
 @part
 def first_right_of(bands: Bands, band: int, x: float) -> int:
-    """Return the index of the first point of a band with an x coordinate of at least `x`.
+    """Return the index of the first point in a band whose x coordinate is at least `x`.
 
-    If there is no such point, return the start of the next band.
+    If the band has no such point, return the start of the next band.
     """
     low, high = bands.first[band], bands.first[band + 1]
     while low < high:
@@ -54,7 +54,7 @@ def first_right_of(bands: Bands, band: int, x: float) -> int:
 
 @part
 def distance_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """Return the distance of a point from the segment a–b."""
+    """Compute the distance from a point to the segment a–b."""
     length2 = (bx - ax) * (bx - ax) + (by - ay) * (by - ay)
     share = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length2 if length2 > 0.0 else 0.0
     if share <= 0.0:
@@ -68,7 +68,9 @@ def distance_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by:
 def points_near_segments(
     points: Bands, limit: NDArray, max_limit: float, start: NDArray, end: NDArray, count: NDArray, rows: NDArray
 ) -> int:
-    """For each segment of a path, count the nearby points, and list them if there is space. Each point has a limit.
+    """For each segment of a path, count the nearby points. List them if there is enough space.
+
+    Each point has its own distance limit.
 
     =========== ============= =======================================================
     limit       float64[n]    maximum distance of each point from a segment, mm

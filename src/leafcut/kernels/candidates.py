@@ -1,4 +1,4 @@
-"""Candidate lists: a few promising neighbours of each node."""
+"""Candidate lists: for each node, a few neighbours that are likely to be next to it in a good tour."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.kernels.neighbours import MOST_TWINS, REST, TWINS, Nearby, Tree, fi
 
 @part
 def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> None:
-    """From the fullest quadrants, drop the point that is farthest from the centre. Changes: points."""
+    """Remove the point farthest from the centre from the fullest quadrants. Changes: points."""
     for c in range(per_quadrant - 1, -1, -1):
         worst = -1
         for quadrant in range(4):
@@ -28,7 +28,8 @@ def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> No
 def _choose_candidates(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
     """Choose up to k points, and return their number.
 
-    Coincident points come first, then the nearest points in each quadrant, then the nearest of the other points.
+    Coincident points come first, followed by the nearest points in each quadrant, and then by the nearest remaining
+    points.
     Changes: points, chosen int32[≥k + 4·per_quadrant].
     """
     count = 0
@@ -57,7 +58,7 @@ def _choose_candidates(points: NDArray, distances: NDArray, per_quadrant: int, k
 
 @part
 def _insert(candidates: NDArray, lengths: NDArray, count: int, j: int, length: float) -> None:
-    """Insert a candidate into a sorted list of `count` candidates. Changes: candidates, lengths."""
+    """Insert a candidate into a sorted list that has `count` candidates. Changes: candidates, lengths."""
     slot = count
     while slot > 0 and lengths[slot - 1] > length:
         lengths[slot], candidates[slot] = lengths[slot - 1], candidates[slot - 1]
@@ -76,12 +77,12 @@ def fill_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the candidate lists of the points first … last - 1 of the tree.
+    """Fill the candidate lists of points first … last - 1 in the tree.
 
-    A list contains coincident points, the nearest points per quadrant, and the nearest points overall. Drill patterns
-    are clustered: nearest-neighbour lists never leave a cluster, but quadrant lists do.
-    Changes: rows first … last - 1 of candidates int32[n, k] (sorted by cost; -1 if there are fewer points) and of
-    lengths float64[n, k] (their costs; infinite for none); nearby.
+    A list contains coincident points, the nearest points in each quadrant, and the nearest points overall. Drill
+    patterns are clustered. Lists of only the nearest neighbours would never leave a cluster, but lists by quadrant do.
+    Changes: rows first … last - 1 of candidates int32[n, k] (sorted by cost; -1 if fewer points exist) and of lengths
+    float64[n, k] (their costs, or infinity); nearby.
     """
     k = candidates.shape[1]
     for i in range(first, last):
@@ -104,13 +105,13 @@ def fill_directed_candidates(
     lengths: NDArray,
     nearby: Nearby,
 ) -> None:
-    """Fill the list of each query with the nearest goals per quadrant and the nearest goals overall.
+    """For each query, list the nearest goals in each quadrant and the nearest goals overall.
 
-    The lists contain point numbers of the tree, but not the query's own goal. Symbols: tree, the m goals, with space
-    for one more point after them; goal int32[m] and query int32[n], rows of `CostModel.xy`. The cost of travel between
-    query and goal is symmetric.
-    Changes: candidates int32[n, k] (sorted by cost; -1 if there are fewer) and lengths float64[n, k]; the last point of
-    the tree; nearby.
+    The lists contain point numbers of the tree. A query's own goal is left out. Symbols: tree contains the m goals and
+    has space for one more point after them; goal int32[m] and query int32[n] are rows of `CostModel.xy`. The cost of
+    travel between a query and a goal is symmetric.
+    Changes: candidates int32[n, k] (sorted by cost; -1 if fewer goals exist) and lengths float64[n, k]; the last point
+    of the tree; nearby.
     """
     m, k = len(goal), candidates.shape[1]
     for i in range(len(query)):
@@ -128,7 +129,7 @@ def fill_directed_candidates(
 
 @part
 def cheapest_unvisited(cost: CostModel, visited: NDArray, i: int) -> int:
-    """Return the unvisited node that is cheapest to reach from node i, or -1 if there is none. Scan all nodes."""
+    """Scan all nodes and return the unvisited node that is cheapest to reach from node i, or -1 if all are visited."""
     best, best_d = -1, math.inf
     for j in range(len(visited)):
         if visited[j] == 0:

@@ -1,4 +1,4 @@
-"""Merge straight moves as a controller does: skip points that deviate from the merged move by at most a tolerance."""
+"""Merge straight moves the way a controller does: skip points that are within a tolerance of the merged move."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel
 
-#: Maximum number of points that one move skips. Source: LinuxCNC 2.9, emc/task/emccanon.cc (a queue of 100).
+#: A merged move skips at most this many points. Source: LinuxCNC 2.9, emc/task/emccanon.cc (a queue of 100).
 MOST_POINTS = 100
 
 
 @kernel
 def merge_chords(point: NDArray, joins: NDArray, tolerance: NDArray, starts: NDArray) -> int:
-    """Merge straight moves while all skipped points are within a tolerance of the chord.
+    """Merge straight moves as long as all skipped points are within a tolerance of the chord.
 
-    Return the number of moves after merging.
+    Returns the number of moves after merging.
 
     point      float64[m + 1, 3]   mm; move i goes from point i to point i + 1
     joins      bool[m]             move i may be merged with the previous move

@@ -1,9 +1,9 @@
-"""An order of clusters with a chosen node per cluster: the data structure of `annealing` and `ordering`.
+"""An order of clusters with a node chosen from each cluster. `annealing` and `ordering` use this data structure.
 
-A path is an array of nodes, one per cluster. The cluster of each node is known, so the array also determines the order
-of the clusters. The array is a ring: the first position follows the last. An open path has an additional cluster at
-position 0, its anchor. Travel from the anchor costs as much as travel from the start of the path. Travel to the anchor
-costs as much as travel to its end.
+A path is an array with one node per cluster. Because every node belongs to a known cluster, the array also determines
+the order of the clusters. The array forms a ring: the first position follows the last. An open path has an additional
+cluster at position 0, its anchor. Travel from the anchor costs as much as travel from the start of the path, and travel
+to the anchor costs as much as travel to the end.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from leafcut.kernels import part
 
 
 class Clusters(NamedTuple):
-    """Clusters of nodes and their precedence; constant during the search.
+    """Clusters of nodes and their precedence. They do not change during the search.
 
-    The nodes of a cluster have consecutive numbers. Travel costs include the work at the destination.
+    The nodes of a cluster have consecutive numbers. A travel cost includes the work at the destination.
 
     ============ ============== =====================================================================================
     begin        int32[m + 1]   first node of each cluster; n at the end
@@ -54,7 +54,7 @@ class Clusters(NamedTuple):
 
 @part
 def ring_length(layers: Clusters, path: NDArray) -> float:
-    """Return the length of a path int32[m] as a ring."""
+    """Compute the length of a path, int32[m], as a ring."""
     total = 0.0
     for at in range(len(path)):
         total += layers.table[path[at - 1], path[at]]
@@ -63,11 +63,11 @@ def ring_length(layers: Clusters, path: NDArray) -> float:
 
 @part
 def choose_nodes_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
-    """Choose the nodes at positions first … last of a path again, so that its length is minimal.
+    """Choose the nodes at positions first … last of a path so that the path is as short as possible.
 
-    The nodes before and after these positions are fixed. Positions beyond the end of the array continue at its start.
-    The method is dynamic programming, layer by layer.
-    Changes: path; sums float64[2, w] and links int32[m, w], where w is the maximum number of nodes of a cluster.
+    The nodes before and after these positions stay fixed. Positions past the end of the array continue at its start.
+    The algorithm is dynamic programming, layer by layer.
+    Changes: path; sums float64[2, w] and links int32[m, w], where w is the maximum number of nodes in a cluster.
     Source: M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3.
     """
     m, table = len(path), layers.table

@@ -1,6 +1,7 @@
-"""Time to load and compile kernels, number of compilations, and the message on the first run.
+"""Measure the time spent on loading and compiling kernels, count compilations, and announce the first compilation.
 
-This module does not load Numba, which is slow. Invalid files and options are therefore refused at once.
+Numba is slow to load, so this module does not load it. Invalid files and options can therefore be rejected without
+delay.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ EVERY_RUN = Message("compiling (again in every run: no writable folder for compi
 
 
 class Compilations:
-    """Counts compilations of kernels, and measures the total time to load and compile them.
+    """Counts compilations of kernels and measures the total time spent on loading and compiling them.
 
-    Kernels that only other kernels call count as well. Overlapping times count once.
+    Kernels that only other kernels call are included. If several compilations overlap, the time counts once.
     """
 
     def __init__(self, on_start: Callable[[Message], None] = lambda _: None) -> None:
-        """Start counting; `on_start` receives a message for the user when the first compilation starts."""
+        """Start counting. When the first compilation starts, `on_start` receives a message for the user."""
         self.count = 0
         self._on_start = on_start
         self._spent, self._began, self._depth = 0.0, 0.0, 0
@@ -32,11 +33,11 @@ class Compilations:
 
     @property
     def kept(self) -> bool:
-        """Whether the next run will find compiled code on disk."""
+        """Whether the next run can load the compiled code from disk."""
         return cache_folder() is not None
 
     def note(self, kind: str, starts: bool) -> None:
-        """Record the start or the end of an event. The end of an event that started before this counter is ignored."""
+        """Record the start or the end of an event. If an event started before this counter, its end is ignored."""
         with self._lock:
             if kind == PREPARE:
                 self._measure(starts)
@@ -58,18 +59,18 @@ class Compilations:
 
     @property
     def seconds(self) -> float:
-        """Total time to load and compile kernels until now, s."""
+        """Total time spent on loading and compiling kernels, in seconds."""
         with self._lock:
             return self._spent + (time.perf_counter() - self._began if self._depth else 0.0)
 
 
-#: All compilations in this process; search times exclude the time to load and compile kernels.
+#: Counts all compilations in this process. Search times do not include the time spent on loading and compiling kernels.
 _of_process = Compilations()
 listeners.append(_of_process.note)
 
 
 def compile_seconds() -> float:
-    """Return the total time that this process has spent on loading and compiling kernels, s."""
+    """Return the total time that this process has spent on loading and compiling kernels, in seconds."""
     return _of_process.seconds
 
 

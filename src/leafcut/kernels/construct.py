@@ -1,4 +1,4 @@
-"""Tour construction by nearest neighbour and by ants."""
+"""Construct tours by nearest neighbour or with ants."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.kernels.random import below, uniform
 
 
 class Unvisited(NamedTuple):
-    """Visited nodes of a partial tour, and work arrays for finding the nearest unvisited node.
+    """The visited nodes of a partial tour, and work arrays for finding the nearest unvisited node.
 
     ======= ========= ================================================
     visited uint8[n]  1 for nodes in the tour
@@ -31,7 +31,7 @@ class Unvisited(NamedTuple):
 
 
 class WeightedEdges(NamedTuple):
-    """Candidate edges and their attractiveness for ants.
+    """Candidate edges, and how attractive they are to ants.
 
     ========== ============= ================================
     candidates int32[n, k]   neighbours of every node, -1 for none
@@ -48,9 +48,9 @@ class WeightedEdges(NamedTuple):
 
 
 class Decay(NamedTuple):
-    """Parameters of the decay τ ← (1 − ξ)τ + ξτ0 of an edge that an ant takes, and the pheromone exponent α.
+    """Parameters for the decay of an edge that an ant takes, τ ← (1 − ξ)τ + ξτ0, and the pheromone exponent α.
 
-    The rate ξ is 0 for no decay.
+    If the rate ξ is 0, the edge does not decay.
     """
 
     pheromone_weight: float
@@ -62,9 +62,9 @@ class Decay(NamedTuple):
 def _start_tour(
     tree: Tree, first: int, second: int, states: NDArray, ant: int, tour: NDArray, unvisited: Unvisited
 ) -> int:
-    """Write the first one or two nodes of a tour, and return their number. A node of -1 means a random node.
+    """Write the first node or the first two nodes of a tour, and return the number of nodes written.
 
-    Changes: all arrays.
+    -1 selects a random node. Changes: all arrays.
     """
     visited, alive = unvisited.visited, unvisited.alive
     visited[:] = 0
@@ -89,7 +89,7 @@ def _start_tour(
 
 @part
 def _nearest(cost: CostModel, tree: Tree, unvisited: Unvisited, i: int) -> int:
-    """Return the nearest unvisited node, by a search in the k-d tree, or by a scan if nodes have no positions."""
+    """Find the nearest unvisited node in the k-d tree. If nodes have no positions, scan all nodes instead."""
     if len(tree.x) == 0:
         return cheapest_unvisited(cost, unvisited.visited, i)
     return nearest_unvisited(tree, unvisited.alive, unvisited.visited, i, unvisited.stack)
@@ -131,11 +131,11 @@ def choose_next(
     states: NDArray,
     ant: int,
 ) -> int:
-    """Choose the next edge of an ant at node i. Return its index in the candidate list, or -1 if all are visited.
+    """Choose an ant's next edge at node i. Return its index in the candidate list, or -1 if all candidates are visited.
 
-    With probability q0, the ant takes the edge with the maximum weight. Otherwise it takes a random edge with
-    probability proportional to the weight. This is the pseudorandom proportional rule; q0 = 0 is the random
-    proportional rule. If no edge has pheromone, only the nearness decides, as if all trails were equal.
+    With probability q0, the ant takes the edge with the largest weight. Otherwise, it takes a random edge with a
+    probability proportional to the weight. This is the pseudorandom proportional rule. With q0 = 0, it becomes the
+    random proportional rule. If no edge has pheromone, only the nearness counts, as if all trails were equal.
     Changes: states[ant].
     Source: Dorigo and Stützle, Ant Colony Optimization, MIT Press 2004, equations 3.2 and 3.10.
     """
@@ -178,7 +178,7 @@ def choose_next(
 
 @part
 def random_unvisited(visited: NDArray, states: NDArray, ant: int) -> int:
-    """Return a random unvisited node. The choice is nearly uniform while few nodes are visited.
+    """Return a random unvisited node. While few nodes are visited, all unvisited nodes are about equally likely.
 
     Changes: states[ant].
     """
@@ -200,7 +200,7 @@ def _next_node(
     unvisited: Unvisited,
     last: int,
 ) -> int:
-    """Return the next node of an ant at node `last`, and mark it as visited. Changes: states, unvisited."""
+    """Choose the next node for an ant at node `last`, and mark it as visited. Changes: states, unvisited."""
     visited = unvisited.visited
     if last == cost.free:
         node = random_unvisited(visited, states, ant)
@@ -215,7 +215,7 @@ def _next_node(
 
 @part
 def _decay_edge(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
-    """Apply the local decay to the edge from a to b if b is a candidate of a. Changes: pheromone, weights."""
+    """If b is a candidate of a, apply the local decay to the edge from a to b. Changes: pheromone, weights."""
     for c in range(edges.candidates.shape[1]):
         if edges.candidates[a, c] == b:
             decay_edge(
@@ -244,10 +244,10 @@ def construct_tour(
     tour: NDArray,
     unvisited: Unvisited,
 ) -> None:
-    """Let one ant build a tour, guided by pheromone and nearness.
+    """Let an ant build a tour, guided by pheromone and nearness.
 
-    In Ant Colony System, the trail of each edge that the ant takes decays at once, τ ← (1 − ξ)τ + ξτ0, so that it
-    attracts the next ant less.
+    In Ant Colony System, the trail of each edge that the ant takes decays immediately, τ ← (1 − ξ)τ + ξτ0. The edge
+    then attracts the next ant less.
 
     ========== =============== ==========================================================
     first      int             first node, or -1 for a random one; `second` likewise
@@ -255,9 +255,9 @@ def construct_tour(
     ========== =============== ==========================================================
 
     Changes: tour int32[n], states[ant], unvisited; pheromone and weights of the edges if decay.rate > 0.
-    Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists), and 3.4.1, equations 3.10 and 3.12 (decay).
+    Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists) and section 3.4.1, equations 3.10 and 3.12 (decay).
     Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because all edges outside the
-    candidate lists count as having equal pheromone. The ants of an iteration run one after another instead of in
+    candidate lists are treated as having equal pheromone. The ants of an iteration run one after another, not in
     parallel steps.
     """
     for step in range(_start_tour(tree, first, second, states, ant, tour, unvisited), len(tour)):

@@ -1,4 +1,4 @@
-"""The cost of travel between two nodes."""
+"""Compute the cost of travel between two nodes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.kernels import kernel, part
 EUCLIDEAN, CHEBYSHEV, MANHATTAN = 0, 1, 2
 EUC_2D, CEIL_2D, ATT, GEO, MAX_2D, MAN_2D, EXPLICIT = 3, 4, 5, 6, 7, 8, 9
 LINEAR, DOGLEG = 10, 11
-#: Code of each metric of `model.problem.METRICS`.
+#: Numeric code for each metric in `model.problem.METRICS`.
 CODES = {
     "euclidean": EUCLIDEAN,
     "chebyshev": CHEBYSHEV,
@@ -29,23 +29,24 @@ CODES = {
     "dogleg": DOGLEG,
 }
 
-#: The value of π and the radius of the earth, km, in the definition of GEO distances (TSPLIB 95, section 2.4).
+#: The value of π and the radius of the earth in km that define GEO distances (TSPLIB 95, section 2.4).
 GEO_PI, GEO_RADIUS = 3.141592, 6378.388
 
-#: Cost of an edge that must not be removed. Its magnitude exceeds the cost of any real move in mm or s, but is small
-#: enough for gains to be exact to 1e-9. Coarser rounding errors would look like gains, and the search would never end.
+#: Cost of an edge that must not be removed. Its magnitude exceeds the cost of any real move in mm or s, but it is small
+#: enough to keep gains exact to 1e-9. Larger rounding errors would look like gains, and the search would never end.
 TIED = -(2.0**20)
 
 
-#: Number of values in the first row of a relief matrix. The cost model stores travel heights in its matrix, because
-#: another field would slow down every kernel. The first row contains the lower left corner and the side of the tiles,
-#: mm; velocity and acceleration of z; the number of rows of node heights; and the number of tile columns. Then follow
-#: the heights of the nodes, mm, row by row, and the minimum crossing heights of the tiles, −∞ without an obstacle.
+#: Number of values in the first row of a relief matrix. The cost model stores travel heights in its matrix, because an
+#: additional field would slow down every kernel. The first row contains the lower left corner of the tiles and their
+#: side length in mm, the velocity and acceleration of z, the number of rows with node heights, and the number of tile
+#: columns. The next rows contain the heights of the nodes in mm. The last rows contain the minimum height for crossing
+#: each tile, or −∞ if the tile has no obstacle.
 RELIEF = 7
 
 
 def relief_table(header: tuple[float, ...], tiles: NDArray, heights: NDArray) -> NDArray[np.float64]:
-    """Return the matrix of a relief (see `RELIEF`). The header is (x, y, side, velocity, acceleration)."""
+    """Build the matrix of a relief (see `RELIEF`). The header is (x, y, side, velocity, acceleration)."""
     rows, columns = tiles.shape
     width = max(columns, RELIEF)
     above = -(-len(heights) // width)
@@ -57,21 +58,21 @@ def relief_table(header: tuple[float, ...], tiles: NDArray, heights: NDArray) ->
 
 
 class CostModel(NamedTuple):
-    """Input of `travel`. It has few fields, because a kernel that is not inlined copies every field.
+    """Input of `travel`. It has few fields because a kernel copies every field when it is not inlined.
 
     ============== ============== ==========================================================================
-    code           int            metric, see the constants above
-    plain          bool           only the metric: no free or tied node, zones, matrix or relief
+    code           int            code of the metric (see the constants above)
+    plain          bool           True if only the metric matters: no free or tied node, zones, matrix, or relief
     xy             float64[n, 2]  positions of the nodes, mm (degrees and minutes for GEO)
     vx, vy         float          maximum velocity of x and y, mm/s
     ax, ay         float          acceleration of x and y, mm/s²
     per_mm         float          additional cost per mm, s/mm, in LINEAR and DOGLEG
-    zones          float64[k, 4]  rectangles x0, y0, x1, y1 over which a move is lifted
+    zones          float64[k, 4]  rectangles x0, y0, x1, y1 that the tool must lift over
     lift           float          cost of a lift
     matrix         float64[n, n]  costs of EXPLICIT; or heights of nodes and tiles (`RELIEF`);
                                   otherwise shape (0, 0)
     tied_a, tied_b int            the two nodes whose edge must not be removed, or -1
-    free           int            node at cost 0 from every node, for the free end of an open path, or -1
+    free           int            node that costs 0 to reach from any node, for the free end of an open path, or -1
     ============== ============== ==========================================================================
     """
 
@@ -93,9 +94,9 @@ class CostModel(NamedTuple):
 
 @part
 def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float:
-    """Return the time of a move from rest to rest, s.
+    """Compute the duration in seconds of a move that starts and ends at rest.
 
-    The velocity profile is a triangle for a short move, and a trapezoid for a longer move.
+    The velocity profile of a short move is a triangle. The profile of a longer move is a trapezoid.
     """
     ramp = velocity * velocity / acceleration
     if distance < ramp:
@@ -105,7 +106,10 @@ def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float
 
 @part
 def machine_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: float, ay: float) -> float:
-    """Return the time of a rapid by (dx, dy) ≥ 0 mm, s, with synchronised (LINEAR) or independent (DOGLEG) axes."""
+    """Compute the duration in seconds of a rapid by (dx, dy) ≥ 0 mm.
+
+    The axes move together on LINEAR machines and independently on DOGLEG machines.
+    """
     if code == DOGLEG:
         return max(rest_to_rest(dx, vx, ax), rest_to_rest(dy, vy, ay))
     # If axes are synchronised, the time follows from the maximum d/v and the maximum d/a of the axes.
@@ -126,7 +130,7 @@ def _radians(degrees_minutes: float) -> float:
 
 @part
 def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the distance between two points, given in degrees.minutes, in whole kilometres.
+    """Compute the distance in whole kilometres between two points that are given in degrees.minutes.
 
     Source: TSPLIB 95, section 2.4.
     """
@@ -141,7 +145,7 @@ def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
 
 @part
 def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the integer distance between two points as defined by TSPLIB.
+    """Compute the integer distance between two points as TSPLIB defines it.
 
     Source: TSPLIB 95 (Reinelt), sections 2.1 to 2.6.
     """
@@ -162,7 +166,7 @@ def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> fl
 
 @part
 def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
-    """Return whether the segment between two points touches the rectangle ``zones[k]`` (Liang–Barsky clipping)."""
+    """Check whether the segment between two points touches the rectangle ``zones[k]`` (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
         start = xi if axis == 0 else yi
@@ -183,7 +187,7 @@ def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) 
 
 @part
 def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
-    """Return whether the bounding box of two points touches the rectangle ``zones[k]``."""
+    """Check whether the bounding box of two points touches the rectangle ``zones[k]``."""
     if max(xi, xj) < zones[k, 0] or min(xi, xj) > zones[k, 2]:
         return False
     return not (max(yi, yj) < zones[k, 1] or min(yi, yj) > zones[k, 3])
@@ -193,7 +197,7 @@ def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float)
 def distance(
     code: int, xi: float, yi: float, xj: float, yj: float, vx: float, vy: float, ax: float, ay: float, per_mm: float
 ) -> float:
-    """Return the cost of travel between two points according to the metric alone."""
+    """Compute the cost of travel between two points using only the metric."""
     dx, dy = abs(xi - xj), abs(yi - yj)
     if code == EUCLIDEAN:
         return math.sqrt(dx * dx + dy * dy)
@@ -210,7 +214,7 @@ def distance(
 
 @part
 def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the maximum safe height of all tiles that the bounding box of two points touches; −∞ without a tile."""
+    """Return the maximum safe height of the tiles that two points' bounding box touches, or −∞ if it touches none."""
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
     last_c = min(math.floor((max(xi, xj) - x0) / side), int(table[0, 6]) - 1)
@@ -225,10 +229,10 @@ def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -
 
 @part
 def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the maximum safe height of all tiles that a straight move touches; −∞ without a tile.
+    """Return the maximum safe height of the tiles that a straight move touches, or −∞ if it touches none.
 
-    In each row of tiles, the move touches the columns between its entry and its exit. This range is widened slightly,
-    so that rounding does not miss a tile.
+    In each row of tiles, the move touches the columns between its entry and its exit. The range is widened slightly so
+    that rounding cannot skip a tile.
     """
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     rows, columns = len(table) - above, int(table[0, 6])
@@ -261,7 +265,7 @@ def height_of(table: NDArray, i: int) -> float:
 
 @part
 def travel_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
-    """Return the height of the travel move from node i to node j, mm. It is at least the height of both nodes."""
+    """Compute the height of the travel move from node i to node j in mm. It is at least the height of both nodes."""
     if code == DOGLEG:
         highest = highest_of_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
     else:
@@ -271,7 +275,7 @@ def travel_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> flo
 
 @part
 def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
-    """Return the cost of rising from node i to the travel height, and of descending to node j."""
+    """Compute the cost of rising from node i to the travel height and descending to node j."""
     height = travel_height(cost.code, cost.xy, cost.matrix, i, j)
     up, down = height - height_of(cost.matrix, i), height - height_of(cost.matrix, j)
     if cost.code < LINEAR:
@@ -282,7 +286,7 @@ def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
 
 @part
 def _special_cost(cost: CostModel, i: int, j: int) -> float:
-    """Return the cost of travel as in `travel`, with free and tied nodes, zones and matrices."""
+    """Compute the cost of travel like `travel`, but also handle free and tied nodes, zones, and matrices."""
     if (i == cost.tied_a and j == cost.tied_b) or (i == cost.tied_b and j == cost.tied_a):
         return TIED
     if i == cost.free or j == cost.free:
@@ -305,19 +309,19 @@ def _special_cost(cost: CostModel, i: int, j: int) -> float:
 
 @part
 def is_by_metric(cost: CostModel) -> bool:
-    """Return whether the cost between ordinary nodes depends only on the metric."""
+    """Check whether the cost between ordinary nodes depends only on the metric."""
     return len(cost.zones) == 0 and len(cost.matrix) == 0
 
 
 @part
 def is_special(cost: CostModel, i: int) -> bool:
-    """Return whether a node is free or tied."""
+    """Check whether a node is free or tied."""
     return bool(i == cost.free or i == cost.tied_a or i == cost.tied_b)
 
 
 @part
 def travel(cost: CostModel, i: int, j: int) -> float:
-    """Return the cost of travel between nodes i and j; it is symmetric."""
+    """Compute the cost of travel between nodes i and j. The cost is symmetric."""
     if cost.plain or (is_by_metric(cost) and not is_special(cost, i) and not is_special(cost, j)):
         xy = cost.xy
         return distance(
@@ -328,16 +332,16 @@ def travel(cost: CostModel, i: int, j: int) -> float:
 
 @part
 def is_straight(cost: CostModel) -> bool:
-    """Return whether `straight` returns the cost of travel between ordinary nodes."""
+    """Check whether `straight` gives the correct cost of travel between ordinary nodes."""
     metric = cost.code == EUCLIDEAN or cost.code == EUC_2D or cost.code == CEIL_2D
     return metric and is_by_metric(cost)
 
 
 @part
 def straight(xy: NDArray, code: int, i: int, j: int) -> float:
-    """Return the same cost as `travel`, provided that `is_straight` holds. Numba inlines this short function.
+    """Compute the same cost as `travel`, provided that `is_straight` holds. Numba inlines this short function.
 
-    A call of `travel`, which passes all fields of the cost model, made local search a quarter slower.
+    Calling `travel`, which passes all fields of the cost model, made local search a quarter slower.
     """
     dx, dy = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1]
     length = math.sqrt(dx * dx + dy * dy)
@@ -350,7 +354,7 @@ def straight(xy: NDArray, code: int, i: int, j: int) -> float:
 
 @kernel
 def tour_cost(cost: CostModel, tour: NDArray) -> float:
-    """Return the cost of a closed tour, int32[n], without tied edges."""
+    """Compute the cost of a closed tour, int32[n], without tied edges."""
     total = 0.0
     for k in range(len(tour)):
         step = travel(cost, tour[k], tour[k - 1])
@@ -361,7 +365,7 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
 
 @kernel
 def way_heights(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> None:
-    """Compute the travel height from each node (`xy`: float64[n, 2]) to the next node, given their `relief_table`.
+    """Compute the travel height from each node (`xy`: float64[n, 2]) to the next node, using the nodes' `relief_table`.
 
     Changes: heights float64[n - 1], mm.
     """

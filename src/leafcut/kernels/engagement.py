@@ -1,4 +1,4 @@
-"""The part of a tool's edge that is engaged in material at each point of a path."""
+"""Compute how much of a tool's edge engages the material at each point of a path."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.bands import Bands, band_at, first_right_of
 
 _HALF = 0.5 * math.pi
-#: Gaps for Shell's sort (M. Ciura, FCT 2001).
+#: Gap sequence for Shell's sort (M. Ciura, FCT 2001).
 _GAPS = (701, 301, 132, 57, 23, 10, 4, 1)
 
 
@@ -19,10 +19,10 @@ class ToolEdge(NamedTuple):
     """Parameters of a tool's edge.
 
     ========= =======================================================================
-    radius    of the tool, mm
-    edge      radius at which material is searched: the tool radius minus the tolerance, mm
-    near      path length within which discs of the same run have the radius `edge` as well, mm
-    nothing   engagements below this angle are rounding errors, rad
+    radius    radius of the tool, mm
+    edge      radius at which to look for material: the tool radius minus the tolerance, mm
+    near      path length over which discs of the same run also have the radius `edge`, mm
+    nothing   angle below which an engagement counts as a rounding error, rad
     ========= =======================================================================
     """
 
@@ -33,7 +33,7 @@ class ToolEdge(NamedTuple):
 
 
 class EdgePath(NamedTuple):
-    """Points of a tool's path.
+    """The points of a tool's path.
 
     ================ ============= ==================================================================
     x, y             float64[n]    points, mm
@@ -69,7 +69,9 @@ def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
 def uncovered(
     low: NDArray, high: NDArray, count: int, left: float, right: float, tolerance: float
 ) -> tuple[float, float, float]:
-    """Return the part of −π/2 … π/2 that no interval covers: its angle, the sum of its sines, its smallest |angle|.
+    """Compute the part of −π/2 … π/2 that no interval covers.
+
+    Returns the angle of the uncovered part, the sum of its sines, and its smallest absolute angle.
 
     low, high    float64[count + 2], starts and ends of the intervals
     left, right  −π/2 … left and right … π/2 are covered as well
@@ -111,8 +113,8 @@ def engaged_edges(
 ) -> None:
     """Compute the engagement at each point of a path: the part of the edge that no disc of an earlier point covers.
 
-    A disc at distance d in direction a, relative to the direction of travel, covers the edge from a − acos(d / 2r) to
-    a + acos(d / 2r). The rear half of the edge is skipped, because the disc of the previous step covers it.
+    Consider a disc at distance d in direction a, relative to the direction of travel. It covers the edge from a −
+    acos(d / 2r) to a + acos(d / 2r). The rear half of the edge is skipped because the previous step's disc covers it.
 
     ================ ============= ===============================================================================
     bands                          the points in bands

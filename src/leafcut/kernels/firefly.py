@@ -1,8 +1,8 @@
-"""Fireflies that are closed tours: distance between fireflies, and moves by inversions.
+"""Fireflies that are closed tours: compute distances between them, and move them by inversions.
 
 Source: G. K. Jati and Suyanto, Evolutionary discrete firefly algorithm for travelling salesman problem, ICAIS 2011,
-LNAI 6943, 393–403: the distance between two tours is the number of their different edges, and moves are inversions of
-random runs.
+LNAI 6943, 393–403. The distance between two tours is the number of edges in which they differ, and a move inverts a
+random run.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from leafcut.kernels.random import below
 _A, _B, _C = np.uint64(13), np.uint64(7), np.uint64(17)
 _HALF, _LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
 
-#: Number of nearby inversions before each local search. Local search would undo a single inversion.
+#: Make this many nearby inversions before each local search, because local search would undo a single inversion.
 INVERSIONS = 2
 
 
 @kernel
 def edges_apart(tour: NDArray, second: NDArray, place: NDArray) -> int:
-    """Return the number of edges of `tour` that are missing in the tour `second` (int32[h] each).
+    """Count the edges of `tour` that are missing in the tour `second` (int32[h] each).
 
     `place`, int32[h], is the inverse of `second`.
     """
@@ -51,7 +51,7 @@ def edges_apart(tour: NDArray, second: NDArray, place: NDArray) -> int:
 
 @part
 def longest_edge(costs: NDArray, tour: NDArray) -> float:
-    """Return the cost of the longest edge of a closed tour int32[h]."""
+    """Find the longest edge of a closed tour, int32[h], and return its cost."""
     longest = np.float64(costs[tour[0], tour[-1]])
     for k in range(1, len(tour)):
         longest = max(longest, np.float64(costs[tour[k], tour[k - 1]]))
@@ -60,10 +60,11 @@ def longest_edge(costs: NDArray, tour: NDArray) -> float:
 
 @kernel
 def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, states: NDArray, k: int) -> float:
-    """Try `moves` inversions of random runs, keep those that do not lengthen the tour, and return the gain.
+    """Try to invert `moves` random runs, and keep the inversions that do not lengthen the tour. Return the gain.
 
-    An inversion needs four table lookups. Usually the first is enough, because a new edge is longer than both removed
-    edges together. Equal length is accepted; otherwise no move would succeed on grids.
+    An inversion needs up to four table lookups. Usually the first lookup is enough, because a new edge is already
+    longer than both removed edges together. Inversions that keep the length are accepted. Otherwise, no move would
+    succeed on grids.
 
     ======= ============= ==================================================================
     costs   float32[h, h] costs of all edges; half the memory gives twice as many inversions per second
@@ -102,7 +103,7 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
 
 @part
 def places_apart(tour: NDArray, second: NDArray) -> int:
-    """Return the number of positions at which two tours int32[h] differ (Hamming distance)."""
+    """Count the positions at which two tours, int32[h], differ (Hamming distance)."""
     count = 0
     for k in range(len(tour)):
         if tour[k] != second[k]:
@@ -119,7 +120,7 @@ class PairRules(NamedTuple):
     long         bool  every move is long; otherwise only moves of a pair with equal brightness are long
     explore      bool  firefly j makes all moves of a pair (i, j)
     darker_first bool  the darker firefly makes the first β moves; otherwise the brighter firefly
-    short        int   maximum number of nodes of a short inversion; 0: the number of positions where the pair differs
+    short        int   maximum number of nodes in a short inversion; 0: the number of positions where the pair differs
     ============ ===== =================================================================================
     """
 
@@ -146,9 +147,9 @@ def move_pairs(
 ) -> None:
     """Move all pairs of fireflies (i, j) with start <= i < stop and i <= j < n, and keep the n shortest results.
 
-    A pair makes β0 moves: β moves of one firefly, then the remaining moves of the other. Each move starts from the
-    unchanged tour of its firefly. A long inversion reverses the run between two random positions. A short inversion
-    reverses 2 … `short` nodes from a random position on. No run wraps around the end of the array. A move that breaks
+    A pair makes β0 moves: one firefly makes β of them, and the other firefly makes the rest. Each move starts with the
+    firefly's unchanged tour. A long inversion reverses the run between two random positions. A short inversion reverses
+    2 … `short` nodes, starting at a random position. No run wraps around the end of the array. A move that would break
     a tied edge is dropped.
 
     ============ ================ ==========================================================================
@@ -193,7 +194,7 @@ def move_pairs(
 
 @part
 def inversion_cost(cost: CostModel, tour: NDArray, first: int, last: int) -> float:
-    """Return the cost added to a closed tour, int32[h], by inverting its positions `first` … `last`."""
+    """Compute how much longer a closed tour, int32[h], becomes when its positions `first` … `last` are inverted."""
     h = len(tour)
     if last - first >= h - 2:
         return 0.0  # the same cycle in reverse direction
@@ -204,7 +205,7 @@ def inversion_cost(cost: CostModel, tour: NDArray, first: int, last: int) -> flo
 
 @part
 def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last: int, length: float) -> None:
-    """Insert a result into the sorted rows of `kept`; the longest row is removed."""
+    """Insert a result into the sorted rows of `kept`, and remove the longest row."""
     row = len(kept_lengths)
     while row > 0 and length < kept_lengths[row - 1] - EPSILON:
         row -= 1
@@ -233,7 +234,7 @@ def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray
 
 @part
 def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
-    """Invert the run of `length` positions that starts at `first`, and return the added cost. Changes: tour."""
+    """Invert a run of `length` positions that starts at `first`, and return the added cost. Changes: tour."""
     h = len(tour.node)
     last = (first + length - 1) % h
     a, b = tour.node[first - 1], tour.node[first]
@@ -262,9 +263,9 @@ def fly_and_mend(
 ) -> float:
     """Make `moves` moves of a firefly, and return the gain.
 
-    A move consists of `INVERSIONS` nearby inversions, followed by local search at the touched nodes. A move that
-    lengthens the tour is undone. Symbols: candidates, lengths and breadth as in
-    `lin_kernighan.find_move`; longest as in `fly`.
+    A move makes `INVERSIONS` nearby inversions and then runs local search at the affected nodes. A move that makes the
+    tour longer is undone. Symbols: for candidates, lengths and breadth, see `lin_kernighan.find_move`; for longest, see
+    `fly`.
     Changes: tour, states[k].
     """
     h, total = len(tour.node), 0.0

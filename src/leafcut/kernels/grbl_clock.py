@@ -1,14 +1,16 @@
-"""Simulation of GRBL 1.1 to compute cycle times: its processor reads lines, plans blocks and divides them into
-segments.
+"""Simulate a GRBL 1.1 board to compute cycle times.
 
-The main program does one thing at a time. It reads a line when its last byte has arrived over the serial connection.
-The moves of the line become blocks of the planner, which holds 15; a full planner delays the line. At certain points,
-the main program prepares up to 5 segments of the oldest block in advance. A motion starts when the planner is full,
-when no input is waiting, or when a command waits for the machine to stop. The last planned block ends at rest. If
-lines arrive slowly, the planner has few blocks, and the machine moves only as fast as it can stop within these blocks.
+The board's processor reads lines, plans blocks, and divides the blocks into segments.
 
-Source: GRBL 1.1h (gnea/grbl: planner.c, stepper.c, motion_control.c, protocol.c, config.h); measured against that
-firmware on a simulated board (`python -m benchmarks grbl_time`). Units: mm, s.
+The main program does one thing at a time. It reads a line once the last byte of the line has arrived over the serial
+connection. Each move of the line becomes a block in the planner, which holds 15 blocks. If the planner is full, the
+line has to wait. At certain points, the main program prepares up to 5 segments of the oldest block in advance. A motion
+starts when the planner is full, when no input is waiting, or when a command waits for the machine to stop. The last
+planned block always ends at rest. If lines arrive slowly, the planner contains few blocks, and the machine only moves
+as fast as it can still stop within these blocks.
+
+Source: GRBL 1.1h (gnea/grbl: planner.c, stepper.c, motion_control.c, protocol.c, config.h). We compared the simulation
+with this firmware on a simulated board (`python -m benchmarks grbl_time`). Units: mm, s.
 """
 
 from __future__ import annotations
@@ -21,30 +23,32 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Number of blocks in the planner (BLOCK_BUFFER_SIZE - 1), and of prepared segments (SEGMENT_BUFFER_SIZE - 1).
+#: The planner holds this many blocks (BLOCK_BUFFER_SIZE - 1) and this many prepared segments (SEGMENT_BUFFER_SIZE - 1).
 BLOCKS, SEGMENTS = 15, 5
-#: Size of the ring of blocks. It is a power of two, so that the modulo is fast.
+#: Size of the ring of blocks. A power of two makes the modulo fast.
 PLACES = 16
-#: Duration of a segment, s (ACCELERATION_TICKS_PER_SECOND), and its minimum number of steps.
+#: A segment lasts this many seconds (ACCELERATION_TICKS_PER_SECOND) and has at least this many steps.
 SEGMENT_S, SEGMENT_STEPS = 0.01, 1.25
-#: Segments of a long move at constant speed are merged, except in a last part of this duration, s.
+#: The simulation merges the segments of a long move at constant speed, except in the last part of the move, which lasts
+#: this many seconds.
 SOON_S = 1.0
-#: Clock frequency of the processor, Hz, and longest tick of its timer. Slow steps take 2, 4 or 8 ticks.
+#: Clock frequency of the processor in Hz, and longest tick of its timer. Slow steps take 2, 4, or 8 ticks.
 CLOCK, LONGEST_TICK = 16e6, 65535
-#: Maximum number of bytes in transit from a sender; the receive buffer holds 128.
+#: A sender may have this many bytes in transit. The receive buffer holds 128 bytes.
 ON_THE_WAY = 127
-#: Minimum feed, mm/s (MINIMUM_FEED_RATE).
+#: GRBL raises slower feeds to this value, mm/s (MINIMUM_FEED_RATE).
 SLOWEST = 1.0 / 60.0
-#: Cosine limit of a straight continuation; its negative is the limit of a reversal.
+#: Cosine above which a move counts as a straight continuation. The negative value is the limit for a reversal.
 STRAIGHT = 0.999999
 
-#: Processor times, s: per line, word and byte of a line, and chord; …
-#: … per block, moving axis of a block, corner, and replanned block; …
-#: … per started or replanned block, segment, and tick of the stepper timer.
+#: Processor times in seconds. First line: per program line, per word of a line, per byte of a line, and per chord.
+#: Second line: per block, per moving axis of a block, per corner, and per replanned block.
+#: Third line: per started or replanned block, per segment, and per tick of the stepper timer.
 LINE_S, WORD_S, BYTE_S, CHORD_S = 0.15e-3, 0.09e-3, 15e-6, 0.13e-3
 BLOCK_S, AXIS_S, CORNER_S, PLAN_S = 0.27e-3, 0.19e-3, 0.37e-3, 55e-6
 LOAD_S, CUT_S, TICK_S = 0.27e-3, 0.33e-3, 22e-6
-#: Time from an answer of the board to the next line of the sender, s: four bytes of the answer, and reaction time.
+#: Time from the board's answer until the sender's next line, in seconds. It includes four bytes of answer and the
+#: sender's reaction time.
 ANSWER_S = 0.6e-3
 
 # Columns of the ring of blocks: remaining length, mm; acceleration; requested speed; squares of the maximum and of the
@@ -59,7 +63,7 @@ DONE, PLANNED, FIXED, MADE, RUNNING, BEGUN, CHANGED = range(N_COUNT := 7)
 
 
 class Board(NamedTuple):
-    """The settings and the memory of a running board.
+    """Settings and memory of a running board.
 
     byte_s  float            time per byte over the serial line, s
     lock_s  float            time that the motors stay locked after a motion, s ($1)
@@ -86,7 +90,7 @@ class Board(NamedTuple):
 
 
 def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
-    """Return a board at rest with memory for the end times of `n_items` items."""
+    """Create a board at rest, with memory for the end times of `n_items` items."""
     state, count = np.zeros(N_STATE), np.zeros(N_COUNT, dtype=np.int64)
     state[SHARE] = 1.0
     memory = (np.zeros((PLACES, N_COLUMNS)), state, count, np.zeros(SEGMENTS), np.zeros((2, 3)), np.zeros(3))
@@ -95,20 +99,20 @@ def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
 
 @part
 def _spend_time(board: Board, seconds: float) -> None:
-    """Let the main program work for `seconds` of processor time, which takes longer while the motors run."""
+    """Let the main program spend `seconds` of processor time. This takes longer while the motors are running."""
     board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
 
 
 @part
 def _next_free_segment(board: Board) -> float:
-    """Return the time at which there is space for another segment, s."""
+    """Return the time in seconds at which another segment fits into the buffer."""
     when: float = board.ends[board.counts[MADE] % SEGMENTS]
     return when
 
 
 @part
 def _run_segment(board: Board, remaining: float, speed: float, time: float) -> None:
-    """Prepare a segment of the oldest block. It is rounded to whole steps with equal ticks.
+    """Prepare a segment of the oldest block. The segment is rounded to whole steps with equal ticks.
 
     remaining float  length of the block that remains after the segment, mm
     speed     float  speed at the end of the segment, mm/s
@@ -183,7 +187,7 @@ def _cut_segment(board: Board) -> None:
 
 @part
 def _prepare_segments(board: Board) -> None:
-    """Prepare segments while there is space for them, and detect whether the motors have run out of segments."""
+    """Prepare segments while the buffer has space for them, and detect whether the motors have run out of segments."""
     state, count = board.state, board.counts
     while count[RUNNING]:
         if state[NOW] > state[ENDS]:
@@ -247,10 +251,10 @@ def _wait_for_free_block(board: Board) -> None:
 
 @part
 def _plan_blocks(board: Board) -> int:
-    """Replan after a block was added, and return the number of blocks visited.
+    """Replan after adding a block, and return the number of blocks visited.
 
-    A backward pass goes from the last block, which ends at rest, to the first block that may change. A forward pass
-    follows.
+    The backward pass starts at the last block, which ends at rest, and goes back to the first block that may change.
+    The forward pass follows.
     """
     ring, state, count = board.ring, board.state, board.counts
     first, last = max(count[FIXED], count[DONE]), count[PLANNED] - 1
@@ -277,7 +281,7 @@ def _plan_blocks(board: Board) -> int:
 
 @part
 def _limit_along_direction(limits: NDArray, unit: NDArray) -> float:
-    """Return the maximum velocity or acceleration along a unit vector within the limits of all axes."""
+    """Compute the maximum velocity or acceleration along a unit vector that respects the limits of all axes."""
     result = math.inf
     for axis in range(3):
         if unit[axis] != 0.0:
@@ -287,7 +291,7 @@ def _limit_along_direction(limits: NDArray, unit: NDArray) -> float:
 
 @part
 def _squared_corner_speed(board: Board, acceleration: NDArray, deviation: float) -> float:
-    """Return the squared maximum speed at the corner between the last and the next block, (mm/s)²."""
+    """Compute the square of the maximum speed at the corner between the last block and the next block, (mm/s)²."""
     before, after = board.unit[0], board.unit[1]
     cosine = -(before[0] * after[0] + before[1] * after[1] + before[2] * after[2])
     if cosine > STRAIGHT:
@@ -309,7 +313,7 @@ def _squared_corner_speed(board: Board, acceleration: NDArray, deviation: float)
 
 @part
 def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviation: float, owner: int) -> None:
-    """Add a straight move to position `end` to the planner; a move of less than one step is dropped.
+    """Add a straight move to position `end` to the planner. Moves of less than one step are dropped.
 
     end     float64[3]      mm
     limits  float64[3, 3]   steps per mm, maximum speed, acceleration of each axis
@@ -370,7 +374,7 @@ def grbl_clock(
     answered: NDArray,
     point: NDArray,
 ) -> None:
-    """Simulate how the controller executes items (moves, stops, lines), and compute the end time of each item.
+    """Simulate how the controller executes items (moves, stops, lines), and compute when each item ends.
 
     move       int64[n]           move of the item, or -1 for none
     size       int64[n]           number of bytes of the line that starts with the item, or 0 for none

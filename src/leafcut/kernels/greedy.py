@@ -1,7 +1,7 @@
-"""Build a greedy tour: add the cheapest edges first, provided that they can belong to a tour.
+"""Build a greedy tour: add the cheapest edges first, as long as they can still be part of a tour.
 
-The edges come from neighbour lists and form fragments of the tour. The ends of the fragments are joined in the same
-way, with new neighbour lists of only the ends, until a single path remains.
+The edges come from neighbour lists and form fragments of the tour. The fragment ends are then joined in the same
+manner, with new neighbour lists that contain only ends, until a single path remains.
 
 ======= ================ ======================================================================================
 edges   uint64[m]        cost (bits of a float32, sortable as an integer) · 2³² + row·k + c
@@ -10,7 +10,7 @@ beside  int32[n, 2]      neighbours of a node in its fragment, -1 for none
 ======= ================ ======================================================================================
 
 Source: J. L. Bentley, Fast algorithms for geometric traveling salesman problems, ORSA J. Computing 4 (1992) (greedy).
-Differs: a sorted list of edges replaces the priority queue. This is less work and gives nearly the same edges.
+Differs: a sorted list of edges replaces the priority queue. This takes less work and selects nearly the same edges.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ from leafcut.kernels import kernel
 def list_edges(
     candidates: NDArray, lengths: NDArray, nodes: NDArray, tail: NDArray, limit: float, edges: NDArray
 ) -> int:
-    """List each edge that can be added and costs at most `limit` once, and return the number of edges.
+    """List each edge that can still be added and costs at most `limit`. Each edge is listed once.
+
+    Returns the number of listed edges.
 
     ========== ================ ===================================
     candidates int32[rows, k]   neighbours of every row, -1 for none
@@ -63,7 +65,7 @@ def list_edges(
 
 @kernel
 def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
-    """Join two nodes if they are ends of different fragments, and return whether they were joined.
+    """If two nodes are the ends of different fragments, join them. Return whether they were joined.
 
     Changes: tail, neighbours.
     """
@@ -81,7 +83,7 @@ def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
 def join_edges(
     edges: NDArray, count: int, candidates: NDArray, nodes: NDArray, tail: NDArray, neighbours: NDArray
 ) -> None:
-    """Join the nodes of each of the first `count` edges, in order, if possible.
+    """Go through the first `count` edges in order, and join the nodes of each edge if possible.
 
     ``nodes`` int32[rows] is the node of each row of candidates int32[rows, k]. Changes: tail, neighbours.
     """
@@ -96,7 +98,7 @@ def join_edges(
 
 @kernel
 def walk_path(neighbours: NDArray, start: int, tour: NDArray) -> None:
-    """Write the nodes of the path that starts at a given node to `tour`. Changes: tour int32[n]."""
+    """Follow the path that starts at a given node, and write its nodes to `tour`. Changes: tour int32[n]."""
     previous, node = -1, start
     for step in range(len(tour)):
         tour[step] = node

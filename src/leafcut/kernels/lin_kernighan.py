@@ -1,18 +1,20 @@
-"""Sequential exchanges of up to five edges, found depth first along candidate edges (Lin and Kernighan's idea).
+"""Improve tours by sequential exchanges of up to five edges (Lin and Kernighan's idea).
 
-A move removes k edges and adds k: t0–t1 is removed, t1–t2 added, t2–t3 removed, … and t(2k-1)–t0 closes the tour. The
-search does not change the tour. The sorted positions of the 2k nodes determine whether the move yields a single tour,
-so intermediate steps may split the tour. Only improving moves are made. A move rewrites all pieces except the longest,
-and logs the overwritten entries for undo.
+The search goes depth first along candidate edges.
 
-Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973); K. Helsgaun, European J. Operational Research 126
+A move removes k edges and adds k edges: it removes t0–t1, adds t1–t2, removes t2–t3, and so on, until t(2k-1)–t0 closes
+the tour. The search itself does not change the tour. The sorted positions of the 2k nodes show whether the move yields
+a single tour, so intermediate steps may split the tour. Only moves that improve the tour are made. A move rewrites all
+pieces except the longest, and logs the overwritten entries so that it can be undone.
+
+Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973). K. Helsgaun, European J. Operational Research 126
 (2000), section 5 (sequential 5-opt moves as basis), and Mathematical Programming Computation 1 (2009), section 3
 (feasibility by sorting).
 
-Kicks are small local changes of a good tour, followed by this search only at the touched nodes. The effort of a kick
-and its repair does not depend on the size of the tour. A worse result is undone from the log.
+A kick is a small local change to a good tour, followed by this search at the affected nodes only. The effort for a kick
+and its repair does not depend on the size of the tour. If the result is worse, the log is used to undo it.
 
-Source: O. Martin, S. W. Otto and E. W. Felten, Operations Research Letters 11 (1992) (the double bridge); D. Applegate,
+Source: O. Martin, S. W. Otto and E. W. Felten, Operations Research Letters 11 (1992) (the double bridge). D. Applegate,
 W. Cook and A. Rohe, INFORMS J. Computing 15 (2003), section 3 (local kicks, no global work per kick).
 """
 
@@ -28,19 +30,20 @@ from leafcut.kernels import EPSILON, constant, kernel, part
 from leafcut.kernels.cost import CostModel, is_straight, straight, travel
 from leafcut.kernels.random import below
 
-#: Maximum number of edges that a move exchanges.
+#: A move exchanges at most this many edges.
 DEPTH = 5
 
-#: Maximum length of a piece that a kick moves. Shorter pieces soon give no new tours; longer ones are seldom repaired.
+#: A kick moves pieces of at most this length. Shorter pieces soon produce no new tours, and longer pieces are seldom
+#: repaired.
 LONGEST_PIECE = 50
 
-#: Value of `Tour.queued` for a node that is not in the queue and must not be appended to it.
+#: Value in `Tour.queued` for a node that is not in the queue and must not be added to it.
 WAITING = 2
 
-#: Bit sets of the moves that yield a single tour, indexed by a key. The e-th edge removed after t0–t1 adds to the key:
-#: `on` in `find_move`, then a bit for each edge removed earlier, which is 1 if that edge starts closer to t1. There are
-#: 4 valid moves of three edges, 20 of four, and 148 of five. Keys of five edges have ten bits: the last four select a
-#: number, and the others select a bit of this number.
+#: Bit sets that contain a 1 for each move that yields a single tour. A key selects the bit. Each edge that is removed
+#: after t0–t1 adds to the key: first `on` from `find_move`, then a bit for each edge removed earlier, which is 1 if
+#: that edge starts closer to t1. There are 4 valid moves of three edges, 20 of four, and 148 of five. Keys for five
+#: edges have ten bits. The last four bits select a number, and the other bits select a bit of this number.
 LEAVES_3, LEAVES_4 = 0x1E, 0x1E030D50406678
 LEAVES_5 = np.array([
     0x1E66020AB0C07800, 0x1E780107E0801E78, 0x1050000040000000, 0x1040000010400000, 0x0E030D0000000000,
@@ -48,9 +51,9 @@ LEAVES_5 = np.array([
     0x30E00000904, 0x300000F0C, 0x1E030D50406678, 0x0,
 ])  # fmt: skip
 
-#: Possible numbers of edges in a move.
+#: Numbers of edges that a move may exchange, as constants.
 TWO, THREE, FOUR, FIVE = constant(2), constant(3), constant(4), constant(5)
-#: Maximum number of nodes that are examined after a kick; it is never reached.
+#: Maximum number of nodes to examine after a kick. In practice, this limit is never reached.
 NO_LIMIT = constant(1_000_000)
 
 #: Rows of `Tour.move`.
@@ -58,7 +61,7 @@ ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
 
 
 class Tour(NamedTuple):
-    """A tour during its improvement, with the state of the search; each worker has one object.
+    """A tour that is being improved, and the state of the search. Each worker has its own object.
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the tour
@@ -66,7 +69,7 @@ class Tour(NamedTuple):
     queue    int32[n]        ring buffer of nodes to examine; counts[0] is its start, counts[1] its length
     queued   uint8[n]        1 for nodes in the queue, WAITING for those whose move was too long for the buffer
     counts   int64[4]        start and length of the queue, entries in the log, 1 if the log was too small
-    log      int32[m, 2]     (position, previous node) of every overwritten entry; m = 0 without a log
+    log      int32[m, 2]     (position, previous node) for every overwritten entry; m = 0 without a log
     buffer   int32[b]        pieces being moved; moves that write more than b positions are not made
     move     int64[4, 2·DEPTH]  of a move: rows ENDS t0, t1, …; ORDER, their indices by position; RANK, its inverse; KEY
     gain     float64[1]      gain of a move
@@ -86,7 +89,7 @@ class Tour(NamedTuple):
 
 @part
 def push_to_queue(work: Any, v: int) -> None:
-    """Append a node to the queue of a `Tour` or a `Route`, unless it is in the queue.
+    """Append a node to the queue of a `Tour` or a `Route`, unless it is already in the queue.
 
     Changes: queue, queued, counts.
     """
@@ -100,7 +103,7 @@ def push_to_queue(work: Any, v: int) -> None:
 
 @part
 def pop_from_queue(work: Any) -> int:
-    """Remove and return the first node in the queue of a `Tour` or a `Route`. Changes: queued, counts."""
+    """Remove the first node from the queue of a `Tour` or a `Route`, and return it. Changes: queued, counts."""
     first = work.counts[0]
     v = work.queue[first]
     work.counts[0] = first + 1 if first + 1 < len(work.queue) else 0
@@ -124,9 +127,9 @@ def predecessor(node: NDArray, place: NDArray, v: int) -> int:
 
 @part
 def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
-    """Reverse positions first … last of the tour, or all other positions if they are fewer.
+    """Reverse positions first … last of the tour. If fewer positions lie outside this range, reverse those instead.
 
-    If last < first, the range wraps around. Return the number of reversed positions. Changes: node, place.
+    If last < first, the range wraps around. Returns the number of reversed positions. Changes: node, place.
     """
     n = len(node)
     size = last - first + 1
@@ -153,10 +156,10 @@ def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
 
 @part
 def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
-    """Sort the 2k ends of the k removed edges by position, starting directly after the first removed edge.
+    """Sort the 2k ends of the k removed edges by position, starting right after the first removed edge.
 
-    In this order, an end with an even rank is the start of a piece of the tour, and the next end is the end of this
-    piece. A piece of one node occurs as two ends.
+    In this order, an end with an even rank is the start of a piece of the tour, and the next end is the end of the same
+    piece. A piece with a single node appears as two ends.
     Changes: rows ORDER, RANK, KEY of move.
     """
     n = len(place)
@@ -186,9 +189,10 @@ def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
 
 @part
 def next_entered_piece(move: NDArray, rank: int, k: int) -> int:
-    """Return the rank at which the new tour enters its next piece, if it has entered a piece at `rank`.
+    """Return the rank at which the new tour enters its next piece, given that it entered the current piece at `rank`.
 
-    The tour leaves the piece at its other end. An added edge, t1–t2, t3–t4, … or t(2k-1)–t0, leads to the next piece.
+    The tour leaves the current piece at the other end. From there, an added edge (t1–t2, t3–t4, … or t(2k-1)–t0) leads
+    to the next piece.
     """
     i = move[ORDER, rank ^ 1]
     if i == 0:
@@ -200,7 +204,7 @@ def next_entered_piece(move: NDArray, rank: int, k: int) -> int:
 
 @part
 def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
-    """Return whether the move yields a single tour. Changes: rows ORDER, RANK, KEY of move."""
+    """Check whether the move yields a single tour. Changes: rows ORDER, RANK, KEY of move."""
     sort_removed_ends(place, move, k)
     rank, pieces = 0, 0
     while True:
@@ -212,10 +216,10 @@ def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
 
 @part
 def make_move(tour: Tour, k: int) -> bool:
-    """Make a move with sorted ends: keep the longest piece of the tour, and write the other pieces after it.
+    """Make a move whose ends are sorted.
 
-    Return whether buffer and log had space for the move. If not, the tour does not change; counts[3] is set if there is
-    a log.
+    The longest piece of the tour stays, and the other pieces are written after it. Returns whether the buffer and the
+    log had enough space. If not, the tour does not change. If a log exists, counts[3] is set.
     Changes: node, place, log, counts, buffer.
     """
     node, place, move = tour.node, tour.place, tour.move
@@ -268,7 +272,7 @@ def make_move(tour: Tour, k: int) -> bool:
 
 @part
 def undo_log(tour: Tour) -> None:
-    """Undo all entries of the log, last entry first, and empty the log. Changes: node, place, counts."""
+    """Undo all entries of the log, most recent first, and empty the log. Changes: node, place, counts."""
     for entry in range(tour.counts[2] - 1, -1, -1):
         at, v = tour.log[entry, 0], tour.log[entry, 1]
         tour.node[at] = v
@@ -287,7 +291,7 @@ def _is_removed(ends: NDArray, last: int, c: int, d: int) -> bool:
 
 @part
 def _is_either(a: int, b: int, v: int) -> bool:
-    """Return whether v is a or b. `v in (a, b)` takes three times as long to compile."""
+    """Check whether v is a or b. `v in (a, b)` takes three times as long to compile."""
     return not (v != a and v != b)
 
 
@@ -298,29 +302,30 @@ def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
 
 @part
 def edge_and_return(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
-    """Return the costs of travel from c to d and from d to t0. The second is ∞ if the move does not yield one tour.
+    """Compute the cost of travel from c to d, and from d to t0.
 
-    Machine times are slow to compute. Omitting them for impossible moves saves 5 % of the time of a kick.
+    If the move does not yield a single tour, the second cost is ∞. Machine times are slow to compute. Skipping them for
+    impossible moves makes a kick 5 % faster.
     """
     return travel(cost, c, d), travel(cost, d, t0) if leaves else math.inf
 
 
 @part
 def neighbours_of_position(node: NDArray, at: int) -> tuple[int, int]:
-    """Return the nodes after and before a position."""
+    """Return the node after a position and the node before it."""
     return node[at + 1 if at + 1 < len(node) else 0], node[at - 1]
 
 
 @part
 def steps_between(at: int, start: int, direction: int, n: int) -> int:
-    """Return the number of positions from `start` to `at`, forward (direction 0) or backward (direction 1)."""
+    """Count the positions from `start` to `at`, going forward (direction 0) or backward (direction 1)."""
     r = at - start if direction == 0 else start - at
     return r if r >= 0 else r + n
 
 
 @part
 def store_move(place: NDArray, move: NDArray, gain: NDArray, k: int, gained: float) -> int:
-    """Prepare a move of k edges for `make_move`; return k. Changes: rows ORDER, RANK, KEY of move; gain."""
+    """Prepare a move of k edges for `make_move`, and return k. Changes: rows ORDER, RANK, KEY of move; gain."""
     sort_removed_ends(place, move, k)
     gain[0] = gained
     return k
@@ -338,11 +343,14 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     breadth: NDArray,
     t0: int,
 ) -> int:
-    """Search for an improving move that starts at t0. Return its number of edges, or 0, and store its gain in gain[0].
+    """Search for an improving move that starts at t0. Return its number of edges, or 0 if the search fails.
 
-    Nested loops, one per edge, are a quarter faster than one loop with a stack. A table lookup (`LEAVES_3`) shows
-    whether a move yields a single tour; each edge adds bits to the key. This is a sixth faster than sorting the ends of
-    all moves with a gain, because only one in nine of these moves yields a single tour.
+    The gain of the move is stored in gain[0].
+
+    The search uses one nested loop per edge, which is a quarter faster than one loop with a stack. A table lookup
+    (`LEAVES_3`) shows whether a move yields a single tour. Each edge adds bits to the key of the table. The lookup is a
+    sixth faster than sorting the ends of every move that has a gain, because only one in nine of these moves yields a
+    single tour.
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
@@ -495,7 +503,7 @@ def improve_queued(
 ) -> float:
     """Make improving moves at the queued nodes, and return the gain.
 
-    The search ends when the queue is empty, the log is full, or `max_nodes` nodes have been examined. Changes: tour.
+    The search stops when the queue is empty, the log is full, or `max_nodes` nodes have been examined. Changes: tour.
     """
     total = 0.0
     examined = 0
@@ -520,7 +528,10 @@ def improve_queued(
 
 @part
 def keep_or_undo(tour: Tour, gained: float) -> float:
-    """Undo the logged changes if they lengthen the tour or if the log was too small; return the gain. Changes: tour."""
+    """Undo the logged changes if they make the tour longer or if the log was too small.
+
+    Return the gain. Changes: tour.
+    """
     if tour.counts[3] == 0 and gained >= -EPSILON:
         return gained
     while tour.counts[1] > 0:
@@ -566,7 +577,7 @@ def kick_and_mend(
     k: int,
     kicks: int,
 ) -> float:
-    """Kick and repair `kicks` times, undo results that lengthen the tour, and return the total gain.
+    """Kick and repair the tour `kicks` times. Undo any result that makes the tour longer, and return the total gain.
 
     Changes: tour, states[k].
     """

@@ -1,7 +1,7 @@
-"""Local search by 2-opt and Or-opt moves on candidate lists, with a queue of nodes to examine.
+"""Local search with 2-opt and Or-opt moves on candidate lists. A queue holds the nodes to examine.
 
-All moves consist of 2-opt exchanges, each given by its four nodes. An exchange reverses the shorter side of the tour.
-The direction in which the array stores the tour does not matter.
+All moves consist of 2-opt exchanges, each of which is given by its four nodes. An exchange reverses the shorter side of
+the tour. The direction in which the array stores the tour does not matter.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from leafcut.kernels.lin_kernighan import (
     successor,
 )
 
-#: Maximum length of a run that Or-opt moves (Or 1976).
+#: Or-opt moves runs of at most this many nodes (Or 1976).
 LONGEST_SEGMENT = 3
 
 
 @part
 def neighbour_in_tour(node: NDArray, place: NDArray, v: int, forward: bool) -> int:
-    """Return the node after v if `forward`, otherwise the node before v."""
+    """Return the node after v if `forward` is set, and the node before v otherwise."""
     return successor(node, place, v) if forward else predecessor(node, place, v)
 
 
 @part
 def exchange(node: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> None:
-    """Replace the edges a–b and c–d by a–c and b–d, where b follows a and d follows c in the same direction.
+    """Replace the edges a–b and c–d with a–c and b–d. In the same direction, b follows a and d follows c.
 
     Changes: node, place.
     """
@@ -45,7 +45,10 @@ def exchange(node: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> N
 
 @part
 def two_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDArray, a: int, touched: NDArray) -> bool:
-    """Make the first improving 2-opt move at node a. Changes: node, place, touched int64[≥4] (its four nodes)."""
+    """Make the first 2-opt move at node a that improves the tour.
+
+    Changes: node, place, touched int64[≥4] (the four nodes of the move).
+    """
     for direction in range(2):
         forward = direction == 0
         b = neighbour_in_tour(node, place, a, forward)
@@ -74,10 +77,10 @@ def _within(place: NDArray, a: int, length: int, forward: bool, v: int) -> bool:
 
 @part
 def or_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDArray, a: int, touched: NDArray) -> bool:
-    """Move a run of 1 … 3 nodes that starts at a to a better position, in either direction, if that improves the tour.
+    """If it improves the tour, move a run of 1 … 3 nodes that starts at a to a better position, in either direction.
 
-    Symbols: the run is a … e, p is the node before a, and q the node after e; the run is moved between c and d, with a
-    next to c.
+    Symbols: the run is a … e, p is the node before a, and q is the node after e. The run is moved between c and d, so
+    that a is next to c.
     Changes: node, place, touched int64[≥6].
     Source: I. Or, PhD thesis, Northwestern University 1976.
     """
@@ -113,7 +116,11 @@ def or_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDAr
 
 @part
 def _move_run(node: NDArray, place: NDArray, p: int, a: int, e: int, q: int, c: int, d: int, c_first: bool) -> None:
-    """Change p a…e q … c d to p q … c a…e d (c_first), or p a…e q … d c to p q … d e…a c. Changes: node, place."""
+    """Move a run of nodes to a new position.
+
+    If `c_first` is set, p a…e q … c d becomes p q … c a…e d. Otherwise, p a…e q … d c becomes p q … d e…a c.
+    Changes: node, place.
+    """
     if c_first:
         if c != q:
             exchange(node, place, p, a, c, d)  # p c…q e…a d
@@ -129,10 +136,10 @@ def _move_run(node: NDArray, place: NDArray, p: int, a: int, e: int, q: int, c: 
 
 @kernel
 def improve(cost: CostModel, tour: Tour, candidates: NDArray, max_moves: int) -> int:
-    """Improve the tour at the queued nodes, and return the number of moves, at most `max_moves`.
+    """Improve the tour at the queued nodes, and return the number of moves, which is at most `max_moves`.
 
-    A node leaves the queue if no move at this node improves the tour (its don't-look bit). The ends of each move enter
-    the queue.
+    A node leaves the queue when no move at this node improves the tour (its don't-look bit). The ends of each move
+    enter the queue.
     Changes: tour.
     Source: J. L. Bentley, Fast algorithms for geometric travelling salesman problems, ORSA J. Computing 4 (1992).
     """

@@ -1,13 +1,13 @@
-"""Repair of long edges: one end is fixed, and the other end walks towards it along candidate edges.
+"""Repair long edges. One end of the edge stays fixed, and the other end walks towards it along candidate edges.
 
-If fragments of a greedy tour end far apart, a long edge remains. No exchange of five edges shortens it, because the
-tour would first become longer until the end has left its cluster. Therefore the end walks many steps. Each step adds
-an edge from the walking end to one of its candidates, and removes the edge before that candidate. The node that loses
-this edge is the new end. The steps after the best position are undone.
+If fragments of a greedy tour end far apart, a long edge remains. No exchange of five edges can shorten it, because the
+tour would become longer until the end has left its cluster. The end therefore walks many steps. Each step adds an edge
+from the walking end to one of its candidates, and removes the edge before that candidate. The node that loses this edge
+becomes the new end. Finally, the steps after the best position are undone.
 
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973), section 1 (the step, the gain criterion, and the rule
 that an added edge is not removed again).
-Differs: the candidate that gives the shortest tour is used.
+Differs: each step uses the candidate that gives the shortest tour.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from leafcut.kernels.lin_kernighan import Tour, predecessor, push_to_queue, reve
 
 @part
 def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
-    """Move one end of an edge: remove fixed–moving and the edge before `target`, and add the edge moving–target.
+    """Walk one step: remove the edge fixed–moving and the edge before `target`, and add the edge moving–target.
 
-    The node before `target` becomes the new end, next to `fixed`. Return the number of written positions. Changes:
+    The node before `target` becomes the new end, next to `fixed`. Returns the number of written positions. Changes:
     node, place.
     """
     node, place = tour.node, tour.place
@@ -46,9 +46,9 @@ def _walk_end(
     moving: int,
     places: int,
 ) -> tuple[float, int]:
-    """Move one end of an edge step by step along candidate edges.
+    """Walk an end of an edge step by step along candidate edges.
 
-    Return the gain of the steps that are kept, and the remaining number of positions that may be written (`places`).
+    Returns the gain of the steps that are kept, and the number of positions that may still be written (`places`).
     Changes: tour, joined_to, steps.
     """
     open_length, best, kept, count = travel(cost, fixed, moving), 0.0, 0, 0
@@ -99,7 +99,7 @@ def shorten_by_walking(
     steps: NDArray,
     places: int,
 ) -> float:
-    """Try to shorten long edges by walking one end, then the other; return the gain.
+    """Try to shorten long edges by letting one end walk and then the other end. Return the gain.
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none

@@ -1,4 +1,4 @@
-"""A k-d tree over the nodes, for finding the nearest neighbours per quadrant and the nearest unvisited node.
+"""A k-d tree over the nodes. It finds the nearest neighbours in each quadrant and the nearest unvisited node.
 
 Points are numbered in the order of the leaves. Each leaf is therefore contiguous in memory, and points with similar
 numbers are close to each other. Points at the same position ("twins") have consecutive numbers.
@@ -16,18 +16,19 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Number of points per leaf. A leaf is scanned completely, which is cheaper than another level for a few points.
+#: Number of points per leaf. The search scans a whole leaf. With few points, this is cheaper than another level of the
+#: tree.
 LEAF_SIZE = 8
 
-#: Maximum number of twins listed for a point.
+#: List at most this many twins of a point.
 MOST_TWINS = 2
 
-#: Rows of `Nearby` after the rows of quadrants 0 … 3.
+#: Rows of `Nearby` that follow the rows of quadrants 0 … 3.
 REST, TWINS = 4, 5
 
 
 class Tree(NamedTuple):
-    """A k-d tree of m tree nodes over n points; the root is 0.
+    """A k-d tree that has m tree nodes over n points. The root is tree node 0.
 
     ======= ============= ===================================================
     x, y    float64[n]    the points, in the order of the leaves
@@ -51,7 +52,7 @@ class Tree(NamedTuple):
 
 
 class Nearby(NamedTuple):
-    """Result of a search by quadrant: rows of points, nearest first. Each worker has one object.
+    """Result of a search by quadrant. Each row lists points, nearest first. Each worker has its own object.
 
     ====== ============= ============================================================================================
     found  int32[6, w]   points by quadrant, other points (row REST), and twins (row TWINS); -1 for none
@@ -78,7 +79,7 @@ def _swap(u: NDArray, v: NDArray, label: NDArray, i: int, j: int) -> None:
 
 @part
 def _quickselect(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle: int) -> None:
-    """Partially sort the run low … high by u, so that position `middle` gets its final value (quickselect).
+    """Partially sort the run low … high by u until position `middle` has its final value (quickselect).
 
     Changes: u, v, label.
     """
@@ -130,7 +131,7 @@ def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int
 
 @part
 def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, start: int, stop: int) -> None:
-    """Sort a few points by position, then by label, so that points at the same position are consecutive.
+    """Sort a few points by position and then by label, so that points at the same position follow each other.
 
     Changes: x, y, label.
     """
@@ -167,10 +168,10 @@ def grow_tree(
     parent: NDArray,
     stack: NDArray,
 ) -> int:
-    """Sort the points into the order of the leaves, fill the arrays of a `Tree`, and return the number of tree nodes.
+    """Sort the points into the order of the leaves, and fill the arrays of a `Tree`. Return the number of tree nodes.
 
-    The last `n_separate` points (≤ LEAF_SIZE) get their own leaf, so their positions in the arrays do not change. The
-    arrays need space for 2n + 1 tree nodes, because each leaf has at least one point.
+    The last `n_separate` points (≤ LEAF_SIZE) get their own leaf, so they keep their positions in the arrays. Each leaf
+    has at least one point, so the arrays need space for 2n + 1 tree nodes.
     Changes: all arrays. `label` int32[n] is permuted with the points.
     """
     begin[0], stop[0], parent[0] = 0, len(x), -1
@@ -206,7 +207,10 @@ def grow_tree(
 
 @part
 def _insert_sorted(points: NDArray, distances: NDArray, row: int, capacity: int, j: int, d: float) -> None:
-    """Insert j at the squared distance d into a sorted row of at most `capacity` points. Changes: points, distances."""
+    """Insert j at squared distance d into a sorted row that holds at most `capacity` points.
+
+    Changes: points, distances.
+    """
     slot = capacity - 1
     while slot > 0 and distances[row, slot - 1] > d:
         distances[row, slot], points[row, slot] = distances[row, slot - 1], points[row, slot - 1]
@@ -236,9 +240,9 @@ def _scan(
     per_quadrant: int,
     capacity: int,
 ) -> int:
-    """Record the points of a run that are among the nearest in their quadrant, and other points if there is space.
+    """Record the points of a run that are among the nearest in their quadrant, and other points if space remains.
 
-    Of points at the same position, only the first and the last are examined. Return the remaining space for other
+    If several points have the same position, only the first and the last are examined. Returns the space left for other
     points. Changes: points, distances.
     """
     xi, yi, last = x[i], y[i], per_quadrant - 1
@@ -271,7 +275,7 @@ def _scan(
 
 @part
 def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
-    """Return the squared distance from a position to the bounding box of a tree node; 0 inside."""
+    """Compute the squared distance from a position to a tree node's bounding box. Inside the box, the distance is 0."""
     dx = max(box[node, 0] - x, x - box[node, 2], 0.0)
     dy = max(box[node, 1] - y, y - box[node, 3], 0.0)
     return float(dx * dx + dy * dy)
@@ -279,7 +283,7 @@ def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
 
 @part
 def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity: int, limit: NDArray) -> None:
-    """Set the squared distance limit of each row; row REST has the largest limit. Changes: limit."""
+    """Set the squared distance limit of each row. Row REST has the largest limit. Changes: limit."""
     rest_limit = distances[REST, capacity - 1] if capacity > 0 else -1.0
     limit[REST] = 0.0
     for quadrant in range(4):
@@ -291,9 +295,7 @@ def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity
 
 @part
 def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
-    """Return whether a box may contain a point at (x, y), or extends into a quadrant within the limit of that
-    quadrant.
-    """
+    """Check whether a box may contain a point at (x, y), or reaches into a quadrant within the quadrant's limit."""
     d = squared_gap(box, node, x, y)
     if d >= limit[REST]:
         return False
@@ -311,12 +313,15 @@ def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> boo
 
 @part
 def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -> None:
-    """Find the points nearest to point i per quadrant, the nearest other points up to k in total, and its twins.
+    """Find the points nearest to point i.
 
-    Twins are points at the same position. Quadrants are half open, so that each direction belongs to exactly one
-    quadrant. Twins of i belong to no quadrant, because there may be thousands of them. If possible, the twins directly
-    before and after i are listed, so that all twins form a chain. Of twins at another position, only the first and the
-    last are listed, because more would displace other positions.
+    The result contains the nearest points in each quadrant, the nearest other points up to k in total, and the twins of
+    i.
+
+    Twins are points at the same position. Quadrants are half open, so each direction belongs to exactly one quadrant.
+    The twins of i belong to no quadrant, because there may be thousands of them. If possible, the search lists the
+    twins directly before and after i, so that all twins form a chain. If points at another position are twins, the
+    search lists only the first and the last of them. More twins would displace other positions.
     Changes: nearby.
     """
     x, y, box, child = tree.x, tree.y, tree.box, tree.child
@@ -354,7 +359,7 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
 
 @part
 def remove_point(tree: Tree, alive: NDArray, i: int) -> None:
-    """Remove point i from the counts of unvisited points in the tree. Changes: alive int32[m]."""
+    """Subtract point i from the tree's counts of unvisited points. Changes: alive int32[m]."""
     node = tree.leaf_of[i]
     while node >= 0:
         alive[node] -= 1
@@ -363,9 +368,9 @@ def remove_point(tree: Tree, alive: NDArray, i: int) -> None:
 
 @part
 def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stack: NDArray) -> int:
-    """Return the unvisited point nearest to point i, or -1 if all points have been visited.
+    """Find the unvisited point nearest to point i. Return -1 if all points have been visited.
 
-    Symbols: alive int32[m], number of unvisited points below each tree node; visited uint8[n].
+    Symbols: alive int32[m] is the number of unvisited points below each tree node; visited uint8[n].
     Changes: stack int32[64].
     """
     box, x, y = tree.box, tree.x, tree.y

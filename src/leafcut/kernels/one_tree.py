@@ -1,9 +1,9 @@
-"""Minimum 1-trees on a sparse graph, and the subgradient ascent on node penalties for a lower bound.
+"""Minimum 1-trees on a sparse graph, and the subgradient ascent on node penalties that yields a lower bound.
 
 A 1-tree is a spanning tree of all nodes except one, the hub, plus two edges of the hub. Every tour is a 1-tree, so no
-tour costs less than the minimum 1-tree. Adding a penalty to all edges of a node changes the costs of all tours equally,
-but the cost of a 1-tree in proportion to the degree of the node. Penalties on nodes with many edges and rewards on
-leaves drive 1-trees towards tours.
+tour costs less than the minimum 1-tree. Suppose we add a penalty to all edges of a node. The cost of every tour grows
+by the same amount, but the cost of a 1-tree grows in proportion to the degree of the node. Penalties on nodes with many
+edges, and rewards on leaves, therefore make 1-trees more like tours.
 
 Source: M. Held and R. M. Karp, The traveling-salesman problem and minimum spanning trees, Operations Research 18 (1970)
 and Mathematical Programming 1 (1971).
@@ -18,20 +18,21 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Number of children per heap node: four share a cache line, and the heap is half as high as with two.
+#: Number of children per heap node. Four children share a cache line, and the heap is half as high as with two
+#: children.
 WAYS = 4
 
-#: Values of `TreeScratch.place`: not in the heap yet; already in the tree.
+#: Values in `TreeScratch.place` for a node that is not in the heap yet, and for a node that is already in the tree.
 OUTSIDE, DONE = -1, -2
 
-#: Minimum width of a set, as a multiple of the distance to the nearest node outside divided by the number of nodes
-#: inside. Without a minimum, sets on a grid would have width 0. In a test on eight boards, 0 was worse for clustered
-#: holes, and 1 was worse for grids.
+#: Minimum width of a set. It is given as a multiple of the distance to the nearest outside node, divided by the number
+#: of nodes in the set. Without a minimum, sets on a grid would have width 0. In a test on eight boards, 0 was worse for
+#: clustered holes, and 1 was worse for grids.
 SLACK = 0.3
 
 
 class Graph(NamedTuple):
-    """A sparse graph over n nodes; every edge is stored at both ends.
+    """A sparse graph over n nodes. Every edge is stored at both ends.
 
     ====== ============ =======================================================
     begin  int32[n+1]   the edges of node i are begin[i] … begin[i + 1] - 1
@@ -46,7 +47,7 @@ class Graph(NamedTuple):
 
 
 class Sets(NamedTuple):
-    """A hierarchy of node sets: set i < n is node i, and each later set is the union of two earlier sets.
+    """A hierarchy of node sets. Set i < n consists of node i, and each later set is the union of two earlier sets.
 
     ===== =========== ==============================================================================
     left  int32[2n]   one part of a set ≥ n
@@ -61,7 +62,7 @@ class Sets(NamedTuple):
 
 
 class TreeScratch(NamedTuple):
-    """The tree under construction, and work arrays.
+    """The tree under construction, with work arrays.
 
     ====== =========== =================================================================================
     parent int32[n]    node through which a node joined the tree; -1 for the first
@@ -81,7 +82,7 @@ class TreeScratch(NamedTuple):
 
 @part
 def _insert_in_heap(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> None:
-    """Insert a node into the heap at position `hole` or above. Changes: heap, place."""
+    """Insert a node into the heap at position `hole` or higher up. Changes: heap, place."""
     while hole > 0:
         up = (hole - 1) // WAYS
         parent = heap[up]
@@ -96,7 +97,7 @@ def _insert_in_heap(heap: NDArray, place: NDArray, key: NDArray, hole: int, node
 
 @part
 def _replace_heap_top(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> None:
-    """Replace the top of the heap with a node. Changes: heap, place."""
+    """Replace the node at the top of the heap. Changes: heap, place."""
     hole = 0
     while WAYS * hole + 1 < size:
         smallest = WAYS * hole + 1
@@ -114,9 +115,9 @@ def _replace_heap_top(heap: NDArray, place: NDArray, key: NDArray, size: int, no
 
 @part
 def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) -> float:
-    """Find the minimum spanning tree of a connected graph under penalties, and return its penalised cost.
+    """Build the minimum spanning tree of a connected graph under penalties, and return its penalised cost.
 
-    Nodes without edges are not part of the tree. Changes: work.parent, key, heap, place.
+    Nodes without edges do not belong to the tree. Changes: work.parent, key, heap, place.
     Source: R. C. Prim, Bell System Technical Journal 36 (1957).
     """
     parent, key, heap, place = work.parent, work.key, work.heap, work.place
@@ -149,9 +150,9 @@ def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) ->
 
 @part
 def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[int, int]:
-    """Return the neighbours of the hub along its two cheapest edges; `tied` is one of them unless it is -1.
+    """Return the hub's neighbours along its two cheapest edges. Unless `tied` is -1, it is one of the two.
 
-    Symbols: spokes float64[n], the cost of the edge from the hub to each node.
+    Symbols: spokes float64[n] is the cost of the edge from the hub to each node.
     """
     a, b = tied, -1
     first_cost = -math.inf if tied >= 0 else math.inf
@@ -168,10 +169,10 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
 
 @part
 def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
-    """Complete the spanning tree in `work` to a 1-tree, count its degrees, and return the added cost.
+    """Complete the spanning tree in `work` to a 1-tree, count the degrees of its nodes, and return the added cost.
 
-    The added cost is the cost of both edges of the hub, minus the effect of all penalties on a tour, which is the same
-    for every tour. The hub has no penalty.
+    The added cost consists of the cost of both hub edges, minus the effect of all penalties on a tour. This effect is
+    the same for every tour. The hub has no penalty.
     Changes: work.excess, which is 0 at the hub.
     """
     a, b = two_spokes(spokes, penalty, hub, tied)
@@ -193,7 +194,7 @@ def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray
 def join_sets(
     a: NDArray, b: NDArray, length: NDArray, n: int, up: NDArray, formed: NDArray, size: NDArray, sets: Sets
 ) -> None:
-    """Join the n nodes into sets along the edges of a spanning tree, shortest first (single linkage).
+    """Join n nodes into sets along the edges of a spanning tree, shortest edge first (single linkage).
 
     ====== =========== =====================================
     a, b   int32[e]    ends of the edges, by ascending length
@@ -223,9 +224,10 @@ def join_sets(
 
 @part
 def penalty_direction(sets: Sets, n: int, excess: NDArray) -> float:
-    """Convert the excess of nodes to a direction for their penalties. Return the inner product of excess and direction.
+    """Convert the excess of each node into a direction for the penalties.
 
-    Each set changes the penalties of all its nodes by its excess times its width.
+    Each set changes the penalties of all its nodes by its excess times its width. Returns the inner product of the
+    excess and the direction.
     Changes: excess float64[2n].
     """
     last = 2 * n - 3
@@ -257,15 +259,16 @@ def climb(
     best_value: float,
     work: TreeScratch,
 ) -> float:
-    """Take steps first … last - 1 of a subgradient ascent with `steps` steps in total, starting from `penalty`.
+    """Take steps first … last - 1 of a subgradient ascent that has `steps` steps in total, starting with `penalty`.
 
-    Keep the best penalties, and return their value. A step follows the excess of the minimum 1-tree. Its length would
-    close the gap to `upper`, the cost of a tour, if the value increased linearly. The steps decrease to zero.
+    The best penalties are kept, and their value is returned. Each step follows the excess of the minimum 1-tree. If the
+    value grew linearly, a full step would close the gap to `upper`, the cost of a tour. The steps decrease to zero.
     Changes: penalty, best (float64[n] each), work.
     Source: M. Held, P. Wolfe and H. P. Crowder, Validation of subgradient optimization, Mathematical Programming 6
-    (1974) (the length); T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the quadratic decrease).
-    Differs: the penalties of all sets in `Sets` change too, in proportion to the widths of the sets. The sets
-    correspond to the moats of M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a common reward, which
+    (1974) (the length of a step). T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the quadratic
+    decrease).
+    Differs: the penalties of all sets in `Sets` change as well, in proportion to the widths of the sets. The sets
+    correspond to the moats of M. Jünger and W. R. Pulleyblank (1993). A cluster of holes needs a common reward, which
     would take thousands of steps node by node.
     """
     n = len(penalty)

@@ -1,4 +1,7 @@
-"""Orders of clusters with precedence: construction by ants, inversions by fireflies, and the choice of nodes."""
+"""Orders of clusters with precedence.
+
+Ants construct them, fireflies invert parts of them, and nodes are chosen for them.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +19,11 @@ from leafcut.kernels.random import below, uniform
 def choose_next_cluster(
     weights: NDArray, nearness: NDArray, missing: NDArray, last: int, greedy_probability: float, states: NDArray, k: int
 ) -> int:
-    """Return the next cluster of an ant. Changes: states[k].
+    """Choose the next cluster for an ant. Changes: states[k].
 
-    With `greedy_probability`, it is the cluster with the maximum weight, otherwise a random cluster with probability
-    proportional to its weight. If no step has pheromone, only the nearness decides.
-    Symbols: weights, nearness float64[m, m]; missing int32[m], 0 for clusters that may come next; last, the current
+    With probability `greedy_probability`, the ant takes the cluster with the largest weight. Otherwise, it takes a
+    random cluster with a probability proportional to the weight. If no step has pheromone, only the nearness counts.
+    Symbols: weights, nearness float64[m, m]; missing int32[m] is 0 for clusters that may come next; last is the current
     cluster, or -1.
     Source: Dorigo and Stützle 2004, equations 3.2 and 3.10.
     """
@@ -73,12 +76,13 @@ def construct_order(
     missing: NDArray,
     order: NDArray,
 ) -> None:
-    """Construct an order of clusters as an ant. If `local_rate` > 0, the trail of each step taken decays to `initial`.
+    """Construct an order of clusters as an ant does.
 
+    If `local_rate` > 0, the trail of each step that the ant takes decays towards `initial`.
     Symbols: pheromone, nearness (η^β), weights (τ^α·η^β) float64[m, m]; missing int32[m] is a work array.
     Changes: order int32[m], missing, states[k]; pheromone and weights if `local_rate` > 0.
     Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12.
-    Differs: a cluster may be chosen only if all its predecessors are already in the order.
+    Differs: a cluster can only be chosen when all its predecessors are already in the order.
     """
     m, last = len(order), NONE
     for c in range(m):
@@ -100,10 +104,10 @@ def construct_order(
 
 @kernel
 def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
-    """Choose the best node of each cluster in an order, int32[m], and return the length of the closed path.
+    """Choose the best node for each cluster of an order, int32[m], and return the length of the closed path.
 
-    The result is optimal: the path is cut at its smallest cluster, and all nodes of this cluster are tried.
-    Changes: path, trial int32[m]; sums and links as in `choose_nodes_between`.
+    The result is optimal: the algorithm cuts the path at its smallest cluster and tries all nodes of this cluster.
+    Changes: path, trial int32[m]; for sums and links, see `choose_nodes_between`.
     """
     m, cut = len(order), 0
     for at in range(m):
@@ -128,7 +132,7 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
 
 @part
 def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, last: int) -> bool:
-    """Return whether positions first … last of an order may be inverted, because they contain no precedence pair."""
+    """Check whether positions first … last of an order contain no precedence pair and may therefore be inverted."""
     for at in range(first, last):
         c = order[at]
         for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
@@ -141,9 +145,9 @@ def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, las
 def invert_runs(
     layers: Clusters, order: NDArray, place: NDArray, runs: int, longest: int, states: NDArray, k: int
 ) -> None:
-    """Invert `runs` nearby runs of 2 … `longest` clusters around a random position, where precedence allows it.
+    """Invert `runs` runs of 2 … `longest` clusters around a random position, wherever precedence allows it.
 
-    A run does not wrap around the end of the order, and does not contain a fixed first cluster.
+    A run does not wrap around the end of the order. If the first cluster is fixed, no run contains it.
     Changes: order, place int32[m], states[k].
     """
     m, fixed = len(order), int(layers.anchored[0])
@@ -163,7 +167,7 @@ def invert_runs(
 
 @kernel
 def steps_apart(order: NDArray, place: NDArray) -> int:
-    """Return the number of steps of an order, int32[m], that are missing in a second order.
+    """Count the steps of an order, int32[m], that are missing in a second order.
 
     `place`, int32[m], contains the position of each cluster in the second order.
     """

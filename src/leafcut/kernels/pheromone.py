@@ -1,7 +1,7 @@
-"""Pheromone on candidate edges: evaporation, deposit, and the weights for the choice of an edge.
+"""Pheromone on candidate edges: evaporate it, deposit it, and compute the weights by which ants choose an edge.
 
-`pheromone[i, c]` belongs to the edge from node i to its c-th candidate. An edge in the lists of both its nodes has two
-equal entries. Memory is proportional to n·k instead of n².
+`pheromone[i, c]` belongs to the edge from node i to its c-th candidate. If an edge is in the lists of both its nodes,
+it has two equal entries. Memory grows with n·k instead of n².
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from leafcut.kernels.cost import CostModel, travel
 
 @kernel
 def fill_nearness(cost: CostModel, candidates: NDArray, weight: float, offset: float, nearness: NDArray) -> None:
-    """Compute η^β = (1 / (cost + offset))^β for each candidate edge. The offset keeps it finite at distance 0.
+    """Compute η^β = (1 / (cost + offset))^β for each candidate edge. The offset keeps the value finite at distance 0.
 
     Changes: nearness float64[n, k].
     """
@@ -50,9 +50,9 @@ def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
 def deposit(
     candidates: NDArray, tour: NDArray, kept: float, amount: float, highest: float, one_way: bool, pheromone: NDArray
 ) -> None:
-    """Change the pheromone of each edge of a closed tour to τ ← kept·τ + amount, but not above `highest`.
+    """Change the pheromone on each edge of a closed tour to τ ← kept·τ + amount, but not above `highest`.
 
-    If `one_way`, only edges in the direction of the tour change.
+    If `one_way` is set, only edges in the direction of the tour change.
     Changes: pheromone.
     Source: Dorigo and Stützle 2004, equation 3.4 (kept = 1) and 3.11 (Ant Colony System: kept = 1 − ρ); upper trail
     limit of MAX–MIN: section 3.3.4.
@@ -77,7 +77,7 @@ def decay_edge(
     i: int,
     c: int,
 ) -> None:
-    """Let the pheromone on an edge decay to `initial`, τ ← (1 − ξ)τ + ξτ0, and update the weight of the edge.
+    """Let the pheromone on an edge decay towards `initial`, τ ← (1 − ξ)τ + ξτ0, and update the weight of the edge.
 
     Changes: pheromone, weights.
     Source: Dorigo and Stützle 2004, equation 3.12 (local update of Ant Colony System).
@@ -89,12 +89,11 @@ def decay_edge(
 
 @kernel
 def branching_factor(candidates: NDArray, pheromone: NDArray, share: float) -> float:
-    """Return the mean number of edges per node with a trail τ ≥ τ_min + λ·(τ_max − τ_min).
+    """Compute the mean number of edges per node whose trail τ is at least τ_min + λ·(τ_max − τ_min).
 
-    τ_min and τ_max are the smallest and the largest trail of the node, and λ is `share`. When the ants converge, the
-    factor falls from the length of the candidate lists to 2. Source: Dorigo and Stützle 2004, section 3.3.4 (mean
-    λ-branching factor; λ = 0.05 there). Differs: only edges in the candidate lists count. An edge from a node to itself
-    is ignored.
+    τ_min and τ_max are the node's smallest and largest trail, and λ is `share`. As the ants converge, the factor falls
+    from the length of the candidate lists to 2. Source: Dorigo and Stützle 2004, section 3.3.4 (mean λ-branching
+    factor; λ = 0.05 there). Differs: only edges in the candidate lists count. An edge from a node to itself is ignored.
     """
     total, nodes = 0, 0
     for i in range(candidates.shape[0]):

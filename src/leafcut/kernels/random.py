@@ -1,4 +1,4 @@
-"""Random numbers with an explicit state: one 64-bit word per ant."""
+"""Random numbers with an explicit state. Each ant has one 64-bit word."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SCALE = 1.0 / 9007199254740992.0  # 2**-53
 
 @kernel
 def uniform(states: NDArray, k: int) -> float:
-    """Return a random number in [0, 1), and advance the state ``states[k]`` (uint64, never 0).
+    """Draw a random number from [0, 1) and advance the state ``states[k]`` (uint64, never 0).
 
     Changes: states[k].
     Source: G. Marsaglia, Xorshift RNGs, J. Statistical Software 8 (2003), triple (13, 7, 17).
@@ -28,5 +28,5 @@ def uniform(states: NDArray, k: int) -> float:
 
 @part
 def below(states: NDArray, k: int, n: int) -> int:
-    """Return a random integer in 0 … n - 1. Changes: states[k]."""
+    """Draw a random integer from 0 … n - 1. Changes: states[k]."""
     return int(uniform(states, k) * n)

@@ -1,9 +1,10 @@
-"""A directed path during its improvement: exchange pieces of the path, and undo exchanges.
+"""A directed path that is being improved: exchange pieces of the path, and undo exchanges.
 
-The path is an array with an anchor at position 0 (the depot of an open path). It is treated as a circle: the first
-position follows the last. An exchange cuts the path after up to three positions p < q < r into A = … p, B = p + 1 … q,
-C = q + 1 … r and D = r + 1 …, and reassembles it with B and C swapped, reversed, or both. The cost of reversing a piece
-is the difference of two prefix sums, so its nodes need not be visited.
+The path is an array with an anchor at position 0 (the depot of an open path). It is treated as a circle, so the first
+position follows the last. An exchange cuts the path after up to three positions p < q < r. The pieces are A = … p, B =
+p + 1 … q, C = q + 1 … r and D = r + 1 …. The exchange then reassembles the path with B and C swapped, reversed, or
+both. The cost of reversing a piece is the difference of two prefix sums, so the search does not need to visit its
+nodes.
 """
 
 from __future__ import annotations
@@ -18,30 +19,30 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
 from leafcut.kernels.lin_kernighan import push_to_queue
 
-#: Binary logarithm of the number of positions per entry of `Route.shift`.
+#: Binary logarithm of the number of positions that share an entry of `Route.shift`.
 BLOCK = 8
 
-#: Columns of `Route.move`: the three cuts, and the changes of the two pieces between them.
+#: Columns of `Route.move`: the three cuts, and how the two pieces between them change.
 P, Q, R, SWAPPED, TURNED_B, TURNED_C = 0, 1, 2, 3, 4, 5
 
-#: Entries of `Route.flags`.
+#: Indices into `Route.flags`.
 TWISTED, RING = 0, 1
 
-#: Value in the log, in place of the third cut of an exchange, for a change of a node's option.
+#: In the log, this value marks a change of a node's option. It takes the place of an exchange's third cut.
 CHOICE = -2
 
 
 class Route(NamedTuple):
-    """A path during its improvement, with the state of the search; each worker has one object.
+    """A path that is being improved, and the state of the search. Each worker has its own object.
 
     ======== =============== ==========================================================================
     node     int32[n]        nodes in the order of the path
     place    int32[n]        position of each node in the path
     enter    int32[n]        row of `CostModel.xy` (or of its matrix) at which a node is entered
     leave    int32[n]        row at which a node is left
-    bias     float64[n]      with shift: cost of travel back to the anchor minus cost of travel from it
+    bias     float64[n]      plus shift: cost of travel back to the anchor minus cost of travel from the anchor
     shift    float64[b]      value added to `bias` of 2**BLOCK positions each
-    flags    int64[2]        TWISTED: some travel is asymmetric, otherwise bias is not used;
+    flags    int64[2]        TWISTED: some travel costs are asymmetric; otherwise, bias is not used;
                              RING: the path may start anywhere, otherwise the node at position 0 is fixed
     queue    int32[n]        ring buffer of nodes to examine; counts[0] is its start, counts[1] its length
     queued   uint8[n]        1 for nodes in the queue
@@ -68,7 +69,7 @@ class Route(NamedTuple):
 
 
 class Lists(NamedTuple):
-    """Candidates of every node in one direction of the path, cheapest first. Missing entries are -1 with infinite cost.
+    """Each node's candidates in one direction of the path, cheapest first. Missing entries are -1 with infinite cost.
 
     ========= ============== ===================================================
     near      int32[n, c]    nodes that are cheap to reach from a node
@@ -85,7 +86,7 @@ class Lists(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """Data that do not change during the improvement of a path.
+    """Data that does not change while a path is being improved.
 
     ============ ============= ==================================================================================
     after_begin  int32[n + 1]  successors of node v: after[after_begin[v] … after_begin[v+1] - 1]
@@ -115,7 +116,7 @@ class Rules(NamedTuple):
 
 @part
 def leg_cost(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
-    """Return the cost of travel from node u to node v; if s = -1, from v to u."""
+    """Compute the cost of travel from node u to node v, or from v to u if s = -1."""
     if s > 0:
         return travel(cost, route.leave[u], route.enter[v])
     return travel(cost, route.leave[v], route.enter[u])
@@ -143,7 +144,7 @@ def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
 
 @kernel
 def recompute_bias(cost: CostModel, route: Route) -> None:
-    """Recompute bias, because incremental changes accumulate rounding errors. Changes: bias, shift."""
+    """Recompute bias from scratch, because incremental updates accumulate rounding errors. Changes: bias, shift."""
     if route.flags[TWISTED] == 1:
         route.shift[:] = 0.0
         set_bias(cost, route, 0, len(route.node) - 1)
@@ -151,9 +152,9 @@ def recompute_bias(cost: CostModel, route: Route) -> None:
 
 @part
 def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: bool, b: bool, c: bool) -> bool:
-    """Return whether the path satisfies the precedence after an exchange.
+    """Check whether the path would still satisfy the precedence after an exchange.
 
-    `swapped`: the pieces are swapped. `b`, `c`: piece B or C is reversed.
+    `swapped` means that the exchange swaps the pieces. `b` and `c` mean that it reverses piece B or C.
     """
     node, place, after_begin, after = route.node, route.place, rules.after_begin, rules.after
     if len(after) == 0:
@@ -180,7 +181,7 @@ def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: boo
 
 @part
 def log_exchange(route: Route, p: int, r: int) -> bool:
-    """Write the nodes at positions p + 1 … r to the log, and return whether there was space for them.
+    """Write the nodes at positions p + 1 … r to the log, and return whether the log had space for them.
 
     Changes: log, counts.
     """
@@ -200,9 +201,9 @@ def log_exchange(route: Route, p: int, r: int) -> bool:
 
 @part
 def make_exchange(cost: CostModel, route: Route) -> bool:
-    """Make the exchange in `move`, log the overwritten entries, and queue the nodes at its cuts.
+    """Make the exchange in `move`, log the overwritten entries, and queue the nodes at the cuts.
 
-    Return whether there was space in the log. Changes: node, place, bias, shift, queue, queued, counts, log, buffer.
+    Returns whether the log had enough space. Changes: node, place, bias, shift, queue, queued, counts, log, buffer.
     """
     node, place, move, buffer = route.node, route.place, route.move, route.buffer
     n, p, q, r = len(node), move[P], move[Q], move[R]
@@ -230,7 +231,10 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
 
 @part
 def visit_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
-    """Return the cost of visiting node v by the option with entry row `row`: travel there, service, and travel on."""
+    """Compute the cost of visiting node v by the option with entry row `row`.
+
+    The cost consists of the travel to the node, the service, and the travel to the next node.
+    """
     index = route.place[v]
     u, w = route.node[index - 1], route.node[index + 1 if index + 1 < len(route.node) else 0]
     arrival, departure = travel(cost, route.leave[u], row), travel(cost, row + rules.beyond[0], route.enter[w])
@@ -239,9 +243,9 @@ def visit_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) ->
 
 @part
 def take_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> bool:
-    """Switch node v to the option with the entry row `row`, log the previous option, and queue v and its neighbours.
+    """Switch node v to the option with entry row `row`, log the previous option, and queue v and its neighbours.
 
-    Return whether there was space in the log. Changes: enter, leave, bias, shift, queue, queued, counts, log.
+    Returns whether the log had enough space. Changes: enter, leave, bias, shift, queue, queued, counts, log.
     """
     at, top = route.place[v], route.counts[2]
     if len(route.log) > 0:
@@ -261,9 +265,9 @@ def take_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -
 
 @part
 def choose_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain: float) -> float:
-    """Switch node v to its best option between its neighbours if the gain exceeds `min_gain`; return the gain, or 0.
+    """Switch node v to the option that is best between its neighbours, if the gain exceeds `min_gain`.
 
-    Changes: as `take_option`.
+    Returns the gain, or 0 if the option stays the same. Changes: see `take_option`.
     """
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]
     if stop - start < 2:
@@ -282,8 +286,9 @@ def choose_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain:
 
 @part
 def undo_exchanges(cost: CostModel, route: Route, rules: Rules) -> None:
-    """Undo all changes in the log, last entry first, and empty the log. Changes: node, place, enter, leave, bias,
-    shift, counts.
+    """Undo all changes in the log, most recent first, and empty the log.
+
+    Changes: node, place, enter, leave, bias, shift, counts.
     """
     top, log = route.counts[2], route.log
     while top > 0:
@@ -310,12 +315,12 @@ def build_cheapest_path(
 ) -> None:
     """Build a path from the node at position 0.
 
-    It always continues with the cheapest node among those with all predecessors on the path.
+    The path always continues with the cheapest node whose predecessors are all on the path. The search tries candidates
+    first. If no candidate may come next, it tries all open nodes. The precedence must not contain cycles.
 
-    Symbols: open_nodes int32[n], nodes that may come next, without the node at position 0; open_index int32[n], index
-    of each node in open_nodes, -1 for the others; missing int32[n], number of predecessors that are not on the path
-    yet. The precedence has no cycles. Candidates are tried first; if none of them may come next, all open nodes are
-    tried.
+    Symbols: open_nodes int32[n] contains the nodes that may come next, without the node at position 0. open_index
+    int32[n] is the index of each node in open_nodes, or -1. missing int32[n] is the number of predecessors that are not
+    on the path yet.
     Changes: node, place, open_nodes, open_index, missing.
     """
     n, near = len(route.node), rules.onward.near

@@ -1,17 +1,19 @@
-"""Local search for directed paths: asymmetric costs and precedence.
+"""Local search for directed paths with asymmetric costs and precedence.
 
-Exchanges of two or three edges are found along candidate lists. With the pieces of `kernels.route`, they produce
+The search finds exchanges of two or three edges along candidate lists. In terms of the pieces in `kernels.route`, an
+exchange produces
 
     A C B D,   A B' D,   A C B' D,   A C' B D   or   A B' C' D   (' reversed).
 
-The first form keeps all directions; it is the path-preserving exchange in the literature. Precedence is checked last,
-and only for exchanges with a gain. A reversed path is also a path, so each function works in both directions. The
-coordinate of a node is the number of positions from the anchor, in the direction of the path or against it.
+The first form keeps all directions. The literature calls it the path-preserving exchange. Precedence is checked last,
+and only for exchanges that have a gain. A reversed path is also a path, so each function works in both directions. The
+coordinate of a node is the number of positions from the anchor to the node, counted either along the path or against
+it.
 
 Source: L. M. Gambardella and M. Dorigo, INFORMS J. Computing 12 (2000) (path-preserving exchanges of three edges, with
 precedence).
-Differs: a search along candidate lists and gains instead of a search over all positions with labels; pieces may be
-reversed; kicks as in `kernels.lin_kernighan`.
+Differs: the search follows candidate lists and gains, whereas the paper searches all positions with labels. Pieces may
+be reversed. Kicks work as in `kernels.lin_kernighan`.
 """
 
 from __future__ import annotations
@@ -47,25 +49,27 @@ from leafcut.kernels.route import (
     visit_cost,
 )
 
-#: Maximum length of a piece that a kick moves; maximum number of random positions to try until precedence allows one.
+#: A kick moves pieces of at most LONGEST_PIECE nodes. It tries at most DRAWS random positions until precedence allows
+#: one of them.
 LONGEST_PIECE, DRAWS = 50, 12
 
-#: Share of kicks that change the option of a node, if nodes have several options.
+#: If nodes have several options, this fraction of the kicks changes the option of a node.
 OPTION_SHARE = 0.3
 
-#: Maximum number of simultaneous kicks if the path may become longer. On short paths, the repair undoes a single kick.
+#: If the path may become longer, at most this many kicks are made at once. On short paths, the repair would undo a
+#: single kick.
 MOST_AT_ONCE = 3
 
-#: Maximum number of searches for an exchange after a kick.
+#: Search for an exchange at most this many times after a kick.
 MOST_SEARCHES = constant(10_000)
 
-#: Flags of an exchange.
+#: Values for the flags of an exchange.
 YES, NO = constant(True), constant(False)
 
 
 @part
 def coordinate_of(route: Route, v: int, s: int) -> int:
-    """Return the distance of node v from the anchor in direction s, 0 … n - 1."""
+    """Return the coordinate of node v: its distance from the anchor in direction s, 0 … n - 1."""
     at = route.place[v]
     return int(at if s > 0 or at == 0 else len(route.place) - at)
 
@@ -81,7 +85,7 @@ def node_at(route: Route, x: int, s: int) -> int:
 
 @part
 def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
-    """Return the cost added inside the piece at coordinates x … y by reversing it."""
+    """Compute how much the cost inside the piece at coordinates x … y grows when the piece is reversed."""
     if route.flags[TWISTED] == 0:
         return 0.0
     n, bias, shift = len(route.bias), route.bias, route.shift
@@ -91,7 +95,7 @@ def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
 
 @part
 def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, v: int, s: int) -> float:
-    """Return the cost of travel from u to v: the `listed` cost of the candidate, unless nodes have several options."""
+    """Return the cost of travel from u to v. It is the candidate's `listed` cost, unless nodes have several options."""
     if len(rules.way) <= len(route.node):
         return listed
     return leg_cost(cost, route, u, v, s)
@@ -101,11 +105,9 @@ def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u:
 def record_exchange(
     route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool
 ) -> bool:
-    """Record the exchange that cuts the path after coordinates x < y ≤ z, if precedence allows it.
+    """If precedence allows it, record the exchange that cuts the path after coordinates x < y ≤ z.
 
-    Return whether it is allowed.
-
-    Changes: move.
+    Returns whether precedence allows the exchange.
     """
     n, move, capacity = len(route.node), route.move, len(route.buffer)
     if s > 0:
@@ -139,10 +141,10 @@ def search_cut_before(
     c: int,
     gain: float,
 ) -> float:
-    """Search for an exchange that adds the edge from x0 to c and removes the edge that led to c.
+    """Search for an exchange that adds the edge from x0 to c and removes the edge that leads to c.
 
-    Symbols are as in `find_exchange`. `gain` is the gain of the edge to c over the edge to t1. Store the exchange in
-    `move` and return its gain, or 0 if there is none. Changes: move.
+    For the symbols, see `find_exchange`. `gain` is the gain of the edge to c over the edge to t1. The exchange is
+    stored in `move`. Returns the gain of the exchange, or 0 if the search fails. Changes: move.
     """
     n = len(route.node)
     xc = coordinate_of(route, c, s)
@@ -201,9 +203,9 @@ def search_cut_after(
     xc: int,
     gain: float,
 ) -> float:
-    """Search for an exchange that adds the edge to the node at coordinate xc > x0 + 1, and removes the edge after it.
+    """Search for an exchange that adds the edge to the node at coordinate xc > x0 + 1 and removes the edge after it.
 
-    All else is as in `search_cut_before`.
+    Everything else works as in `search_cut_before`.
     """
     n = len(route.node)
     d = node_at(route, xc + 1, s)
@@ -255,7 +257,9 @@ def find_exchange(
     s: int,
     t0: int,
 ) -> float:
-    """Search for an exchange with a gain above `min_gain` that gives t0 another successor. Return its gain, or 0.
+    """Search for an exchange that gives t0 a different successor and gains more than `min_gain`.
+
+    Returns the gain, or 0 if the search fails.
 
     ======= ======== ===============================================================
     lists   Lists    candidates in direction s
@@ -293,7 +297,8 @@ def improve_route(
 ) -> float:
     """Make exchanges at the queued nodes, and return the gain.
 
-    The search ends when the queue is empty, the log is full, or `max_searches` searches have been done. Changes: route.
+    The search stops when the queue is empty, the log is full, or `max_searches` searches have been made. Changes:
+    route.
     """
     total = 0.0
     while route.counts[1] > 0 and route.counts[3] == 0 and max_searches > 0:
@@ -318,7 +323,7 @@ def improve_route(
 
 @part
 def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
-    """Swap two adjacent pieces at a random position that precedence allows; return the added cost.
+    """Swap two adjacent pieces at a random position that precedence allows, and return the added cost.
 
     Changes: route, states[k].
     """
@@ -378,9 +383,9 @@ def kick_route(
     k: int,
     kicks: int,
 ) -> float:
-    """Kick and repair `kicks` times, undo results that lengthen the path, and return the total gain.
+    """Kick and repair the path `kicks` times. Undo results that make the path longer, and return the total gain.
 
-    If `heat` is above 0, several kicks are repaired at once, and a path that is longer by x is accepted with
+    If `heat` is above 0, several kicks are repaired at once. A path that is longer by x is then accepted with
     probability exp(-x / heat), as in simulated annealing.
     Changes: route, states[k].
     """

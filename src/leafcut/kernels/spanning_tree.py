@@ -1,7 +1,7 @@
-"""Minimum spanning trees over all pairs of nodes under penalties, which prove a lower bound.
+"""Build minimum spanning trees over all pairs of nodes under penalties. These trees prove a lower bound.
 
-The tree omits one node, the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j), added in this
-order, so that rounding is the same from both ends.
+The tree leaves out one node, the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j). The terms are
+added in this order so that rounding is the same from both ends.
 """
 
 from __future__ import annotations
@@ -28,9 +28,10 @@ def dense_tree(
     a: NDArray,
     b: NDArray,
 ) -> None:
-    """Find the minimum spanning tree by a scan of all n² pairs. This works for any metric and needs O(n) memory.
+    """Build the minimum spanning tree by scanning all n² pairs. This works for any metric and needs O(n) memory.
 
-    Of several edges with equal cost, the edge to the node that joined last is used, so that chains form, not stars.
+    If several edges have equal cost, the algorithm uses the edge to the node that joined last. Chains form as a result,
+    and not stars.
     Changes: outside, near int32[n], key float64[n] (work arrays); a, b int32[n-2], the edges.
     Source: R. C. Prim, Bell System Technical Journal 36 (1957).
     """
@@ -58,7 +59,7 @@ def dense_tree(
 
 
 class ForestParts(NamedTuple):
-    """The parts of a forest that are merged into a tree, round by round.
+    """The parts of a forest. Each round merges some of them until a single tree remains.
 
     =========== ========== ==============================================================================
     up          int64[n]   union–find: a part is identified by the root of its nodes
@@ -66,7 +67,7 @@ class ForestParts(NamedTuple):
     low         int32[m]   smallest id of a part that has points in a box of the k-d tree
     high        int32[m]   largest such id; -1 for none
     min_penalty float64[m] smallest penalty of its points
-    nearest     int32[n]   cheapest node of another part found for a node, or -1
+    nearest     int32[n]   cheapest node that the search has found in another part, or -1
     reach       float64[n] lower bound on the cost to other parts; if `nearest` exists, its cost
     best        float64[n] cost of the cheapest edge that leaves each part, from `leave` to `arrive`
     leave       int64[n]
@@ -90,7 +91,7 @@ class ForestParts(NamedTuple):
 
 @kernel
 def find_leaving_edges_in_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
-    """Find the cheapest edge of the graph that leaves each part. Changes: parts.best, leave, arrive."""
+    """Find the cheapest graph edge that leaves each part. Changes: parts.best, leave, arrive."""
     part, best, near = parts.part, parts.best, graph.near
     for i in range(len(part)):
         best[i] = math.inf
@@ -108,13 +109,13 @@ def find_leaving_edges_in_graph(graph: Graph, penalty: NDArray, parts: ForestPar
 def find_leaving_edges_in_tree(
     cost: CostModel, tree: Tree, penalty: NDArray, excluded: int, max_visits: int, parts: ForestParts
 ) -> int:
-    """Find the cheapest edge that leaves each part, by a search of the k-d tree.
+    """Search the k-d tree for the cheapest edge that leaves each part.
 
-    Return the number of visited boxes, or -1 if it exceeds `max_visits`.
+    Returns the number of visited boxes, or -1 if it exceeds `max_visits`.
 
-    Every metric of positions increases with |dx| and |dy|, even after rounding, and a lift only increases it. Therefore
-    no edge into a box costs less than an edge to the nearest point of the box. Existing values in `parts.best` prune
-    the search.
+    Every metric of positions increases with |dx| and |dy|, even after rounding, and a lift can only add to the cost. An
+    edge into a box therefore costs at least as much as an edge to the nearest point of the box. Values that are already
+    in `parts.best` prune the search.
     Changes: parts.nearest, reach, best, leave, arrive, stack.
     """
     part, best, nearest, reach, low, high = parts.part, parts.best, parts.nearest, parts.reach, parts.low, parts.high
@@ -162,7 +163,7 @@ def find_leaving_edges_in_tree(
 
 @part
 def _root(up: NDArray, i: int) -> int:
-    """Return the number of the part that contains node i. Changes: up (path compression)."""
+    """Find the part that contains node i, and return its number. Changes: up (path compression)."""
     while up[i] != i:
         up[i] = up[up[i]]
         i = up[i]
@@ -173,8 +174,8 @@ def _root(up: NDArray, i: int) -> int:
 def join_parts(excluded: int, parts: ForestParts, a: NDArray, b: NDArray, count: int) -> int:
     """Merge the parts of the forest along the edges that leave them, and return the number of edges in the tree.
 
-    Ties are harmless: if two edges of equal cost would close a cycle, the second is dropped, because it costs no less
-    than the edge that has already merged its part.
+    Ties are harmless. If two edges of equal cost would close a cycle, the second edge is dropped. It costs no less than
+    the edge that has already merged its part.
     Changes: parts.up, part; a, b int32[n-2] from `count` on.
     Source: O. Borůvka, Práce Moravské přírodovědecké společnosti 3 (1926).
     """

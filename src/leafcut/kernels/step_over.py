@@ -10,12 +10,16 @@ from numpy.typing import NDArray
 from leafcut.kernels import kernel, part
 from leafcut.kernels.bands import Bands, band_at, first_right_of
 
-#: Half side of the search box around the centre of a disc, as a multiple of the reach, with a margin for rounding.
+#: Half of the side length of the search box around a disc's centre, as a multiple of the reach. It includes a margin
+#: for rounding.
 HALF = 0.5 + 1e-9
 
 
 class Reaches(NamedTuple):
-    """Search distances for a neighbour, mm. They start at `least`, double each time, and end at `most`."""
+    """Distances in mm within which to search for a neighbour.
+
+    They start at `least`, double each time, and end at `most`.
+    """
 
     least: float
     most: float
@@ -23,7 +27,7 @@ class Reaches(NamedTuple):
 
 @part
 def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
-    """Return the radius of the smallest disc that touches the tangent at (x, y) and another point."""
+    """Compute the radius of the smallest disc that touches the tangent at (x, y) and also another point."""
     smallest, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
         index = first_right_of(bands, band, middle_x - half)
@@ -39,9 +43,9 @@ def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach:
 
 @part
 def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float, largest: float) -> int:
-    """Return the index of the point highest above the tangent among the points with a disc of at most radius `largest`.
+    """Return the index of the point highest above the tangent whose disc has at most the radius `largest`.
 
-    Of equally high points, return the last. `largest` is in mm and at most half the reach.
+    If several points are equally high, the last of them is returned. `largest` is in mm and is at most half the reach.
     """
     highest, result = 0.0, -1
     middle_x, middle_y, half = x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
@@ -71,16 +75,18 @@ def find_neighbours(
     row: NDArray,
     radius: NDArray,
 ) -> None:
-    """For each point p, find the smallest disc that touches the tangent at p, on the side of the normal, and a point q.
+    """For each point p, find the smallest disc that touches the tangent at p and another point q.
+
+    The disc lies on the side of the normal.
 
     The radius of the disc is (q − p)² / (2 n·(q − p)). The points within the reach determine all discs smaller than
-    half the reach, so the reach grows until a disc is found. Of several discs with equal radii (within a relative
-    tolerance), the disc with the highest q above the tangent is used.
+    half the reach, so the search increases the reach until it finds a disc. If several discs have equal radii (within a
+    relative tolerance), the disc whose q is highest above the tangent is used.
 
     ============ =========== ==============================================
     x, y, nx, ny float64[n]  points p, mm, and unit normals there
     equal        float       relative tolerance
-    height       float64[n]  height of q above the tangent, mm; 0 if none is found
+    height       float64[n]  height of q above the tangent, mm; 0 if the search finds no q
     row          int64[n]    number of q
     radius       float64[n]  radius of the disc, mm
     ============ =========== ==============================================

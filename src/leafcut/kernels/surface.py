@@ -1,4 +1,4 @@
-"""Heights of a mesh seen from above: the maximum height of the triangles in each cell, and in the cells around it."""
+"""Heights of a mesh seen from above. For each cell, compute the maximum height of the triangles in it or around it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: A cell centre outside a triangle counts as on its edge up to this relative distance.
+#: If a cell's centre is outside a triangle by no more than this relative distance, it counts as on the edge.
 _ON_EDGE = 1e-6
 
 
@@ -17,7 +17,7 @@ _ON_EDGE = 1e-6
 def _highest_in_column(
     x0: float, y0: float, z0: float, x1: float, y1: float, z1: float, left: float, right: float, low: float, high: float
 ) -> float:
-    """Return the maximum height of an edge in a rectangle; −∞ if the edge is outside (Liang–Barsky clipping)."""
+    """Return the maximum height of an edge within a rectangle, or −∞ if the edge is outside (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
         start = x0 if axis == 0 else y0
@@ -41,8 +41,8 @@ def _highest_in_column(
 def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heights: NDArray) -> None:
     """Raise each cell to the maximum height of the triangles in it.
 
-    In a cell, a triangle is highest at a corner of the cell that lies below the triangle, or on an edge of the
-    triangle. Both are checked, so the height is exact.
+    Within a cell, a triangle is highest either at a cell corner that lies below the triangle or on an edge of the
+    triangle. The function checks both cases, so the height is exact.
 
     ========= ================ ==================================================================
     triangles float64[n, 3, 3] vertices, mm
@@ -114,7 +114,7 @@ def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: 
 
     ========= ================ =====================================================
     triangles float64[n, 3, 3] vertices, mm
-    first     int64[n]         first point that is not left of a triangle
+    first     int64[n]         first point that is not to the left of a triangle
     x, y      float64[m]       points, mm, sorted by x
     top       float64[m]       maximum height; −∞ without a triangle
     under     float64[m]       minimum height; ∞ without a triangle
@@ -146,9 +146,9 @@ def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: 
 
 
 def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
-    """Return the argument `reach` of `maximum_within_reach` for a radius, mm.
+    """Convert a radius in mm to the argument `reach` of `maximum_within_reach`.
 
-    It includes all cells with a point within the radius of any point of the central cell.
+    The result covers all cells that have a point within the radius of any point of the central cell.
     """
     d = math.floor(radius / cell) + 1
     gap = np.maximum(np.abs(np.arange(-d, d + 1)) - 1, 0) * cell
@@ -159,7 +159,7 @@ def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
 
 @kernel
 def raise_cell_middles(heights: NDArray, x: float, y: float, cell: float, triangles: NDArray) -> int:
-    """Raise each cell to the highest triangle above its centre; return the number of triangles that were used.
+    """Raise each cell to the highest triangle above its centre. Return the number of triangles that are not vertical.
 
     heights    float32[rows, columns]  height of the material, mm
     x, y       centre of the first cell, mm

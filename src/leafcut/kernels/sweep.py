@@ -1,4 +1,4 @@
-"""Cut a height field. During a straight move, the tool lowers each cell to the lowest height of its surface there."""
+"""Cut a height field with straight moves. A move lowers each cell to the lowest height of the tool surface above it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: Newton's method for the lowest point of a round corner on a slope: last step relative to the corner radius (the next
-#: step would be about its square), and maximum number of steps. Usually a few steps are enough; each step at least
-#: halves the error.
+#: Newton's method finds the lowest point of a round corner on a slope. It stops when a step is smaller than _CLOSE,
+#: relative to the corner radius (the next step would be about the square of this value), or after _MOST_STEPS steps. A
+#: few steps are usually enough, because each step at least halves the error.
 _CLOSE, _MOST_STEPS = 1e-7, 40
 
 
 class ToolShape(NamedTuple):
-    """Dimensions of a tool's shape, mm (see `leafcut.model.cutter.Cutter`); slope 0 is a cylinder."""
+    """Dimensions of a tool's shape in mm (see `leafcut.model.cutter.Cutter`). A slope of 0 means a cylinder."""
 
     radius: float
     flat: float
@@ -27,11 +27,11 @@ class ToolShape(NamedTuple):
 
 
 class CellRows(NamedTuple):
-    """Some rows of a height field.
+    """Several rows of a height field.
 
     =========== ====================== ======================================================================
     heights     float32[rows, columns] height of the material in each cell, mm
-    lowered     float32[rows, columns] height of cells lowered by rapids; float32[0, 0] if not requested
+    lowered     float32[rows, columns] height of the cells that rapids have lowered; float32[0, 0] if not requested
     first, last int                    the rows: first … last − 1
     x, y        float                  centre of the first cell of the field, mm
     cell        float                  side length of a cell, mm
@@ -49,7 +49,7 @@ class CellRows(NamedTuple):
 
 @part
 def tool_surface_height(shape: ToolShape, r: float) -> float:
-    """Return the height of a tool's surface above its tip, mm, at a distance r ≤ radius from its axis."""
+    """Return the height of the tool surface above the tool tip in mm, at a distance r ≤ radius from the axis."""
     if r <= shape.flat:
         return 0.0
     if r <= shape.reach:
@@ -60,7 +60,7 @@ def tool_surface_height(shape: ToolShape, r: float) -> float:
 
 @part
 def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
-    """Return whether the arc of the tool corner, at the offset w ≥ 0, rises at least as fast as the path falls.
+    """Check whether the arc of the tool corner, at the offset w ≥ 0, rises at least as fast as the path falls.
 
     d, grade  as in `lowest_offset`; the point is within the reach of the arc
     """
@@ -71,7 +71,9 @@ def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
 
 @part
 def lowest_distance(shape: ToolShape, d: float, grade: float, max_distance: float) -> float:
-    """Return the distance from the axis at which a tool corner cuts deepest, at a distance d < reach from its path.
+    """Return the distance from the axis at which a tool corner cuts deepest.
+
+    The point is at a distance d < reach from the path.
 
     flat, corner > 0; grade  as in `lowest_offset`
     max_distance             upper bound of the result, mm
@@ -138,9 +140,10 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, m
 
 @part
 def covered_range_in_row(y: float, dx: float, dy: float, radius: float) -> tuple[float, float]:
-    """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y; low > high if empty.
+    """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y.
 
-    The edge of the disc is farthest out where its normal is perpendicular to the path, or at an end of the path.
+    If the disc does not reach the row, low > high. The disc's edge is farthest out where its normal is perpendicular to
+    the path, or at an end of the path.
     """
     if abs(dy) < 1e-12:
         if abs(y) > radius:
@@ -164,14 +167,14 @@ def covered_range_in_row(y: float, dx: float, dy: float, radius: float) -> tuple
 
 @part
 def rows_under(y: float, dy: float, radius: float, first: int, last: int, cell: float) -> tuple[int, int]:
-    """Return the first and the last row, within first … last − 1, that a disc moving from y by dy reaches."""
+    """Return the first and the last row within first … last − 1 that a disc reaches while moving from y by dy."""
     low, high = min(y, y + dy) - radius, max(y, y + dy) + radius
     return max(first, math.ceil(low / cell)), min(last - 1, math.floor(high / cell))
 
 
 @part
 def columns_under(low: float, high: float, columns: int, cell: float) -> tuple[int, int]:
-    """Return the first and the last column whose centres are within low … high, including touching edges."""
+    """Return the first and the last column whose centres lie within low … high. The limits themselves are included."""
     return max(0, math.ceil(low / cell - 1e-9)), min(columns - 1, math.floor(high / cell + 1e-9))
 
 
@@ -179,9 +182,9 @@ def columns_under(low: float, high: float, columns: int, cell: float) -> tuple[i
 def lowest_height(
     shape: ToolShape, margin: float, along: float, d: float, length: float, grade: float, bound_limit: float
 ) -> float:
-    """Return the lowest height of a tool above a point under its path, relative to the start of the tip, mm.
+    """Compute the lowest height of a tool above a point under its path, relative to the start of the tip, mm.
 
-    along, d     position of the point: along the path from its start, and beside it, mm
+    along, d     position of the point: along the path from its start, and to the side of the path, mm
     length       length of the path in the plane, mm; 0 if vertical
     grade        rise of the path per mm
     bound_limit  above this height, any lower bound of the result may be returned, mm
@@ -208,11 +211,11 @@ def lowest_height(
 
 @part
 def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
-    """Return the maximum height by which material is above a tool along its path, mm.
+    """Compute how far material reaches above the surface of a tool along its path, in mm.
 
-    The tool is enlarged by a margin all around. A negative value means that all material is below the tool, and −∞ that
-    these rows contain no material under the tool. On a sloped move, the tool is assumed to pass each point at its
-    lowest height and smallest distance.
+    The tool is enlarged by a margin all around. A negative value means that all material is below the tool. −∞ means
+    that these rows contain no material under the tool. On a sloped move, the tool is assumed to pass each point at its
+    lowest height and its smallest distance.
     """
     xa, ya, z_low = move[0] - rows.x, move[1] - rows.y, min(move[2], move[5])
     dx, dy = move[3] - move[0], move[4] - move[1]
@@ -243,14 +246,14 @@ def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: 
 def body_depth(
     rows: CellRows, radius: float, body: ToolShape, above: float, move: NDArray, film: float
 ) -> tuple[float, float]:
-    """Return how deep a body above the flutes enters material during a move, mm, and the number of affected cells.
+    """Compute how deep a body above the flutes enters material during a move, in mm, and how many cells it affects.
 
     radius  radius of the cutting tool, mm; material under the tool is cut and cannot hit the body
     body    underside of the body, as a surface above its lower end
     above   height of that lower end above the tip, mm
 
-    The body is reduced by one cell all around; otherwise it would hit each wall that its tool has just cut. A body that
-    is no wider than its tool can only hit material into which the tool goes deeper than its flute length.
+    The body is reduced by one cell all around. Otherwise, it would hit every wall that its tool has just cut. A body
+    that is no wider than its tool can only hit material where the tool cuts deeper than its flute length.
     """
     xa, ya, za = move[0] - rows.x, move[1] - rows.y, move[2] + above
     dx, dy, dz = move[3] - move[0], move[4] - move[1], move[5] - move[2]
@@ -299,7 +302,7 @@ def body_depth(
 def meet_bodies(
     rows: CellRows, shape: ToolShape, move: NDArray, film: float, top: float, bodies: NDArray, result: NDArray
 ) -> None:
-    """Check whether a body above the flutes of a tool hits material during a move (see `sweep`).
+    """Check whether a body above the flutes hits material during a move (see `sweep`).
 
     Changes: result[6], result[7], result[8].
     """
@@ -330,7 +333,7 @@ def sweep(
     bodies: NDArray,
     result: NDArray,
 ) -> int:
-    """Cut some rows of a height field by one move after another, and return the number of lowered cells.
+    """Cut some rows of a height field with one move after another, and return the number of lowered cells.
 
     moves        float64[m, 6]           start and end of the tip, mm
     selected     int64[k]                moves to process, in order

@@ -1,1 +1,1 @@
-"""Ordering: find a `Solution` of a `RoutingProblem`."""
+"""Ordering: searches for a short path (`Solution`) through the clusters of a `RoutingProblem`."""

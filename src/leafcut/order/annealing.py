@@ -1,7 +1,7 @@
-"""Simulated annealing of a path.
+"""Improve a path by simulated annealing.
 
-A step removes some clusters and inserts each of them at its cheapest position. Dynamic programming chooses the nodes. A
-step examines the whole path, so the method suits paths of few clusters.
+Each step removes a few clusters and inserts each of them where it adds the least cost. Dynamic programming then picks
+the nodes. Because every step looks at the whole path, this method works best for paths with few clusters.
 """
 
 from __future__ import annotations
@@ -20,25 +20,26 @@ from leafcut.order.directed import DirectedInstance
 from leafcut.order.instance import FEW_CLUSTERS, FEW_NODES, costs_of_edges
 from leafcut.order.precedence import compressed_rows, transitive_closure
 
-#: Maximum growth of the path by a step, as a multiple of the mean move: alternating values at the start; at the end.
+#: Limits how much a step may lengthen the path, as a multiple of the mean move. HOT holds the values at the start,
+#: which are used in turn. COLD is the value at the end.
 HOT, COLD = (3.0, 1.0), 0.02
 
-#: Number of nearest clusters of a cluster that may be removed together with it.
+#: A step may remove a cluster together with some of this many nearest clusters.
 NEAR = 40
 
-#: Steps between two checks of the clock.
+#: The search checks the clock after this many steps.
 STEPS = 200
 
 
 def is_small(instance: DirectedInstance) -> bool:
-    """Return whether a problem is small enough for annealing."""
+    """Check whether a problem is small enough for annealing."""
     return instance.n <= FEW_CLUSTERS and len(instance.rules.way) <= FEW_NODES
 
 
 def build_clusters(instance: DirectedInstance) -> Clusters:
-    """Return the clusters of an instance and the costs of all moves between their nodes.
+    """Build the clusters of an instance, including the cost of every move between their nodes.
 
-    The anchor is the last cluster and the last node.
+    The anchor becomes the last cluster, and its only node becomes the last node.
     """
     rules, n = instance.rules, instance.n
     begin, enter = rules.way_begin.copy(), rules.way
@@ -70,10 +71,18 @@ def build_clusters(instance: DirectedInstance) -> Clusters:
 
 
 class PathAnnealing:
-    """Simulated annealing of a path, with its buffers."""
+    """Simulated annealing of a path, with the buffers it needs."""
 
     def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
-        """Create the buffers. `words` is a random state, uint64[1]; `layers` are the clusters if already built."""
+        """Allocate the buffers.
+
+        Parameters
+        ----------
+        words
+            Random state, uint64[1].
+        layers
+            The clusters, if they have already been built.
+        """
         self.instance, self.words, self.layers = instance, words, layers or build_clusters(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
@@ -93,9 +102,18 @@ class PathAnnealing:
         self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
 
     def anneal(self, nodes: Ints, mean: float, steps: int, least: float) -> Iterator[tuple[Ints, int]]:
-        """Anneal a path for a number of steps. `mean` is the mean cost of a move.
+        """Anneal a path for a given number of steps.
 
-        Yield the best path, as the problem's nodes int32[clusters], and the number of steps since the previous yield.
+        Parameters
+        ----------
+        mean
+            Mean cost of a move.
+
+        Yields
+        ------
+        tuple[Ints, int]
+            The best path so far as nodes of the problem, int32[clusters], and the number of steps since the previous
+            yield.
         """
         walk, instance = self.walk, self.instance
         path = self.number[nodes]

@@ -1,7 +1,8 @@
-"""Held-Karp lower bound on the cost of a tour.
+"""Compute the Held-Karp lower bound on the cost of a tour.
 
-Subgradient ascent on a sparse graph finds node penalties that maximize the cost of the minimum 1-tree. The minimum
-1-tree over all edges under these penalties proves the bound. For few nodes, every step uses all edges.
+Subgradient ascent looks for node penalties that make the minimum 1-tree as expensive as possible. To save time, the
+ascent works on a sparse graph. The penalties are then applied to the complete graph, whose minimum 1-tree proves the
+bound. For small instances, every step uses all edges.
 """
 
 from __future__ import annotations
@@ -26,42 +27,45 @@ from leafcut.kernels.spanning_tree import (
 )
 from leafcut.order.instance import Instance, costs_of_edges
 
-#: Number of steps of the ascent. On a few hundred nodes, more steps gained nothing. Clustered boards of 1,000 to 2,000
-#: nodes need many steps; on larger boards, so many would take too long. A step takes about 0.2 µs per node.
+#: Settings for the number of ascent steps. With a few hundred nodes, more steps gain nothing. Clustered boards with
+#: 1,000 to 2,000 nodes need many steps, but on larger boards the same number would take too long. A step takes about
+#: 0.2 µs per node.
 FEWEST_STEPS, STEPS, STEPS_PER_NODE, NODE_STEPS = 50, 200, 0.5, 1.5e6
 
-#: Shares of the steps after which a bound is proved. The edges of its 1-tree are then added to the graph. The first
-#: proofs come early, because many steps are needed to correct the errors of a poor graph.
+#: Prove a bound after these fractions of the steps, and add the edges of the resulting 1-tree to the graph. The first
+#: proofs come early because the ascent needs many steps to recover from a poor graph.
 PROOFS = (0.01, 0.03, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0)
 
-#: Minimum number of steps between proofs; the same per node, if a proof checks all pairs. A proof takes as long as 15
-#: steps, or n / 5 steps if it checks all pairs of n nodes.
+#: Minimum number of steps between two proofs. If a proof checks all pairs of nodes, the minimum is given per node. A
+#: proof takes as long as 15 steps, or as long as n / 5 steps if it checks all pairs of n nodes.
 STEPS_PER_PROOF, STEPS_PER_DENSE_PROOF = 5, 0.1
 
-#: Steps times nodes between two calls of `stop`: about 10 ms.
+#: Call `stop` after this many steps times nodes, which takes about 10 ms.
 NODE_STEPS_PER_LOOK = 5e4
 
-#: Number of nearest candidates of each node that become edges of the graph. More edges take time but do not improve the
-#: bound, because the proofs add the missing edges.
+#: Add edges from each node to this many nearest candidates to the graph. More edges slow down the ascent without
+#: improving the bound, because the proofs add any missing edges.
 MOST_NEAR = 6
 
-#: Maximum number of nodes; a proof for more nodes takes too long.
+#: No bound is computed for more nodes than this, because a proof would take too long.
 MOST_NODES = 200_000
 
-#: Maximum number of nodes for metrics without plane coordinates (GEO, EXPLICIT), where a proof checks all pairs: about
-#: a second.
+#: Node limit for metrics without plane coordinates (GEO, EXPLICIT). A proof then checks all pairs, which takes about a
+#: second at this limit.
 DENSE_LIMIT = 5000
 
-#: Relative allowance for rounding errors of float64 sums of millions of numbers, with a wide margin.
+#: Relative allowance for rounding errors when float64 sums millions of numbers. The margin is generous.
 ROUNDING = 1e-9
 
-#: Maximum number of pairs and boxes checked, in total and per node; reached only if lifts outweigh distances.
+#: Maximum number of pairs and boxes to check, in total and per node. The search only reaches this limit if lifts are
+#: more expensive than distances.
 MOST_LOOKS, MOST_LOOKS_PER_NODE = 2e7, 2000
 
-#: Maximum number of nodes for checking all pairs, which takes microseconds and needs no further compilation.
+#: Up to this many nodes, checking all pairs takes microseconds and requires no further compilation.
 ALL_PAIRS = 150
 
-#: Stack size for boxes: one more than the height of the k-d tree, which is at most about 60 for a million points.
+#: Stack size for visiting boxes. It must exceed the height of the k-d tree, which is at most about 60 for a million
+#: points.
 STACK = 128
 
 StopAsked = Callable[[], bool]
@@ -70,14 +74,14 @@ _WHOLE = (codes.EUC_2D, codes.CEIL_2D, codes.ATT, codes.GEO, codes.MAX_2D, codes
 
 
 class SpanningTree(NamedTuple):
-    """The edges of a spanning tree of all nodes except one, int32[2, n - 2], and their costs."""
+    """Edges of a spanning tree of all nodes except one, int32[2, n - 2], with their costs."""
 
     edges: NDArray[np.int32]
     length: Floats
 
 
 class Hub(NamedTuple):
-    """The node of a 1-tree outside the spanning tree, its tied neighbour (-1 for none), and the costs of its edges."""
+    """The node that the spanning tree omits, with its tied neighbour (-1 if none) and the costs of its edges."""
 
     node: int
     tied: int
@@ -85,25 +89,25 @@ class Hub(NamedTuple):
 
 
 def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = None) -> float | None:
-    """Return a lower bound on the cost of any tour, or None if none can be proved in reasonable time.
+    """Compute a lower bound on the cost of any tour.
 
     Parameters
     ----------
     upper
-        Cost of a known tour, in the unit of the metric, without service times. The bound is valid for any value, but
-        better for a shorter tour.
+        Cost of a known tour in the metric's unit, without service times. The bound is valid for any value, but a
+        shorter tour gives a better bound.
     stop
-        Called every few hundredths of a second. If it returns True, the search ends with the best bound proved so far.
+        Called every few hundredths of a second. If it returns True, the function returns the best bound proved so far.
 
     Returns
     -------
     float | None
-        A bound that is at most the `tour_cost` of any tour that contains the tied edge (if any). It allows for rounding
-        errors, and is an integer if all costs are integers.
+        Every tour that contains the tied edge, if the problem has one, has a `tour_cost` of at least this value. The
+        bound allows for rounding errors. If all costs are integers, the bound is an integer too.
 
-        None for clusters of several nodes, nodes with different entry and exit, asymmetric matrices, more than
-        `MOST_NODES` nodes, or more than `DENSE_LIMIT` nodes without plane coordinates (GEO, EXPLICIT). Also None if
-        sums overflow, or if lifts are so expensive that a proof would check too many edges.
+        The result is None for clusters of several nodes, nodes whose entry and exit differ, asymmetric matrices, more
+        than `MOST_NODES` nodes, or more than `DENSE_LIMIT` nodes without plane coordinates (GEO, EXPLICIT). It is also
+        None if sums overflow, or if expensive lifts would force a proof to check too many edges.
     """
     problem, cost, n = instance.problem, instance.cost, instance.n
     if problem.n_nodes > problem.n_clusters or not np.array_equal(problem.entry, problem.exit):
@@ -123,7 +127,7 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
 
 
 def _bound_of_large_instance(instance: Instance, upper: float, stop: StopAsked) -> float | None:
-    """Return the best bound proved during the ascent, or None if the time ran out before the first proof."""
+    """Return the best bound proved during the ascent, or None if the time runs out before the first proof."""
     cost, n = instance.cost, instance.n
     hub = _choose_hub(cost, n)
     edges = _candidate_edges(instance.candidates, hub.node)
@@ -153,7 +157,10 @@ def _ascent_steps(n: int) -> int:
 
 
 def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) -> float | None:
-    """Return the best bound of an ascent on dense arrays; None if no step was finished. Each step proves a bound."""
+    """Run the ascent on dense arrays, where each step proves a bound, and return the best bound.
+
+    Returns None if the ascent does not complete a single step.
+    """
     cost, n = instance.cost, instance.n
     hub, steps, penalty, proved = _choose_hub(cost, n), _ascent_steps(n), np.zeros(n), None
     looked_up = _cost_matrix(cost, n)
@@ -178,9 +185,9 @@ def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) 
 
 
 def _cost_matrix(cost: CostModel, n: int) -> CostModel:
-    """Return the costs of all edges as a matrix, without tied and free edges.
+    """Store the costs of all edges in a matrix, without tied and free edges.
 
-    The matrix avoids repeated computation of moves with heights, which is slow.
+    Moves with heights are slow to compute. The matrix avoids computing them repeatedly.
     """
     if cost.code == codes.EXPLICIT:
         return cost
@@ -190,8 +197,9 @@ def _cost_matrix(cost: CostModel, n: int) -> CostModel:
 
 
 def _dense_merge_sets(tree: SpanningTree, n: int) -> Floats:
-    """Return the sets of `_merge_sets` as an array, float64[2n, n]: row s contains the square root of the width of set
-    s at each of its nodes.
+    """Return the sets from `_merge_sets` as an array, float64[2n, n].
+
+    Row s describes set s. It contains the square root of the set's width at each node of the set.
     """
     inside, formed, width = np.zeros((2 * n, n)), np.zeros(2 * n), np.zeros(2 * n)
     inside[:n] = np.eye(n)
@@ -207,9 +215,9 @@ def _dense_merge_sets(tree: SpanningTree, n: int) -> Floats:
 
 
 def _rounded_lower_bound(cost: CostModel, value: float, size: float) -> float:
-    """Return `value` minus the possible rounding error of sums of magnitude `size`.
+    """Subtract the largest possible rounding error of sums of magnitude `size` from `value`.
 
-    The result is rounded up if all costs are integers.
+    If all costs are integers, the result is rounded up to the next integer.
     """
     value -= ROUNDING * size
     if cost.code == codes.EXPLICIT:
@@ -220,14 +228,17 @@ def _rounded_lower_bound(cost: CostModel, value: float, size: float) -> float:
 
 
 def _choose_hub(cost: CostModel, n: int) -> Hub:
-    """Return the free node, or else a tied node, or else the last node. All edges of other nodes have regular costs."""
+    """Choose the hub: the free node if the problem has it, otherwise a tied node, otherwise the last node.
+
+    All edges between the other nodes then have regular costs.
+    """
     node = next((i for i in (cost.free, cost.tied_a) if i >= 0), n - 1)
     tied = {cost.tied_a: cost.tied_b, cost.tied_b: cost.tied_a}.get(node, -1)
     return Hub(node, tied, edge_lengths(cost, np.array([np.full(n, node), np.arange(n)], dtype=np.int32)))
 
 
 def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int32]:
-    """Return the edges from every node to its first candidates, int32[2, e], without edges of the hub."""
+    """Collect the edges from every node to its first candidates, int32[2, e], and leave out edges of the hub."""
     near = candidates[:, :MOST_NEAR]
     a, b = np.repeat(np.arange(len(near), dtype=np.int32), near.shape[1]), near.ravel()
     edges: NDArray[np.int32] = np.stack([a, b])[:, (b >= 0) & (a != hub) & (b != hub)]
@@ -235,9 +246,7 @@ def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int3
 
 
 def _candidate_graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
-    """Return the graph of n nodes with the given edges, int32[2, e], which may contain duplicates in both
-    directions.
-    """
+    """Build the graph of n nodes from a list of edges, int32[2, e]. An edge may occur twice, once in each direction."""
     low, high = np.sort(edges.astype(np.int64), axis=0)
     keys = np.sort(low * n + high)
     once = keys[np.diff(keys, prepend=-1) > 0]
@@ -266,7 +275,7 @@ class _Ascent:
         self.work = TreeScratch(parent, np.zeros(n), heap, place, np.zeros(2 * n))
 
     def climb(self, graph: Graph, goal: int) -> Floats:
-        """Continue the ascent up to step `goal`, and return the best penalties since the last call."""
+        """Continue the ascent up to step `goal`, and return the best penalties since the previous call."""
         hub, best, value = self.hub, self.penalty.copy(), -math.inf
         at_once = max(1, int(NODE_STEPS_PER_LOOK / self.n))
         while self.step < goal and not self.stop():
@@ -291,7 +300,7 @@ class _Ascent:
 
 
 def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
-    """Return the neighbours of the hub along its two cheapest edges; the tied edge, if any, comes first."""
+    """Return the hub's neighbours along its two cheapest edges. If the hub has a tied edge, it comes first."""
     costs = hub.spokes + penalty
     costs[hub.node] = math.inf
     if hub.tied >= 0:
@@ -301,7 +310,7 @@ def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
 
 
 def _one_tree_bound(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> float:
-    """Return the lower bound of the 1-tree: a minimum spanning tree under the penalties, plus two edges of the hub."""
+    """Compute the lower bound of the 1-tree: a minimum spanning tree under the penalties, plus two edges of the hub."""
     a, b = tree.edges
     spokes = _two_spokes(hub, penalty)
     added = np.concatenate([tree.length + (penalty[a] + penalty[b]), hub.spokes[spokes] + penalty[spokes]])
@@ -310,18 +319,18 @@ def _one_tree_bound(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floa
 
 
 def has_box_bounds(cost: CostModel) -> bool:
-    """Return whether the nearest point of a box gives a lower bound on the cost of an edge to any point of the box."""
+    """Check whether the nearest point of a box gives a lower bound on the cost of an edge into that box."""
     return cost.code not in (codes.GEO, codes.EXPLICIT) and cost.lift >= 0.0 and cost.per_mm >= 0.0
 
 
 def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Floats:
-    """Return the cost of each edge (`edges`: int32[2, e]); a tied edge costs 0."""
+    """Return the cost of each edge (`edges`: int32[2, e]). Tied edges cost 0."""
     length = costs_of_edges(cost, edges[0], edges[1])
     return np.where(length == codes.TIED, 0.0, length)
 
 
 def dense_spanning_tree(cost: CostModel, hub: int, penalty: Floats) -> SpanningTree:
-    """Return the minimum spanning tree of all nodes but the hub under finite penalties, by checking all pairs."""
+    """Build the minimum spanning tree of all nodes except the hub by checking all pairs. Penalties must be finite."""
     n = len(penalty)
     edges, left, near = np.zeros((2, n - 2), dtype=np.int32), np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
     dense_tree(cost, penalty, hub, left, np.zeros(n), near, edges[0], edges[1])
@@ -331,11 +340,12 @@ def dense_spanning_tree(cost: CostModel, hub: int, penalty: Floats) -> SpanningT
 def minimum_spanning_tree(
     instance: Instance, hub: int, penalty: Floats, graph: Graph, stop: StopAsked
 ) -> SpanningTree | None:
-    """Return the minimum spanning tree of all nodes but the hub under penalties, over all pairs of nodes.
+    """Build the minimum spanning tree over all pairs of nodes except the hub, under the given penalties.
 
-    In the plane, the tree is built in rounds over the k-d tree; otherwise all pairs are checked. Any `graph` is valid,
-    but the search is faster if more edges of the graph are in the minimum spanning tree. Returns None if `stop` returns
-    True, if too many pairs would have to be checked, or if costs overflow.
+    In the plane, the algorithm grows the tree in rounds with the help of the k-d tree. Otherwise, it checks all pairs.
+    Any `graph` is valid, but the search is faster if many of the graph's edges belong to the minimum spanning tree.
+
+    Returns None if `stop` returns True, if the search would have to check too many pairs, or if costs overflow.
     """
     cost, n = instance.cost, instance.n
     if not has_box_bounds(cost):
@@ -367,9 +377,9 @@ def _forest_parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
 
 
 def _set_part_ranges(instance: Instance, hub: int, parts: ForestParts) -> None:
-    """Store the lowest and highest part number of the nodes in each box of the k-d tree.
+    """Store the lowest and the highest part number that occurs in each box of the k-d tree.
 
-    The parts are the trees of the current forest.
+    Each tree of the current forest is a part.
 
     Changes: parts.low, high.
     """
@@ -378,7 +388,7 @@ def _set_part_ranges(instance: Instance, hub: int, parts: ForestParts) -> None:
 
 
 def _extremes_in_boxes(instance: Instance, extreme: np.ufunc, values: NDArray, hub: int, none: float) -> NDArray:
-    """Return the minimum or maximum of the node values in every box, with the value `none` for the hub."""
+    """Compute the minimum or the maximum of the node values in every box. The hub counts with the value `none`."""
     tree = instance.tree
     runs = np.stack([tree.begin, tree.stop], axis=1).ravel()
     values = np.append(values[: len(tree.x)], none).astype(values.dtype)

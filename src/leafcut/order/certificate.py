@@ -1,4 +1,4 @@
-"""Compute the lower bound of a solution."""
+"""Compute a lower bound for a solution."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from leafcut.order.instance import CANDIDATES, Instance, build_instance, is_symm
 from leafcut.order.search import Best
 from leafcut.order.stop import Deadline
 
-#: Maximum number of clusters and of nodes for a bound with asymmetric costs or several nodes per cluster, which uses a
-#: table of the cheapest moves between clusters.
+#: Limits for computing a bound if costs are asymmetric or clusters have several nodes. The computation stores the
+#: cheapest move between every two clusters in a table.
 MOST_CLUSTERS, MOST_WAYS = 2000, 6000
 
-#: Maximum number of clusters for the lower bound that observers see.
+#: Observers see a lower bound for problems with up to this many clusters.
 MOST_BOUNDED = 20_000
 
-#: Maximum relative excess of a bound over an equal cost, because both are sums in different orders.
+#: A bound may exceed an equal cost by this relative amount, because the two are summed in different orders.
 ROUNDING = 1e-9
 
 
 def compute_shown_bound(instance: AnyInstance, best: Best) -> None:
-    """Compute a lower bound for the observer of a search, while the clock is stopped.
+    """Compute a lower bound for the observer of a search while the search clock is stopped.
 
-    The bound does not change the result of the search.
+    The bound has no effect on the search result.
     """
     if instance.problem.n_clusters > MOST_BOUNDED:
         return
@@ -48,9 +48,9 @@ def _prove_bound(
     cancelled: threading.Event,
     late: Callable[[], bool],
 ) -> float | None:
-    """Return a lower bound on the cost of any path of the problem, or None.
+    """Compute a lower bound on the cost of any path, or return None if that is not possible.
 
-    `cost` is the cost of a known path, or None. `instance` is reused if it also represents the relaxed problem.
+    `cost` is the cost of a known path, or None. If `instance` also represents the relaxed problem, it is reused.
     """
     relaxed = symmetric_relaxation(problem, late)
     if relaxed is None:
@@ -67,12 +67,13 @@ def _prove_bound(
 
 
 def symmetric_relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> RoutingProblem | None:
-    """Return a symmetric problem whose lower bound also holds for `problem`, or None.
+    """Relax a problem to a symmetric problem whose lower bound is also valid for the original problem.
 
-    It has no precedence and one node per cluster. Moves between two clusters cost as much as the cheapest move between
-    their nodes in either direction; the service time of a cluster is the minimum over its nodes. A path from a start to
-    an end becomes a closed tour with an additional node. Returns None after the deadline (`late`), or if the table
-    would be too large.
+    The relaxed problem has no precedence and only one node per cluster. A move between two clusters costs as much as
+    the cheapest move between their nodes, in either direction. The service time of a cluster is the smallest service
+    time of its nodes. If the path is open, an additional node closes it to a tour.
+
+    Returns None after the deadline (`late`) or if the table would be too large.
     """
     if is_symmetric(problem):
         return problem
@@ -102,10 +103,10 @@ def certify(
     instance: AnyInstance | None = None,
     deadline: Deadline | None = None,
 ) -> Solution:
-    """Return `solution` with a lower bound: the given `bound`, or else a computed one.
+    """Add a lower bound to `solution`. If no `bound` is given, compute one.
 
-    No bound is computed for a cancelled search. The bound ignores precedence, which can only raise the cost
-    (`symmetric_relaxation`). A bound above the cost is dropped.
+    If the user cancels the search, no bound is computed. The bound ignores precedence, which can only raise the cost
+    (`symmetric_relaxation`). A bound that exceeds the cost is discarded.
     """
     if bound is None and not cancelled.is_set():
         with (deadline or Deadline()).running(cancelled) as late:

@@ -1,12 +1,13 @@
-"""Colony search: ants build tours independently, then recombine them until all tours have the same cost.
+"""Colony search: ants build tours independently and then recombine them until all tours have the same cost.
 
-Each ant has one tour. The pheromone on an edge is the number of ants that use the edge; unused edges are not stored. In
-each generation, every ant is paired with a partner. Where the two tours differ, the ant tries the partner's edges and
-keeps those that shorten its own tour (`kernels.assembly`). When a colony no longer improves, a larger colony is
-started. The best ants of all colonies form a final colony of champions.
+Each ant has one tour. The pheromone on an edge is the number of ants that use the edge. Unused edges are not stored. In
+each generation, every ant gets a partner. Wherever the two tours differ, the ant tries the partner's edges and keeps
+them if they shorten its own tour (`kernels.assembly`). When a colony stops improving, the search starts a larger
+colony. At the end, the best ant of each colony joins a final colony of champions.
 
-Source: M. Guntsch and M. Middendorf, EvoWorkshops 2002, LNCS 2279 (a population of tours as pheromone); Y. Nagata and
-S. Kobayashi, INFORMS J. Computing 25 (2013) (edge assembly crossover, pairing by a random permutation).
+Sources: M. Guntsch and M. Middendorf, EvoWorkshops 2002, LNCS 2279, for pheromone represented by a population of tours.
+Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), for edge assembly crossover and for pairing by a random
+permutation.
 """
 
 from __future__ import annotations
@@ -39,60 +40,67 @@ from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, i
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, WorkerLog, Workers, thread_count, thread_pool
 
-#: Number of candidates tried at each depth of an exchange, when a tour is built and when a recombined tour is repaired.
+#: Exchanges try this many candidates at each depth, both when an ant builds a tour and when it repairs a recombined
+#: tour.
 BREADTH = (0, 8, 5, 3, 1)
 
-#: Work budget of each preset: total number of nodes in all tours that ants build.
+#: Work budget of each preset. It counts the nodes in all tours that the ants build.
 PRESETS = {"fast": 1e5, "default": 6e5, "thorough": 1e7}
 
-#: Size of the first colony, growth factor from colony to colony, and maximum size, which is also at most n.
+#: Size of the first colony, growth factor from one colony to the next, and maximum size. A colony never has more ants
+#: than the problem has nodes.
 FIRST_ANTS, GROWTH, MOST_ANTS = 8, 4, 400
 
-#: Minimum number of ants in a colony. A smaller colony gains little, and kicks on the best tour use the time better.
-#: From `MANY` nodes on, recombining two ants with the champions gains more than kicks: on pla85900 at 3 s, 1.1 % above
-#: the optimum instead of 1.5 %.
+#: Minimum number of ants in a colony. A smaller colony gains so little that kicking the best tour is a better use of
+#: the time. From `MANY` nodes on, recombining even two ants with the champions gains more than kicks: on pla85900 after
+#: 3 s, the tour is 1.1 % above the optimum instead of 1.5 %.
 FEWEST_ANTS, FEWEST_OF_MANY = 4, 2
 
-#: The same under a time limit. Measured on pcb3038 after 0.1 s: 1.0 % above the optimum instead of 1.2 %.
+#: Minimum number of ants under a time limit. On pcb3038 after 0.1 s, the tour is 1.0 % above the optimum instead of
+#: 1.2 %.
 FEWEST_BY_CLOCK = 2
 
-#: A colony uses the whole remaining budget if fewer than this many colonies of its size would fit into the work budget,
-#: or into the time limit. Smaller colonies take time and help the last colony little. In a long search, however, they
-#: provide a good tour early, in case the user stops the search.
+#: If fewer than this many colonies fit into the remaining work budget or time limit, the next colony uses the whole
+#: remainder. Smaller colonies take time and hardly help the last colony. In a long search, however, they provide a good
+#: tour early, in case the user stops the search.
 ALL_OF_BUDGET, ALL_BY_CLOCK = 2, 16
 
-#: A colony ends after this many generations without any gain.
+#: A colony ends when this many generations have passed without any gain.
 PATIENCE = 3
 
-#: The same under a time limit. There, a generation also counts as without gain if the best tour is not improved and the
-#: mean gain is below this share of the mean excess over the best cost. Kicks use the time better.
+#: Patience under a time limit. Here, a generation also counts as a failure if the best tour has not improved and the
+#: mean gain is below this fraction of the mean excess over the best cost. Kicks use the remaining time better.
 PATIENCE_BY_CLOCK, LITTLE = 2, 0.02
 
-#: The search ends after this many consecutive colonies without a better tour: without and with a work budget.
+#: The search ends when this many colonies in a row fail to find a better tour. The second value applies to searches
+#: with a work budget.
 SAME_ANSWERS, SAME_ANSWERS_ON_BUDGET = 5, 2
 
-#: Assumed time for building a tour, per node, s, as measured on a core of a 2024 processor. Results are reproducible
-#: because it is a constant.
+#: Assumed time per node for building a tour, in seconds, measured on a core of a 2024 processor. Because this is a
+#: constant, results are reproducible.
 SECONDS_PER_VISIT = 3e-5
 
-#: Share of the remaining time in which the last colony builds its tours. Recombination takes about as long again.
+#: The last colony spends this fraction of the remaining time on building tours. Recombining them takes about as long.
 BUILDING_SHARE = 0.44
 
-#: Time to build a randomized greedy tour, relative to the deterministic one.
+#: Building a randomized greedy tour takes this many times as long as building the deterministic greedy tour.
 WHIMS = 1.3
 
-#: Kicks per node before recombination, under a time limit: kicks repair local defects, recombination large-scale
-#: defects. Minimum number of ants with kicks; their building time relative to other ants; share of the remaining time
-#: in which the last colony builds its tours.
+#: Settings for kicks before recombination under a time limit. Kicks repair local defects, and recombination repairs
+#: large-scale defects. The values are: kicks per node; the minimum number of ants in a colony with kicks; the building
+#: time of such ants relative to other ants; and the fraction of the remaining time that the last colony spends on
+#: building tours.
 KICKS_BEFORE, FEWEST_KICKING, KICKING_TAKES, KICKING_SHARE = 0.5, 12, 5.0, 0.75
 
-#: Batches of a generation per worker: more batches balance the load better, fewer batches have less overhead.
+#: Split a generation into this many batches per worker. More batches balance the load better, and fewer batches have
+#: less overhead.
 MEETINGS_PER_WORKER = 2
 
-#: Kicks per node when colonies find no improvement. All ants follow the same rules and may miss the same improvement.
+#: If colonies find no improvement, the search kicks this many times per node. All ants follow the same rules, so all of
+#: them may miss the same improvement.
 LAST_KICKS = 20
 
-#: Number of kicks in the time of a node visit. A kick takes about as long as ten visits.
+#: A kick takes about as long as ten node visits, so this many kicks take as long as one visit.
 KICKS_PER_VISIT = 0.1
 
 # Purposes of random numbers; together with the seed they select the stream.
@@ -104,7 +112,7 @@ _CHAMPIONS = 2**32 - 1
 
 @dataclass(frozen=True, eq=False)
 class Colony:
-    """State of a colony: `tours` (int32[m, n]) contains the tour of each ant, and `costs` (float64[m]) their costs."""
+    """The tours of a colony, int32[m, n], with one row per ant, and the cost of each tour, float64[m]."""
 
     tours: NDArray[np.int32]
     costs: NDArray[np.float64]
@@ -112,7 +120,7 @@ class Colony:
     generation: int = 0
 
     def with_best_of(self, other: Colony) -> Colony:
-        """Return this colony plus the best ant of `other`, if `other` has any."""
+        """Return this colony plus the best ant of `other`, unless `other` is empty."""
         if not len(other.costs):
             return self
         best = int(np.argmin(other.costs))
@@ -121,9 +129,9 @@ class Colony:
 
 
 def build_tour(instance: Instance, word: NDArray[np.uint64], kicks: int, stop: Stop) -> Share:
-    """Build a tour greedily with randomized costs, and improve it by exchanges and kicks.
+    """Build a greedy tour with randomized costs, then improve it with exchanges and kicks.
 
-    Return the tour and its cost; the cost is infinite if the time ran out. `word` is a random state, uint64[1].
+    Returns the tour and its cost. If the time runs out, the cost is infinite. `word` is a random state, uint64[1].
     Changes: word.
     """
     node, cost = np.zeros(instance.n, dtype=np.int32), math.inf
@@ -138,7 +146,7 @@ def build_tour(instance: Instance, word: NDArray[np.uint64], kicks: int, stop: S
 
 
 def assembly_for(n: int) -> Assembly:
-    """Return the buffers of one worker for recombining tours of n nodes."""
+    """Allocate the buffers that a worker needs to recombine tours of n nodes."""
     return Assembly(
         links=np.empty((n, 4), dtype=np.int32),
         trail=np.empty((n, 8), dtype=np.int32),
@@ -156,10 +164,21 @@ def recombine_tours(
     words: NDArray[np.uint64],
     stop: Stop,
 ) -> Share:
-    """Recombine each tour in `mine` (int32[m, n]) with its partner in `other`, and keep improvements.
+    """Recombine each tour with its partner and keep the improvements.
 
-    Return the tours and their costs. `costs` (float64[m]) are the costs of `mine`; `words` (uint64[m]) are random
-    states.
+    Parameters
+    ----------
+    mine, other
+        Tours to improve, and their partners, int32[m, n] each.
+    costs
+        Costs of the tours in `mine`, float64[m].
+    words
+        Random states, uint64[m].
+
+    Returns
+    -------
+    Share
+        The recombined tours and their costs.
     """
     n, pairs = instance.n, len(mine)
     tours, costs, gains, words = mine.copy(), costs.copy(), np.zeros(pairs), words.copy()
@@ -189,7 +208,7 @@ def recombine_tours(
 
 
 def create_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers, kicks: int = 0) -> Colony:
-    """Return a colony of new tours, without tours that were not finished in time."""
+    """Build the tours of a new colony. Tours that are not finished in time are left out."""
     words = random_words(seed, _BUILDING, number, count=ants)
     tours, costs = workers.run_and_join([partial(build_tour, instance, words[k : k + 1], kicks) for k in range(ants)])
     done = np.isfinite(costs)
@@ -197,7 +216,7 @@ def create_colony(instance: Instance, ants: int, seed: int, number: int, workers
 
 
 def next_generation(instance: Instance, colony: Colony, seed: int, workers: Workers) -> Colony:
-    """Recombine each tour of a colony with the tour of a partner. Only the colony and the seed affect the result."""
+    """Recombine each tour of a colony with its partner's tour. The result depends only on the colony and the seed."""
     ants = len(colony.tours)
     words = random_words(seed, _FOLLOWING, colony.number, colony.generation, count=ants)
     mine = np.random.default_rng(words[0]).permutation(ants)
@@ -223,16 +242,16 @@ def next_generation(instance: Instance, colony: Colony, seed: int, workers: Work
 def improve_by_colony(
     instance: Instance, seed: int, best: Best, workers: Workers, seconds: float, visits: float = math.inf
 ) -> Iterator[None]:
-    """Improve the best tour by ever larger colonies. A generation is a step of the search.
+    """Improve the best tour with larger and larger colonies. Each step of the search is a generation.
 
     Parameters
     ----------
     seconds
         Time needed to build a tour.
     visits
-        Work budget: maximum total number of nodes in all built tours. The search ends earlier if several colonies
-        (`SAME_ANSWERS`) and the kicks after them find no improvement, or if another colony is not worth its time
-        (`stop.payoff_limit`).
+        Work budget: the maximum number of nodes in all tours that the ants build. The search ends earlier if several
+        colonies (`SAME_ANSWERS`) and the kicks after them find no improvement, or if another colony is not worth its
+        time (`stop.payoff_limit`).
     """
     stop = best.stop
     enough = SAME_ANSWERS if math.isinf(visits) else SAME_ANSWERS_ON_BUDGET
@@ -282,7 +301,7 @@ def _evolve(
 ) -> Generator[None, None, tuple[Colony, int]]:
     """Run generations until all tours have the same cost or no tour improves.
 
-    Return the colony and the number of generations.
+    Returns the colony and the number of generations.
     """
     idle, by_clock = 0, best.stop.seconds < math.inf
     patience = PATIENCE_BY_CLOCK if by_clock else PATIENCE
@@ -299,14 +318,14 @@ def _evolve(
 
 
 def costs_differ(colony: Colony) -> bool:
-    """Return whether the tours of a colony differ in cost."""
+    """Check whether at least two tours of a colony differ in cost."""
     return len(colony.costs) > 1 and bool(np.ptp(colony.costs) > EPSILON)
 
 
 def _has_improved(before: NDArray[np.float64], after: NDArray[np.float64], little: float) -> bool:
-    """Return whether the best cost has improved, or the mean cost has improved enough.
+    """Check whether the best cost has improved or the mean cost has improved enough.
 
-    The mean has improved enough if the gain exceeds `little` times the difference between mean and best cost.
+    The mean has improved enough if the gain exceeds `little` times the difference between the mean and the best cost.
     """
     gains, best = before - after, float(after.min())
     if float(before.min()) > best + EPSILON:
@@ -321,15 +340,15 @@ def _offer_best_tour(colony: Colony, best: Best, generation: int) -> None:
 
 
 def _have_time_to_kick(seconds: float, stop: Stop) -> bool:
-    """Return whether the remaining time allows enough ants with kicks; False without a time limit."""
+    """Check whether enough ants with kicks fit into the remaining time. Without a time limit, the result is False."""
     left = stop.seconds - stop.elapsed()
     return stop.seconds < math.inf and KICKING_SHARE * left / (KICKING_TAKES * seconds) >= FEWEST_KICKING
 
 
 def _colony_size(n: int, number: int, seconds: float, stop: Stop, visits: float, kicking: bool = False) -> int:
-    """Return the number of ants of the next colony: `GROWTH` times the previous number.
+    """Choose the number of ants for the next colony: `GROWTH` times the previous number.
 
-    If no much larger colony would fit afterwards, return the number that the remaining time or budget allows.
+    If no much larger colony would fit afterwards, the next colony uses all the remaining time or budget.
     """
     most = max(FIRST_ANTS, min(n, MOST_ANTS))
     planned = min(FIRST_ANTS * GROWTH ** min(number, 10), most)
@@ -341,7 +360,7 @@ def _colony_size(n: int, number: int, seconds: float, stop: Stop, visits: float,
 
 
 def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Run the colony search. The work budget of the preset applies unless the options set a limit."""
+    """Run the colony search. The preset's work budget applies unless the options set a limit."""
     options, stop, best = run.options, run.stop, run.best
     visits = math.inf if options.is_limited else PRESETS[options.preset]
     threads = thread_count(options)

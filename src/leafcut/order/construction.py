@@ -1,4 +1,4 @@
-"""Interface to the construction kernels: buffers of a worker, the nearest-neighbour tour, and the greedy tour."""
+"""Construct the nearest-neighbour tour and the greedy tour, and allocate the buffers for the construction kernels."""
 
 from __future__ import annotations
 
@@ -13,24 +13,25 @@ from leafcut.order.instance import Instance, build_tree, candidate_lists, matrix
 if TYPE_CHECKING:
     from leafcut.kernels.construct import Unvisited
 
-#: Number of candidates per fragment end in each round. One of them may be the other end of the same fragment.
+#: Number of candidates per fragment end in each round. One of the candidates may be the other end of the same fragment.
 END_NEIGHBOURS = 5
 
-#: A round joins edges up to the cost below which half of the nodes have this many neighbours. Longer edges wait for
-#: updated lists. Measured (mean excess over the optimum on 12 TSPLIB boards; time for 100,000 random points):
+#: Each round has a cost limit: half of the nodes have this many neighbours within the limit. The round does not join
+#: longer edges. These wait until the lists are updated. We measured the mean excess over the optimum on 12 TSPLIB
+#: boards, and the time for 100,000 random points:
 #: 2 neighbours 13.7 %, 0.24 s; 3 13.6 %, 0.12 s; 4 15.0 %, 0.09 s; whole lists 20.3 %, 0.05 s.
 SURE_NEIGHBOURS = 3
 
-#: Maximum relative noise on edge lengths in randomized greedy tours.
+#: Randomized greedy tours lengthen edges by at most this fraction.
 MOST_NOISE = 0.1
 
 
-#: Maximum number of nodes for finding the nearest node by comparing all nodes, which takes a few milliseconds.
+#: Up to this many nodes, we find the nearest node by comparing all nodes, which takes a few milliseconds.
 FEW = 500
 
 
 def unvisited_buffers(instance: Instance) -> Unvisited:
-    """Return new buffers for a worker, in which no node is visited."""
+    """Allocate buffers for a worker. No node is marked as visited yet."""
     from leafcut.kernels.construct import Unvisited
 
     return Unvisited(
@@ -41,7 +42,7 @@ def unvisited_buffers(instance: Instance) -> Unvisited:
 
 
 def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
-    """Return the nearest-neighbour tour int32[n], from the start or the first cluster."""
+    """Build the nearest-neighbour tour, int32[n]. It starts at the given start or at the first cluster."""
     if instance.n <= FEW:
         return _nearest_of_few(instance)
     from leafcut.kernels.construct import nearest_neighbour_tour
@@ -74,7 +75,7 @@ def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
 def _remove_free_node(
     free: int, lists: NDArray[np.int32], lengths: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return the candidate lists without the free node, which has the last row and is the first entry of all others."""
+    """Remove the free node from the candidate lists. It owns the last row and is the first entry in every other row."""
     if free < 0:
         return lists, lengths
     rest, costs = lists[:free].copy(), lengths[:free].copy()
@@ -85,9 +86,9 @@ def _remove_free_node(
 
 
 def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDArray[np.int32]:
-    """Return the greedy tour, int32[n]: repeatedly add the cheapest edge that can still be part of a tour.
+    """Build the greedy tour, int32[n], by repeatedly adding the cheapest edge that can still be part of a tour.
 
-    With `random`, edges are lengthened by up to `MOST_NOISE`, so that different calls return different tours of similar
+    With `random`, each edge is lengthened by up to `MOST_NOISE`. Different calls then return different tours of similar
     quality.
     """
     from leafcut.kernels.greedy import join, walk_path
@@ -119,7 +120,7 @@ def _with_noise(lengths: NDArray[np.float64], random: np.random.Generator | None
 
 
 def _median(values: NDArray[np.float64]) -> float:
-    """Return the median of the values. Unlike `np.median`, this does not import masked arrays, which takes time."""
+    """Compute the median. Unlike `np.median`, this function does not import masked arrays, which would take time."""
     ordered, half = np.sort(values), len(values) // 2
     return float(ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2)
 
@@ -131,9 +132,9 @@ def _join_cheapest(
     tail: NDArray[np.int32],
     beside: NDArray[np.int32],
 ) -> None:
-    """Join fragments of a tour with the candidate edges of `nodes`, starting with the cheapest edge.
+    """Join the fragments of a tour along the candidate edges of `nodes`, cheapest edge first.
 
-    Edges that cost more than a typical edge to neighbour number `SURE_NEIGHBOURS` are not used.
+    The function skips edges that cost more than a typical edge to neighbour number `SURE_NEIGHBOURS`.
     """
     from leafcut.kernels.greedy import join_edges, list_edges
 
@@ -157,6 +158,9 @@ def _candidates_between_ends(
 
 
 def random_words(seed: int, *stream: int, count: int) -> NDArray[np.uint64]:
-    """Return a nonzero random state for each ant, uint64[count]. It depends only on seed, stream and ant."""
+    """Create a nonzero random state for each ant, uint64[count].
+
+    Each state depends only on the seed, the stream, and the ant.
+    """
     words = np.random.SeedSequence((seed, *stream)).generate_state(count, np.uint64)
     return np.maximum(words, np.uint64(1))

@@ -1,8 +1,8 @@
-"""`DirectedInstance`: a routing problem in the arrays of the kernels for choices, directed costs and precedence.
+"""`DirectedInstance`: a routing problem as arrays for kernels that support choices, directed costs, and precedence.
 
-The nodes of a path are clusters, numbered as in the problem. An open path has an additional last node, its anchor. A
-move from the anchor has the cost of a move from the start, and a move to the anchor the cost of a move to the end. The
-cost is zero for a free start or end.
+The nodes of a path are clusters, with the same numbers as in the problem. An open path has an additional last node,
+called its anchor. A move from the anchor costs as much as a move from the start of the path, and a move to the anchor
+costs as much as a move to the end. If the start or the end is free, the cost is zero.
 """
 
 from __future__ import annotations
@@ -36,40 +36,40 @@ from leafcut.order.instance import (
 )
 from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, compressed_rows, impossible_moves_and_reduction
 
-#: Maximum number of nodes for computing candidates from the costs of all pairs, which needs n² memory.
+#: Up to this many nodes, candidates are computed from the costs of all pairs, which needs n² memory.
 DENSE_LIMIT = 3000
 
-#: Number of candidates tried for the first and the second new edge of an exchange. On contours with holes that must be
-#: cut first, (16, 8) was far better than 8 candidates, most of which are the contour's own holes.
+#: An exchange tries this many candidates for its first and its second new edge. For contours with holes that must be
+#: cut first, (16, 8) works far better than 8 candidates, because most of those would be the contour's own holes.
 BREADTH = (16, 8)
 
-#: Gains below this share of a mean move are rounding errors.
+#: Gains below this fraction of a mean move count as rounding errors.
 LEAST = 1e-8
 
-#: Exchanges between two checks of the clock: about 10 ms.
+#: The search checks the clock after this many exchanges, about every 10 ms.
 LOOKS = 5000
 
-#: Nodes int32[n, k], cheapest first, and their costs float64[n, k].
+#: Nodes, int32[n, k], cheapest first, with their costs, float64[n, k].
 Listed = tuple[Ints, NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
 class DirectedInstance:
-    """A path problem with choices, asymmetric costs or precedence.
+    """A path problem with choices, asymmetric costs, or precedence.
 
     Attributes
     ----------
     pairs
-        int32[k, 2]: the pairs of the precedence that do not follow from other pairs.
+        The precedence pairs, int32[k, 2], except pairs that follow from other pairs.
     cost
-        Cost model over these positions: the entries of all nodes, the exits of all nodes (if an exit differs from its
-        entry), the start and the end.
+        Cost model over these positions: the entries of all nodes; the exits of all nodes, if any exit differs from its
+        entry; the start; the end.
     rules
-        Precedence, nodes of clusters and candidates for the kernels.
+        Precedence, nodes of the clusters, and candidates, in the format of the kernels.
     enter, leave
-        int32[n]: rows of `cost` for the entry and the exit of the first node of every cluster.
+        Rows of `cost` for the entry and the exit of each cluster's first node, int32[n].
     twisted
-        Whether some costs differ by direction.
+        Whether some costs depend on the direction.
     anchored
         Whether the last node is an anchor.
     """
@@ -90,29 +90,29 @@ class DirectedInstance:
 
     @property
     def service(self) -> float:
-        """Zero, because the lengths of paths include the service time."""
+        """Always zero, because path lengths already include the service time."""
         return 0.0
 
     @property
     def exact(self) -> bool:
-        """True, because the length of a path is its cost."""
+        """Always True, because the length of a path equals its cost."""
         return True
 
     def path(self, tour: Ints) -> Ints:
-        """Return the clusters of the problem's nodes `tour`, int32[clusters] each."""
+        """Convert a tour of the problem's nodes to clusters, int32[clusters]."""
         clusters: Ints = self.problem.cluster[tour].astype(np.int32)
         return clusters
 
     def places(self, tour: Ints) -> Points:
-        """Return the positions along a path from start to end: the entry of each node, and its exit if different."""
+        """Return the positions along a path from start to end: each node's entry, and its exit if they differ."""
         entry, leave = self.problem.entry[tour], self.problem.exit[tour]
         same = np.array_equal(entry, leave)
         return add_path_ends(self.problem, entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
 
     def nodes(self, node: Ints, enter: Ints) -> Ints:
-        """Return the problem's nodes, int32[clusters], along a path, int32[n].
+        """Convert a path, int32[n], to nodes of the problem, int32[clusters].
 
-        A closed path without precedence starts with cluster 0.
+        A closed path without precedence starts at cluster 0.
         """
         order = node[1:] if self.anchored else node
         if not self.anchored and not len(self.pairs):
@@ -120,23 +120,24 @@ class DirectedInstance:
         return enter[order]
 
     def path_of(self, nodes: Ints) -> tuple[Ints, Ints]:
-        """Return the path (node, enter), int32[n] each, through the problem's nodes, int32[clusters]."""
+        """Convert nodes of the problem, int32[clusters], to a path (node, enter), int32[n] each."""
         node, enter = self.problem.cluster[nodes].astype(np.int32), self.enter.copy()
         enter[node] = nodes
         return (np.concatenate([[self.n - 1], node]).astype(np.int32) if self.anchored else node), enter
 
     def length(self, node: Ints, enter: Ints, leave: Ints) -> float:
-        """Return the total travel cost and service time along a path of n nodes."""
+        """Compute the total travel cost and service time along a path of n nodes."""
         travels = costs_of_edges(self.cost, leave[node], enter[np.roll(node, -1)])
         return float(travels.sum()) + float(self.rules.service[enter].sum())
 
 
-#: A problem as arrays for one of the two move sets. Both have `problem`, `n`, `service`, `exact`, `path`, `places`.
+#: A problem as arrays for either move set. Both classes provide `problem`, `n`, `service`, `exact`, `path`, and
+#: `places`.
 AnyInstance = Instance | DirectedInstance
 
 
 def refuse_ends_with_cost_table(problem: RoutingProblem) -> None:
-    """Raise SolveError if the problem has both a table of costs and a start or an end."""
+    """Raise SolveError if the problem combines a cost table with a start or an end."""
     ends = () if problem.closed else (problem.start, problem.end)
     if problem.metric.name == "EXPLICIT" and any(p is not None for p in ends):
         raise SolveError("a cost table has no costs to or from a point; leave out the start and the end point")
@@ -145,8 +146,10 @@ def refuse_ends_with_cost_table(problem: RoutingProblem) -> None:
 def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
     """Convert a problem to a `DirectedInstance` with k candidates per node.
 
-    Raises SolveError if the precedence has a cycle, or if the problem has a table of costs as well as a start or an
-    end.
+    Raises
+    ------
+    SolveError
+        If the precedence has a cycle, or if the problem combines a cost table with a start or an end.
     """
     m, twisted = problem.n_clusters, is_directed(problem)
     pairs, barred = checked_pairs(problem), None
@@ -180,9 +183,9 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
 
 
 def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) -> Route:
-    """Return a path (`node` and `enter`, int32[n] each) as a `Route` with all buffers for the kernels.
+    """Create a `Route` for a path (`node` and `enter`, int32[n] each), with all the buffers that the kernels need.
 
-    The queue is empty. `log` is the capacity of the log.
+    The queue starts empty. `log` is the capacity of the log.
     """
     n = instance.n
     leave = enter + np.int32(instance.rules.beyond[0])
@@ -209,14 +212,14 @@ def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) 
 
 
 def queue_all(instance: DirectedInstance, route: Route) -> None:
-    """Put all nodes of a route into its empty queue. Changes: queue, queued, counts, bias, shift."""
+    """Add all nodes of a route to its empty queue. Changes: queue, queued, counts, bias, shift."""
     route.queue[:], route.queued[:] = route.node, 1
     route.counts[:2] = 0, instance.n
     recompute_bias(instance.cost, route)
 
 
 def greedy_path(instance: DirectedInstance) -> Route:
-    """Return the path that always continues with the cheapest cluster, among those with all predecessors visited."""
+    """Build a path that always continues with the cheapest cluster whose predecessors have all been visited."""
     n, rules = instance.n, instance.rules
     missing = np.diff(rules.before_begin).astype(np.int32)
     free = np.flatnonzero(missing == 0).astype(np.int32)
@@ -230,10 +233,11 @@ def greedy_path(instance: DirectedInstance) -> Route:
 
 
 def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> NDArray[np.float64] | None:
-    """Return the minimum cost of moves from each cluster to each other cluster, over all pairs of nodes, float64[n, n].
+    """Compute the cost of the cheapest move from each cluster to each other cluster, float64[n, n].
 
-    The last row and column of an open path are its anchor. Precedence is ignored. Returns None if `late` returns True
-    before the last row. Raises SolveError if the problem has both a table of costs and a start or an end.
+    For an open path, the last row and column belong to its anchor. Precedence is ignored. The function returns None if
+    `late` returns True before the last row is complete. It raises SolveError if the problem combines a cost table with
+    a start or an end.
     """
     refuse_ends_with_cost_table(problem)
     moves, m = MoveCosts(problem), problem.n_clusters
@@ -253,16 +257,16 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
 def _build_cost_model(
     problem: RoutingProblem, twisted: bool
 ) -> tuple[CostModel, tuple[np.int32, np.int32] | None, int]:
-    """Return the cost model of a problem, and the meaning of its rows.
+    """Build the cost model of a problem, and describe its rows.
 
     Returns
     -------
     cost
-        Cost model over the entries, exits and ends.
+        Cost model over the entries, the exits, and the two ends.
     ends
-        Rows of the two ends; None for a closed path.
+        Rows of the two ends. None for a closed path.
     beyond
-        Row of an exit minus the row of its entry.
+        Offset from the row of a node's entry to the row of its exit.
     """
     explicit = problem.metric.name == "EXPLICIT"
     beyond = problem.n_nodes if twisted and not explicit else 0
@@ -311,7 +315,7 @@ def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
 
 
 def _nearest_rows(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
-    """Return, for each row in `query`, the indices in `goal` of near rows, which may include the row itself."""
+    """For each row in `query`, return the indices in `goal` of nearby rows. The row itself may be among them."""
     tree, label = build_tree(cost.xy[goal])
     tree = tree._replace(
         x=np.append(tree.x, 0.0), y=np.append(tree.y, 0.0), leaf_of=np.append(tree.leaf_of, np.int32(0))
@@ -323,7 +327,7 @@ def _nearest_rows(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
 
 
 def _feasible_candidates(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, back: bool, k: int) -> Listed:
-    """Keep the first k candidates in each list that may be successors of the node, or predecessors if `back`."""
+    """Keep the first k entries in each list that precedence allows as successors (as predecessors if `back`)."""
     near, costs = listed
     m = len(near)
     own = np.arange(m)[:, None]
@@ -339,17 +343,20 @@ def _feasible_candidates(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] 
 
 
 def _cheapest_end_moves(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barred: Ints) -> NDArray[np.float64]:
-    """Return the minimum travel cost between each cluster and an end of the path; infinite for excluded clusters."""
+    """Compute the minimum travel cost between each cluster and an end of the path.
+
+    Excluded clusters have infinite cost.
+    """
     costs = np.minimum.reduceat(costs_of_edges(cost, ways, np.full(len(ways), end)), begin[:-1])
     costs[barred] = np.inf
     return costs
 
 
 def _add_anchor(listed: Listed, there: NDArray[np.float64], back: NDArray[np.float64]) -> Listed:
-    """Insert the anchor into the candidate lists, and add a list for the anchor itself.
+    """Insert the anchor into the candidate lists and add a list for the anchor itself.
 
-    `there` and `back`, float64[clusters], are the costs of moves to and from the anchor. The anchor's list is empty if
-    all moves from the anchor cost nothing.
+    `there` and `back`, float64[clusters], are the costs of moves to and from the anchor. If all moves from the anchor
+    are free, its list stays empty.
     """
     near, costs = listed
     m, k = near.shape

@@ -1,9 +1,9 @@
-"""Exact solutions: the best nodes for a given cluster order, and the best order of a few clusters.
+"""Compute exact solutions: the best nodes for a given cluster order, or the best order of a few clusters.
 
-Sources: for the nodes, M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3
-(shortest path through the layered network of an order); for the order, M. Held and R. M. Karp, Journal of the SIAM 10
-(1962), section 2. Differs: the state is a set of clusters and the last node. This covers several nodes per cluster,
-asymmetric costs, and precedence.
+Sources: M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3, for choosing the
+nodes (a shortest path through the layered network of an order). M. Held and R. M. Karp, Journal of the SIAM 10 (1962),
+section 2, for choosing the order. Differs: a state consists of a set of clusters and the last node. The method
+therefore also handles several nodes per cluster, asymmetric costs, and precedence.
 """
 
 from __future__ import annotations
@@ -18,25 +18,26 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import MoveCosts, nodes_by_cluster, path_cost
 from leafcut.order.precedence import satisfies_pairs
 
-#: Maximum number of clusters for comparing all orders. Local search needs at least five nodes.
+#: Up to this many clusters, we compare all orders, because local search needs at least five nodes.
 TRY_ALL = 4
 
-#: Maximum number of states of 8 bytes (a set of clusters and a node), and of clusters.
+#: Maximum number of states (a set of clusters and a node, 8 bytes each) and of clusters.
 MOST_STATES, MOST_CLUSTERS = 5_000_000, 18
 
-#: Maximum number of additions of a move to a state, for all possible first nodes of a closed path: about a second.
+#: Maximum number of times the algorithm extends a state by a move, counting all possible first nodes of a closed path.
+#: At this limit, it takes about a second.
 MOST_SUMS = 2e8
 
 
 def try_all_orders(problem: RoutingProblem, pairs: Ints) -> Ints:
-    """Return the nodes of the cheapest path through at most `TRY_ALL` clusters under the precedence int32[k, 2]."""
+    """Find the cheapest path through at most `TRY_ALL` clusters that satisfies the precedence int32[k, 2]."""
     orders = (np.array(o, dtype=np.int32) for o in itertools.permutations(range(problem.n_clusters)))
     paths = (choose_nodes(problem, order) for order in orders if satisfies_pairs(pairs, order))
     return min(paths, key=lambda nodes: path_cost(problem, nodes))
 
 
 def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
-    """Return the nodes int32[clusters] of the cheapest path for a given order of clusters."""
+    """Choose the nodes, int32[clusters], of the cheapest path that visits the clusters in the given order."""
     nodes, begin = nodes_by_cluster(problem)
     if problem.n_nodes == problem.n_clusters:
         return nodes[order]
@@ -48,12 +49,15 @@ def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
 
 
 def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
-    """Return the nodes int32[layers] of the cheapest path that visits one node of each layer."""
+    """Find the cheapest path that visits one node of each layer, int32[layers]."""
     moves, first, last = MoveCosts(problem), layers[0], layers[-1]
     arrival = problem.service[first].astype(np.float64)
 
     def through(arrival: Floats, home: Floats) -> tuple[float, Ints]:
-        """Return the cheapest path and its cost. `arrival` is the cost up to and including each first node."""
+        """Return the cost of the cheapest path and its nodes.
+
+        `arrival` is the cost of reaching and serving each first node.
+        """
         came_from = []
         for before, layer in itertools.pairwise(layers):
             total = arrival[:, None] + moves.between(before, layer)
@@ -73,7 +77,7 @@ def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
 
 
 def is_exactly_solvable(problem: RoutingProblem) -> bool:
-    """Return whether an exact solution takes at most about a second."""
+    """Check whether an exact solution takes at most about a second."""
     m, n = problem.n_clusters, problem.n_nodes
     if not 0 < m <= MOST_CLUSTERS:
         return False
@@ -82,7 +86,7 @@ def is_exactly_solvable(problem: RoutingProblem) -> bool:
 
 
 def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
-    """Return the nodes, int32[clusters], of the cheapest path under the acyclic precedence int32[k, 2].
+    """Find the cheapest path under the acyclic precedence int32[k, 2] and return its nodes, int32[clusters].
 
     The problem must satisfy `is_exactly_solvable`.
     """
@@ -102,16 +106,21 @@ def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
 def _cheapest_path(
     problem: RoutingProblem, pairs: Ints, between: Floats, begun: Floats, home: Floats
 ) -> tuple[float, Ints]:
-    """Return the cost and the nodes of the cheapest path, by dynamic programming over sets of clusters and last nodes.
+    """Find the cheapest path by dynamic programming over sets of clusters and last nodes.
 
     Parameters
     ----------
     between
-        float64[nodes, nodes]: costs from the exit of a node to the entry of the next node.
+        Cost from each node's exit to each other node's entry, float64[nodes, nodes].
     begun
-        float64[nodes]: costs up to and including a first node.
+        Cost of starting the path with each node, including the node itself, float64[nodes].
     home
-        float64[nodes]: costs from a last node to the end.
+        Cost from each last node to the end, float64[nodes].
+
+    Returns
+    -------
+    tuple[float, Ints]
+        The cost of the path and its nodes.
     """
     m, cluster = problem.n_clusters, problem.cluster
     needs = np.zeros(m, dtype=np.int64)  # bit mask of the predecessors of each cluster

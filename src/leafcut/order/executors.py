@@ -1,7 +1,7 @@
-"""Executors for tasks: threads, processes, or a Dask cluster, with the interface of `concurrent.futures.Executor`.
+"""Run tasks in threads, in processes, or on a Dask cluster, with the interface of `concurrent.futures.Executor`.
 
-A task is an importable function with arguments that can be pickled (threads accept any arguments). If a worker dies,
-another worker repeats its unfinished tasks. Dask is imported only when it is used.
+A task is an importable function with arguments that can be pickled. Threads accept any arguments. If a worker dies,
+another worker repeats its unfinished tasks. Dask is only imported when it is used.
 """
 
 from __future__ import annotations
@@ -38,44 +38,45 @@ TaskT = TypeVar("TaskT")
 
 THREADS, PROCESSES, DASK = "threads", "processes", "dask://"
 
-#: Maximum wait for the answer of a cluster, and for its first worker, s.
+#: Wait this many seconds for a cluster to answer, and for its first worker.
 CONNECT_SECONDS, FIRST_WORKER_SECONDS = 5.0, 10.0
 
-#: Maximum time for which tasks wait without any worker, s. A batch system may take minutes to start workers.
+#: Tasks wait this many seconds for a worker before they fail. A batch system may take minutes to start workers.
 PATIENCE_SECONDS = 600.0
 
-#: Interval between checks of the executor and of cancellation, s.
+#: Check the executor and look for a cancellation this often, in seconds.
 LOOK_SECONDS = 0.2
 
-#: A task fails after it has killed its worker this many times while it was the only running task.
+#: A task fails if it has killed its worker this many times while no other task was running.
 ATTEMPTS = 3
 
-#: Maximum number of workers that the user may request.
+#: The user may request at most this many workers.
 MOST_WORKERS = 1024
 
-#: Submitted tasks per worker: a running task, and a waiting task so that the worker is never idle.
+#: Number of tasks submitted per worker: one that is running, and another that is waiting, so that the worker never
+#: idles.
 GIVEN_OUT = 2
 
 
 class ExecutorError(LeafcutError):
-    """A cluster is unreachable, lost or incompatible, or a task killed every worker that tried to run it."""
+    """A cluster is unreachable, lost, or incompatible, or a task killed every worker that ran it."""
 
 
 class WatchedExecutor(Executor):
-    """An executor with a known number of workers, which can check whether its workers are running.
+    """An executor with a known number of workers, which can check whether its workers are still running.
 
-    `shared`: tasks share the memory of this process, so that they can be cancelled.
+    If `shared` is set, the tasks share this process's memory and can therefore be cancelled.
     """
 
     shared = False
-    #: Number of tasks that run at once in the same process. Only their total processor time can be measured.
+    #: Number of tasks that run at the same time in the same process. Only their total processor time can be measured.
     together = 1
 
     def __init__(self, workers: int) -> None:
         self.workers = workers
 
     def check(self) -> None:
-        """Raise `ExecutorError` if submitted tasks can never finish."""
+        """Raise `ExecutorError` if the submitted tasks can no longer finish."""
 
 
 class _Threads(WatchedExecutor):
@@ -94,7 +95,10 @@ class _Threads(WatchedExecutor):
 
 
 class _Processes(WatchedExecutor):
-    """A pool of local processes. If a process dies, the whole pool ends, and a new pool runs the next tasks."""
+    """A pool of local processes.
+
+    If a process dies, the whole pool shuts down, and a new pool takes over the next tasks.
+    """
 
     def __init__(self, workers: int) -> None:
         super().__init__(workers)
@@ -123,7 +127,7 @@ class _Processes(WatchedExecutor):
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Block Ctrl-C in this process, so that new processes do not receive it before they ignore it themselves."""
+    """Block Ctrl-C while new processes start, so that it cannot reach them before they ignore it themselves."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -136,7 +140,7 @@ def _without_interrupts() -> Iterator[None]:
 
 
 def _start_worker(stop: connection.Connection) -> None:
-    """Ignore Ctrl-C, which the parent handles; exit when the parent closes `stop` or ends."""
+    """Ignore Ctrl-C, because the parent handles it. Exit when the parent closes `stop` or ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
 
@@ -151,8 +155,8 @@ def _start_worker(stop: connection.Connection) -> None:
 class _Dask(WatchedExecutor):
     """Executor on a Dask cluster.
 
-    This class pickles arguments and results itself. Dask may deliver read-only arrays, which are another type for
-    compiled kernels.
+    This class pickles arguments and results itself. Otherwise, Dask might deliver read-only arrays, which compiled
+    kernels treat as a different type.
     """
 
     def __init__(self, client: Any, spec: str, workers: int) -> None:
@@ -196,7 +200,7 @@ class _Dask(WatchedExecutor):
 
 
 def _copy_outcome(done: Future[Any], answer: Future[Any]) -> None:
-    """Copy the outcome of a Dask future to `answer`: its pickled result, its error, or its cancellation."""
+    """Copy the outcome of a Dask future to `answer`: the unpickled result, the error, or the cancellation."""
     if done.cancelled():
         answer.set_exception(CancelledError())
         return
@@ -210,7 +214,7 @@ def _copy_outcome(done: Future[Any], answer: Future[Any]) -> None:
 
 
 def _unpacked_call(version: str, packed: bytes) -> bytes:
-    """Run a task on a worker of a cluster. Raises an error if the worker has another version of leafcut."""
+    """Run a task on a worker of a cluster. Raises an error if the worker runs a different version of leafcut."""
     _check_version(version)
     fn, args, kwargs = pickle.loads(packed)
     return pickle.dumps(fn(*args, **kwargs), pickle.HIGHEST_PROTOCOL)
@@ -229,12 +233,22 @@ def check_executor(spec: str) -> None:
 
 @contextmanager
 def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
-    """Open an executor and close it, with all its threads, processes and connections, at the end of the block.
+    """Open an executor. At the end of the block, close it together with its threads, processes, and connections.
 
-    `spec`: ``threads``, ``processes`` of this machine, or ``dask://host:port``, the scheduler of a Dask cluster.
-    `workers`: number of tasks that run at once; 0 for one per core, or for all workers of the cluster. Raises
-    OptionError for any other `spec`. Raises ExecutorError if the cluster does not respond, has no worker or another
-    version of leafcut, or if the extra `cluster` is not installed.
+    Parameters
+    ----------
+    spec
+        ``threads``, ``processes`` (on this machine), or ``dask://host:port`` (the scheduler of a Dask cluster).
+    workers
+        Number of tasks that run at the same time. 0 means one per core, or all workers of the cluster.
+
+    Raises
+    ------
+    OptionError
+        If `spec` has any other value.
+    ExecutorError
+        If the cluster does not respond, has no worker, or runs a different version of leafcut, or if the extra
+        `cluster` is not installed.
     """
     check_executor(spec)
     if spec.startswith(DASK):
@@ -257,7 +271,7 @@ def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
 def _connect_to_dask(spec: str) -> Iterator[Any]:
     """Connect to a Dask cluster, and disconnect at the end of the block.
 
-    The cluster must have a worker, and all its workers must have this version of leafcut.
+    The cluster must have at least one worker, and all workers must run this version of leafcut.
     """
     try:
         import dask
@@ -310,11 +324,12 @@ def run_tasks(
     attempts: int = ATTEMPTS,
     ended: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[TaskT, Any]]:
-    """Yield every task with the result of ``work(task)``, or with its exception, as soon as it finishes.
+    """Run the tasks, and yield each task with the result or exception of ``work(task)`` as soon as it finishes.
 
-    If the worker of a task dies, the task is repeated alone, because it may be the cause and kill other tasks as well.
-    After `attempts` attempts, the task fails with an `ExecutorError`. The iteration ends when `ended`, which is called
-    repeatedly, returns True. Raises ExecutorError if the scheduler of a cluster is lost; earlier results remain valid.
+    If a worker dies, its task may have killed it and might kill other workers as well. The task is therefore repeated
+    alone. After `attempts` attempts, it fails with an `ExecutorError`. The iteration stops when `ended`, which is
+    called repeatedly, returns True. If the scheduler of a cluster is lost, the function raises ExecutorError. Earlier
+    results remain valid.
     """
     # Submitted tasks that are no longer needed end with the executor. Cancelling them one by one would fail in a broken
     # process pool.
@@ -331,7 +346,10 @@ def run_tasks(
 
 
 class _TaskQueue:
-    """Submitted tasks, and suspects: tasks that may have killed their worker. Suspects are repeated one at a time."""
+    """Queue of submitted tasks.
+
+    Tasks that may have killed their worker are suspects, and are repeated one at a time.
+    """
 
     def __init__(self, executor: Executor, work: Callable[[Any], Any], todo: Iterator[Any], attempts: int) -> None:
         self.executor, self.work, self.todo, self.attempts = executor, work, todo, attempts
@@ -342,7 +360,7 @@ class _TaskQueue:
         self.most = GIVEN_OUT * workers
 
     def submit_tasks(self) -> None:
-        """Submit as many tasks as there are free workers. Submit a suspect only if no other task is running."""
+        """Submit a task to each free worker. Submit a suspect only if no other task is running."""
         if not self.given:
             self.alone = bool(self.suspects)
             if self.alone:
@@ -359,7 +377,7 @@ class _TaskQueue:
             raise ExecutorError(f"the workers have stopped ({problem})") from problem
 
     def collect_result(self, future: Future[Any]) -> Iterator[tuple[Any, Any]]:
-        """Yield a task with its result or error; nothing if its worker died and the task will be repeated."""
+        """Yield a task with its result or its error. Yield nothing if its worker died and the task will be repeated."""
         task, deaths = self.given.pop(future)
         problem = future.exception()
         if not isinstance(problem, BrokenExecutor | CancelledError):

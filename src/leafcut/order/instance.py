@@ -1,8 +1,8 @@
-"""`Instance`: a routing problem as a closed tour, in arrays for the kernels.
+"""`Instance`: a routing problem as a closed tour, stored in arrays for the kernels.
 
-A given start and a given end are additional nodes, joined by a tied edge. A free end is a node at zero distance from
-all others. Nodes are numbered by location, so that neighbours in the plane are close in memory. The additional nodes
-come last.
+A given start and a given end become additional nodes, joined by a tied edge. A free end becomes a node at zero distance
+from all other nodes. Nodes are numbered by location, so nodes that are close in the plane are also close in memory. The
+additional nodes come last.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from leafcut.kernels.cost import CostModel, edge_costs, tour_cost
 from leafcut.kernels.neighbours import MOST_TWINS, Nearby, Tree, grow_tree
 from leafcut.model.problem import Metric, RoutingProblem
 
-#: Number of neighbours per quadrant in a candidate list. The nearest other nodes fill the rest of the list.
+#: A candidate list contains this many neighbours per quadrant. The nearest remaining nodes fill the rest of the list.
 PER_QUADRANT = 2
 
-#: Number of rows of the cost matrix that are processed at once, to limit memory.
+#: Process this many rows of the cost matrix at once, to limit memory.
 ROWS_AT_ONCE = 256
 
-#: Maximum number of nodes for full candidate lists, which take n² memory.
+#: Full candidate lists need n² memory, so they are limited to this many nodes.
 FULL_LISTS_LIMIT = 3000
 
-#: Candidates per node for exchanges and lower bounds.
+#: Number of candidates per node for exchanges and lower bounds.
 CANDIDATES = 8
 
-#: Maximum number of clusters, with the anchor, and of nodes for annealing and the ants of `auto`, which store the costs
-#: of all moves: n² memory.
+#: Problem size limits for annealing and for the ants of `auto`. Both store the cost of every move, which takes n²
+#: memory. The number of clusters includes the anchor.
 FEW_CLUSTERS, FEW_NODES = 500, 2500
 
-#: From this number of nodes on, there is time for only a few ants. Therefore the long edges of the first tour are
-#: shortened after the last improving exchange, and several pieces of the tour are kicked in parallel.
+#: From this many nodes on, the time is only enough for a few ants. The search therefore shortens the long edges of the
+#: first tour when exchanges find no further improvement, and it kicks several pieces of the tour in parallel.
 MANY = 20_000
 
 
 def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = (-1, -1), free: int = -1) -> CostModel:
-    """Return the cost model of a metric over points, float64[n, 2], for the kernels."""
+    """Build the cost model of a metric over points, float64[n, 2], for the kernels."""
     zones = np.ascontiguousarray(metric.zones, dtype=np.float64).reshape(-1, 4)
     return CostModel(
         code=codes.CODES[metric.name],
@@ -62,7 +62,7 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
 
 
 def _cost_table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the cost table of an EXPLICIT metric, or the heights of points and tiles (`kernels.cost.RELIEF`)."""
+    """Return the cost table of an EXPLICIT metric, or the table of point and tile heights (`kernels.cost.RELIEF`)."""
     if metric.matrix is not None:
         return np.ascontiguousarray(metric.matrix, dtype=np.float64)
     relief = metric.relief
@@ -73,7 +73,7 @@ def _cost_table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Return the part of a cost model's matrix for a subset of nodes, int32[m]: costs, or heights and tiles."""
+    """Extract the part of a cost model's matrix that belongs to some nodes, int32[m]: costs, or heights and tiles."""
     if cost.code == codes.EXPLICIT:
         return np.ascontiguousarray(cost.matrix[np.ix_(nodes, nodes)])
     if not len(cost.matrix):
@@ -84,9 +84,10 @@ def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
 
 
 def build_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:
-    """Return the k-d tree of points, float64[n, 2], and the original index of each of its points, int32[n].
+    """Build the k-d tree of points, float64[n, 2].
 
-    The last `apart` points (at most two) stay last.
+    Returns the tree and the original index of each point in the tree, int32[n]. The last `apart` points (at most two)
+    keep their positions.
     """
     n = len(xy)
     x, y = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
@@ -102,7 +103,7 @@ def build_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[n
 
 
 def nearby_buffers(k: int) -> Nearby:
-    """Return the buffers of a worker for the search of k neighbours."""
+    """Allocate the buffers that a worker needs to search for k neighbours."""
     width = max(k, MOST_TWINS)
     return Nearby(
         found=np.zeros((6, width), dtype=np.int32),
@@ -114,9 +115,14 @@ def nearby_buffers(k: int) -> Nearby:
 
 
 def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> tuple[NDArray, NDArray]:
-    """Return the candidates of the first n nodes, int32[total, k], and their costs, float64[total, k].
+    """Build the candidate lists of the first n nodes.
 
-    With a tree, candidates are chosen by quadrant. The arrays are padded with -1 and infinite costs.
+    With a tree, candidates are chosen by quadrant.
+
+    Returns
+    -------
+    tuple[NDArray, NDArray]
+        The candidates, int32[total, k], padded with -1, and their costs, float64[total, k], padded with infinity.
     """
     candidates, lengths = np.full((total, k), -1, dtype=np.int32), np.full((total, k), np.inf)
     if len(tree.x) == 0 or k >= n - 1:
@@ -128,14 +134,14 @@ def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> 
 
 
 def costs_of_edges(cost: CostModel, leave: NDArray[np.int32], arrive: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Return the travel cost of each edge from leave[e] to arrive[e], int32[m] each; `TIED` for a tied edge."""
+    """Compute the travel cost of each edge from leave[e] to arrive[e], int32[m] each. A tied edge costs `TIED`."""
     costs = np.zeros(len(leave))
     edge_costs(cost, leave, arrive, costs)
     return costs
 
 
 def _list_cheapest(cost: CostModel, n: int, candidates: NDArray[np.int32], lengths: NDArray[np.float64]) -> None:
-    """Fill the candidate lists of the first n nodes with the cheapest other nodes. Equal costs are sorted by index."""
+    """Fill the candidate lists of the first n nodes with the cheapest other nodes. Ties are broken by index."""
     nodes, size = np.arange(n, dtype=np.int32), min(candidates.shape[1], n - 1)
     for begin in range(0, n if size > 0 else 0, ROWS_AT_ONCE):
         rows = nodes[begin : begin + ROWS_AT_ONCE]
@@ -160,17 +166,18 @@ class Instance:
     Attributes
     ----------
     cost
-        Cost model over the positions of the clusters, followed by the start, the end and the free node if they exist.
+        Cost model over the positions of the clusters, followed by the start, the end, and the free node, if they exist.
     label
-        int32[n]: cluster of each node; the additional nodes, which come last, have higher numbers.
+        Cluster of each node, int32[n]. The additional nodes come last and have higher numbers.
     tree
-        k-d tree of all nodes with a position; empty for explicit costs.
+        k-d tree of all nodes that have a position. Empty if costs are explicit.
     candidates
-        int32[n, k], padded with -1. The free node is the first candidate of every cluster; see `exchange_lists`.
+        Candidates of each node, int32[n, k], padded with -1. The free node is the first candidate of every cluster. See
+        `exchange_lists`.
     lengths
-        float64[n, k]: costs of the candidates, padded with infinity.
+        Costs of the candidates, float64[n, k], padded with infinity.
     first, second
-        The required first two nodes of every constructed tour; -1 for any node.
+        Every constructed tour must start with these two nodes. -1 allows any node.
     """
 
     problem: RoutingProblem
@@ -184,14 +191,14 @@ class Instance:
 
     @property
     def n(self) -> int:
-        """Number of nodes of the tour, including the additional nodes."""
+        """Number of nodes in the tour, including the additional nodes."""
         return len(self.candidates)
 
     @cached_property
     def exchange_lists(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        """Candidate lists for exchanges: nodes, int32[n, k], and costs, float64[n, k], without the free node.
+        """Candidate lists for exchanges, without the free node: nodes, int32[n, k], and costs, float64[n, k].
 
-        Exchanges that start at the free node find all improvements with the free node.
+        Exchanges that start at the free node find all improvements that involve the free node.
         """
         if self.cost.free < 0:
             return self.candidates, self.lengths
@@ -203,20 +210,20 @@ class Instance:
 
     @property
     def home(self) -> int:
-        """Default first node of a tour: the given start, or the first cluster."""
+        """Default first node of a tour: the given start, or the first cluster if the problem has no start."""
         return self.first if self.first >= 0 else int(np.flatnonzero(self.label == 0)[0])
 
     def length(self, tour: NDArray[np.int32]) -> float:
-        """Return the cost of a tour int32[n], without service times."""
+        """Compute the cost of a tour, int32[n], without service times."""
         return float(tour_cost(self.cost, tour))
 
     def costs(self, leave: ArrayLike, arrive: ArrayLike) -> NDArray[np.float64]:
-        """Return the costs of moves between nodes, with broadcasting. The cost of a tied edge is `TIED`."""
+        """Compute the costs of moves between nodes, with broadcasting. A tied edge costs `TIED`."""
         pairs = np.broadcast_arrays(np.atleast_1d(leave), np.atleast_1d(arrive))
         return costs_of_edges(self.cost, *(np.ascontiguousarray(nodes, dtype=np.int32) for nodes in pairs))
 
     def path(self, tour: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Return the clusters in the order in which the tour int32[n] visits them, from start to end."""
+        """Return the clusters in the order in which a tour, int32[n], visits them from start to end."""
         count = self.problem.n_clusters
         named = self.label[tour]
         begin = int(np.flatnonzero(named == max(0, self.first))[0])
@@ -233,12 +240,12 @@ class Instance:
 
     @property
     def service(self) -> float:
-        """Total service time of all nodes, which tour lengths do not include."""
+        """Total service time of all nodes. Tour lengths do not include it."""
         return float(self.problem.service.sum())
 
     @property
     def exact(self) -> bool:
-        """Whether each cluster has one node and the costs are the same in both directions."""
+        """Whether every cluster has a single node and costs do not depend on the direction."""
         return is_symmetric(self.problem)
 
     @cached_property
@@ -246,12 +253,12 @@ class Instance:
         return cluster_places(self.problem)
 
     def places(self, tour: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the positions along the tour int32[n], float64[m, 2], including the given start and end."""
+        """Return the positions along a tour, int32[n], including the given start and end, float64[m, 2]."""
         return add_path_ends(self.problem, self._places[self.path(tour)])
 
 
 def is_directed(problem: RoutingProblem) -> bool:
-    """Return whether the costs between two nodes may differ by direction."""
+    """Check whether the cost between two nodes may depend on the direction."""
     matrix = problem.metric.matrix
     if matrix is not None:
         return not np.array_equal(matrix, matrix.T)
@@ -259,14 +266,17 @@ def is_directed(problem: RoutingProblem) -> bool:
 
 
 def is_symmetric(problem: RoutingProblem) -> bool:
-    """Return whether an `Instance` is exact: each cluster has one node, and costs are equal in both directions."""
+    """Check whether an `Instance` represents the problem exactly.
+
+    That requires one node per cluster, and equal costs in both directions.
+    """
     return problem.n_nodes == problem.n_clusters and not is_directed(problem)
 
 
 def add_path_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Add the given start and end of the problem to the points of a path, float64[m, 2].
+    """Add the problem's start and end to the points of a path, float64[m, 2], if they are given.
 
-    A closed path gets its first point as its end.
+    A closed path ends at its first point.
     """
     if problem.closed:
         return np.concatenate([points, points[:1]])
@@ -275,9 +285,9 @@ def add_path_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArr
 
 
 def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
-    """Convert a problem to an `Instance`. With `n_candidates` = 0, all nodes are candidates of each other.
+    """Convert a problem to an `Instance`. If `n_candidates` is 0, each node has all other nodes as candidates.
 
-    A cluster of several nodes is represented by the mean of its entries and exits.
+    A cluster with several nodes is represented by the mean of its entries and exits.
     """
     places = cluster_places(problem)
     n = len(places)
@@ -312,7 +322,7 @@ def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
 def _add_free_node(
     candidates: NDArray[np.int32], lengths: NDArray[np.float64], n: int, free: int
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Insert the free node as the first candidate of the n clusters, because any cluster may be an end of the path."""
+    """Insert the free node as the first candidate of all n clusters, because the path may end at any cluster."""
     total, k = candidates.shape
     wider, costs = np.full((total, k + 1), -1, dtype=np.int32), np.full((total, k + 1), np.inf)
     wider[:n, 0], costs[:n, 0] = free, 0.0
@@ -322,7 +332,7 @@ def _add_free_node(
 
 
 def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
-    """Return the mean position of the entries and exits of every cluster, float64[clusters, 2], mm."""
+    """Compute the mean position of the entries and exits of each cluster, float64[clusters, 2], mm."""
     middle = (problem.entry + problem.exit) / 2.0
     count = np.bincount(problem.cluster, minlength=problem.n_clusters).astype(np.float64)
     columns = [
@@ -332,14 +342,17 @@ def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
 
 
 def nodes_by_cluster(problem: RoutingProblem) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return all nodes sorted by cluster, int32[nodes], and the start of each cluster there, int32[clusters + 1]."""
+    """Sort all nodes by cluster.
+
+    Returns the sorted nodes, int32[nodes], and the index at which each cluster starts, int32[clusters + 1].
+    """
     way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
     begin = np.searchsorted(problem.cluster[way], np.arange(problem.n_clusters + 1))
     return way, begin.astype(np.int32)
 
 
 class MoveCosts:
-    """Costs of moves between the nodes of a problem, including moves from its start and to its end."""
+    """Costs of moves between the nodes of a problem, from its start, and to its end."""
 
     def __init__(self, problem: RoutingProblem) -> None:
         n, self.problem = problem.n_nodes, problem
@@ -350,24 +363,24 @@ class MoveCosts:
         self._cost = cost_model(problem.metric, np.concatenate([problem.entry, problem.exit, np.array(ends)]))
 
     def between(self, leave: NDArray[np.int32], arrive: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the costs from each node of one array to each node of another, float64[m, k]."""
+        """Compute the cost of a move from each node in one array to each node in another array, float64[m, k]."""
         pairs = np.repeat(leave, len(arrive)) + self._exits, np.tile(arrive, len(leave))
         return costs_of_edges(self._cost, *pairs).reshape(len(leave), len(arrive))
 
     def from_start(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the costs from the start to each node; zero without a start."""
+        """Compute the cost of a move from the start to each node. The cost is zero if the problem has no start."""
         if not self.has_start:
             return np.zeros(len(nodes))
         return costs_of_edges(self._cost, np.full(len(nodes), self._start), nodes)
 
     def to_end(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the costs from each node to the end; zero without an end."""
+        """Compute the cost of a move from each node to the end. The cost is zero if the problem has no end."""
         if not self.has_end:
             return np.zeros(len(nodes))
         return costs_of_edges(self._cost, nodes + self._exits, np.full(len(nodes), self._end))
 
     def along(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the costs of the moves along a path, including those from the start and to the end."""
+        """Compute the cost of each move along a path, including the moves from the start and to the end."""
         if not len(nodes) and self.has_start and self.has_end:
             return costs_of_edges(self._cost, np.array([self._start]), np.array([self._end]))
         arrive = np.roll(nodes, -1) if self.problem.closed else nodes[1:]
@@ -378,6 +391,6 @@ class MoveCosts:
 
 
 def path_cost(problem: RoutingProblem, nodes: NDArray[np.int32]) -> float:
-    """Return the cost of a path: travel, including the given start and end, plus service times."""
+    """Compute the total cost of a path: travel, including the given start and end, plus service times."""
     nodes = np.asarray(nodes, dtype=np.int32)
     return float(problem.service[nodes].sum()) + float(MoveCosts(problem).along(nodes).sum())

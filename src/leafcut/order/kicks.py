@@ -1,9 +1,11 @@
-"""Iterated local search: perturb a tour locally (a kick) and repair it there. The cost of a kick does not grow with n.
+"""Iterated local search: make a small random change to a tour (a kick) and repair the tour locally.
 
-Distant sections of a tour can be kicked at the same time. A large tour is cut into pieces of consecutive nodes. Each
-piece becomes an instance with tied ends. Workers kick the pieces, which are then joined again. Every round cuts at
-different positions. This makes even a single worker a little faster: its data are close in memory, and a move rewrites
-at most one piece.
+The cost of a kick does not depend on the size of the tour.
+
+Distant parts of a tour can be kicked at the same time. The search therefore cuts a large tour into pieces of
+consecutive nodes and turns each piece into an instance with tied ends. Workers kick the pieces, and the search joins
+them again. Each round cuts the tour at different positions. Even a single worker runs a little faster this way, because
+its data are close together in memory and a move rewrites no more than one piece.
 
 Source: D. S. Johnson and L. A. McGeoch, The traveling salesman problem: a case study in local optimization, in Aarts
 and Lenstra (eds.), Local Search in Combinatorial Optimization, Wiley 1997 (tour-based partitioning).
@@ -30,39 +32,40 @@ from leafcut.order.search import AlgorithmRun, Best, SearchResult, iterate, set_
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, Workers
 
-#: Number of candidates tried at each depth of a move. At 1 and 3 s on pcb3038 and rl11849, (8, 4, 2, 1) with two
-#: neighbours per quadrant was better than (5, 5, 3, 2), (5, 3, 2, 1) and (6, 4, 2, 1) with one neighbour.
+#: A move tries this many candidates at each depth. On pcb3038 and rl11849, after 1 and 3 s, (8, 4, 2, 1) with two
+#: neighbours per quadrant beat (5, 5, 3, 2), (5, 3, 2, 1) and (6, 4, 2, 1) with one neighbour.
 BREADTH = (0, 8, 4, 2, 1)
 
-#: Maximum number of tour positions that a move may rewrite while shorter moves remain. For equally good tours, this
-#: saves a quarter of the time with a million nodes, and a fifth with 86,000.
+#: As long as shorter moves remain, a move may rewrite at most this many tour positions. This saves a quarter of the
+#: time with a million nodes and a fifth of the time with 86,000 nodes, for equally good tours.
 LONGEST_REWRITE = 1000
 
-#: Nodes processed between two checks of the clock in the first improvement: about 10 ms.
+#: The first improvement checks the clock after this many nodes, about every 10 ms.
 NODES_PER_LOOK = 5000
 
-#: Maximum number of steps of an end of a long edge; maximum number of rewritten positions in total, per node.
+#: When an end of a long edge walks, it takes at most this many steps, and all walks together rewrite at most this many
+#: positions per node.
 MOST_STEPS, PLACES_PER_NODE = 3000, 50
 
-#: Budget of each preset: kicks per node, and maximum number of kicks.
+#: Budget of each preset: the number of kicks per node, and the maximum number of kicks.
 PRESETS = {"fast": (10, 2e4), "default": (100, 2e5), "thorough": (2000, math.inf)}
 
-#: Minimum interval between reports of an unfinished first tour, s. Evaluating and copying a tour of a million nodes
-#: takes 0.1 s.
+#: Minimum interval between reports of an unfinished first tour, in seconds. Evaluating and copying a tour with a
+#: million nodes takes 0.1 s.
 OFFER_EVERY = 0.5
 
 
-#: Approximate number of nodes in a piece. Compared with a whole tour of 100,000 nodes, pieces of 5,000 nodes allow
-#: twice as many kicks per second but gain less, because moves across two pieces are not found.
+#: Approximate number of nodes in a piece. Compared with kicking a tour of 100,000 nodes as a whole, pieces of 5,000
+#: nodes double the number of kicks per second but gain less, because they rule out moves across two pieces.
 PIECE = 20_000
 
-#: Kicks per node in a round. The number is small, so that the next round soon cuts at other positions.
+#: Number of kicks per node in a round. It is small so that the next round soon cuts the tour at other positions.
 KICKS_PER_NODE = 0.1
 
-#: Kicks between two checks of the clock: a few milliseconds.
+#: Check the clock after this many kicks, which take a few milliseconds.
 KICKS_PER_LOOK = 100
 
-#: Time per node to join the pieces and evaluate the tour, s.
+#: Time needed per node to join the pieces and evaluate the tour, in seconds.
 PUTTING_TOGETHER = 1.5e-7
 
 # Purposes of random numbers; together with the seed they select the stream.
@@ -70,12 +73,18 @@ _KICKING, _CUTTING = 3, 4
 
 
 def kicks_per_iteration(n: int) -> int:
-    """Return the number of kicks per iteration, so large that evaluating and copying the tour takes little time."""
+    """Choose the number of kicks per iteration.
+
+    It is large enough that evaluating and copying the tour takes little time.
+    """
     return max(200, n // 100)
 
 
 def tour_with_buffers(node: NDArray[np.int32], queued: bool = True, log: int = 0) -> Tour:
-    """Return a tour, int32[n], with all buffers for the kernels. If `queued`, the queue contains all nodes."""
+    """Create a `Tour` from an array, int32[n], with all the buffers that the kernels need.
+
+    If `queued` is set, the queue contains all nodes.
+    """
     n = len(node)
     tour = Tour(
         node=node.copy(),
@@ -95,14 +104,17 @@ def tour_with_buffers(node: NDArray[np.int32], queued: bool = True, log: int = 0
 
 
 def queue_waiting(tour: Tour) -> None:
-    """Fill the empty queue, in tour order, with the nodes at which an exchange was too long for the buffer."""
+    """Refill the empty queue with the nodes whose exchange was too long for the buffer, in tour order."""
     waiting = tour.node[tour.queued[tour.node] == WAITING]
     tour.queue[: len(waiting)], tour.queued[waiting] = waiting, 1
     tour.counts[:2] = 0, len(waiting)
 
 
 def search_breadth(instance: Instance, breadth: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return the number of candidates tried at each depth, int64[DEPTH], at most the length of the candidate lists."""
+    """Choose the number of candidates to try at each depth, int64[DEPTH].
+
+    The number never exceeds the candidate list length.
+    """
     return np.minimum(np.array(breadth, dtype=np.int64), instance.exchange_lists[0].shape[1])
 
 
@@ -113,9 +125,9 @@ def descend(
     stop: Stop,
     look: Callable[[], None] | None = None,
 ) -> bool:
-    """Improve a tour at its queued nodes until `stop`, and return whether the queue is empty.
+    """Improve a tour at its queued nodes until `stop` returns True. Return whether the queue is empty.
 
-    `look` is called regularly, so that the caller can report the unfinished tour.
+    `look` is called regularly so that the caller can report the unfinished tour.
     """
     tries = search_breadth(instance, breadth)
     for longest in (LONGEST_REWRITE, instance.n):
@@ -132,9 +144,9 @@ def descend(
 
 
 def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
-    """Try to replace edges that are longer than all candidate edges at their ends, and queue the touched nodes.
+    """Try to replace edges that are longer than every candidate edge at their ends. Queue the nodes that change.
 
-    Return whether the tour became shorter.
+    Returns whether the tour became shorter.
     """
     ahead = np.roll(tour.node, -1)
     candidates, lengths = instance.exchange_lists
@@ -152,9 +164,9 @@ def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
 def first_tour(instance: Instance, breadth: tuple[int, ...], best: Best) -> NDArray[np.int32]:
     """Build the greedy tour, improve it with `descend`, and return it. Intermediate tours are offered to `best`.
 
-    The last step shortens the long edges of a large tour. On pla85900, with one thread and 1 s, the result is 2.1 %
-    above the optimum instead of 2.6 %. Ants skip this step: recombination removes their long edges, and more ants use
-    the time better.
+    For a large tour, the last step shortens the long edges. On pla85900, with one thread and 1 s, the resulting tour is
+    2.1 % above the optimum instead of 2.6 %. Ants skip this step, because recombination removes their long edges and
+    the time is better spent on more ants.
     """
     stop, start = best.stop, greedy(instance)
     best.offer(start, float(tour_cost(instance.cost, start)), 0)
@@ -196,7 +208,7 @@ def kick_repeatedly(
 def kick_until(
     instance: Instance, tour: Tour, word: NDArray[np.uint64], kicks: int, stop: Stop, spare: float = 0.0
 ) -> None:
-    """Kick a tour `kicks` times, or until only `spare` seconds remain.
+    """Kick a tour `kicks` times, but stop when only `spare` seconds remain.
 
     Changes: tour, word (random state, uint64[1]).
     """
@@ -222,9 +234,9 @@ def split_tour(instance: Instance, tour: Ints, random: np.random.Generator) -> l
 
 
 def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Ints]:
-    """Return the instance of a piece of a tour, int32[m], with tied ends.
+    """Turn a piece of a tour, int32[m], into an instance with tied ends.
 
-    Also return the piece in the numbering of this instance, and its labels, int32[m].
+    Returns the instance, the piece in the node numbers of this instance, and the labels of the piece's nodes, int32[m].
     """
     cost, m = instance.cost, len(nodes)
     label = np.sort(nodes)
@@ -249,9 +261,9 @@ def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Int
 
 
 def kick_piece(instance: Instance, nodes: Ints, word: NDArray[np.uint64], kicks: int, stop: Stop) -> Share:
-    """Kick a piece of a tour, and return the piece, int32[1, m], and an empty array instead of costs.
+    """Kick a piece of a tour. Return the new piece, int32[1, m], and an empty array in place of costs.
 
-    The first and the last node of the piece do not change. `word` is a random state, uint64[1]. Changes: word.
+    The first and the last node of the piece stay where they are. `word` is a random state, uint64[1]. Changes: word.
     """
     own, start, label = piece_instance(instance, nodes)
     tour = tour_with_buffers(start, queued=False, log=2 * own.n + 1000)
@@ -280,7 +292,7 @@ def kick_pieces(
 
 
 def run_kicks(instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Run the iterated local search within the budget of the preset."""
+    """Run the iterated local search within the preset's budget."""
     options, best = run.options, run.best
     per_node, most = PRESETS[options.preset]
     set_budget(run.stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))

@@ -1,4 +1,4 @@
-"""Convert a benchmark map to a routing problem: a closed tour through points or sets of points."""
+"""Convert a benchmark map to a routing problem: a closed tour through points or through sets of points."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from leafcut.model.problem import Metric, RoutingProblem
 
 
 def problem_of_map(part: Part) -> RoutingProblem:
-    """Return the closed-tour problem of a map, with the TSPLIB distance function if the file names one.
+    """Convert a map to a closed-tour problem. If the file names a TSPLIB distance function, the problem uses it.
 
-    The cost of a forbidden edge exceeds the cost of any tour of allowed edges. Raises PlanError if the first cluster of
-    the tour has a predecessor.
+    A forbidden edge costs more than any tour of allowed edges. Raises PlanError if the first cluster of the tour has a
+    predecessor.
     """
     metric = Metric(part.edge_weight_type or "euclidean", matrix=part.matrix)
     problem = RoutingProblem.of_points(part.hole_xy, metric, closed=True, name=part.name)

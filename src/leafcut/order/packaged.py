@@ -1,4 +1,4 @@
-"""Algorithms from other packages: load them from entry points, report their exceptions, and check their tours."""
+"""Run algorithms from other packages: load their entry points, report their exceptions, and check their tours."""
 
 from __future__ import annotations
 
@@ -18,38 +18,44 @@ if TYPE_CHECKING:
 
 
 class PackagedAlgorithm(Protocol):
-    """Interface of an algorithm for short closed tours in another package."""
+    """Interface for an algorithm in another package. The algorithm searches for short closed tours."""
 
     @property
     def title(self) -> str:
-        """Description of the algorithm in ``leafcut list algorithms``."""
+        """Title that ``leafcut list algorithms`` displays."""
         ...
 
     def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
-        """Return a tour int32[n] that visits each node once. `Instance.first` and `second`, if given, are neighbours.
+        """Return a tour, int32[n], that visits each node once.
 
-        Offer each improved tour to `run.best` with its `Instance.length`. Call `run.best.tell` after each iteration
-        and `run.stop.reached` before the next. The same seed must give the same tour.
+        If `Instance.first` and `second` are given, they must be neighbours in the tour. Offer each improved tour to
+        `run.best` with its `Instance.length`. Call `run.best.tell` after each iteration, and check `run.stop.reached`
+        before the next iteration. The same seed must give the same tour.
         """
         ...
 
 
 def _algorithm_of(_: str, found: Any) -> PackagedAlgorithm:
-    """Return the algorithm of an entry point, which is an object or a class without constructor parameters."""
+    """Return the algorithm behind an entry point. It is an object, or a class whose constructor takes no arguments."""
     algorithm: PackagedAlgorithm = found() if isinstance(found, type) else found
     if not isinstance(algorithm.title, str) or not algorithm.title.isprintable() or not callable(algorithm.solve):
         raise TypeError("an algorithm has a title in one line and a method solve(instance, run)")
     return algorithm
 
 
-#: Algorithms of other packages.
+#: Algorithms that other packages provide.
 PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _algorithm_of, lambda one: one.title)
 
 
 def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run an algorithm from another package. Each iteration counts as one tour of all nodes.
 
-    Raises OptionError if the algorithm cannot be loaded, and SolveError if it fails or its result is not a tour.
+    Raises
+    ------
+    OptionError
+        If the algorithm cannot be loaded.
+    SolveError
+        If the algorithm fails or does not return a tour.
     """
     algorithm, best = PACKAGED.load(name), run.best
     set_budget_of_visits(run.stop, run.options, instance.n)
@@ -74,7 +80,10 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
 
 
 class _ProgressForwarder:
-    """Forwards progress to its receiver, and keeps the exception with which the receiver ends the search."""
+    """Forwards progress to its receiver.
+
+    If the receiver raises an exception to stop the search, this class keeps it.
+    """
 
     def __init__(self, progress: OnProgress | None) -> None:
         self.progress = progress

@@ -1,8 +1,8 @@
-"""Search for paths with choices: clusters of several nodes, asymmetric costs, and precedence.
+"""Search for short paths with choices: clusters of several nodes, asymmetric costs, and precedence.
 
-The search works as in `order.kicks`, but the path may become longer for a time, because asymmetric costs and precedence
-create many more local optima. For a small problem, the search starts with a few ants, and alternates with
-`order.annealing`.
+The search works like `order.kicks`, but it sometimes lets the path become longer, because asymmetric costs and
+precedence create many more local optima. For a small problem, the search starts with a few ants and then alternates
+with `order.annealing`.
 """
 
 from __future__ import annotations
@@ -31,45 +31,46 @@ from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, i
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog, thread_count, thread_pool
 
-#: Budget of a preset in kicks: per node, fewest and most.
+#: Budget of each preset in kicks: kicks per node, minimum, and maximum.
 PRESETS = {"fast": (60, 5e3, 1e5), "default": (250, 2e4, 5e5), "thorough": (2000, 1e5, math.inf)}
 
-#: Kicks per node: first cold kicks, which must improve the path; then hot kicks, which may lengthen it, and cold kicks
-#: alternate.
+#: Kicks per node. The search starts with cold kicks, which must improve the path. It then alternates between hot kicks,
+#: which may make the path longer, and cold kicks.
 FIRST_COLD, HOT, COLD = 10, 1, 4
 
-#: Maximum growth of the path by a hot kick, as a multiple of the mean move. The values are used in turn, because the
-#: best value depends on the problem: larger values were better with more precedence.
+#: A hot kick may lengthen the path by this multiple of the mean move. The search uses the values in turn, because the
+#: best value depends on the problem: the more precedence, the larger the best value.
 HEATS = (0.3, 1.0, 3.0)
 
 #: The search returns to the best path after this many turns without improvement.
 TURNS_AWAY = 2
 
-#: The number of kicks of a turn is computed for at least this number of nodes.
+#: In a smaller problem, a turn has as many kicks as in a problem with this many nodes.
 FEWEST_KICKS = 50
 
-#: Kicks per node before the first annealing (`PathAnnealing`).
+#: Number of kicks per node before the first annealing (`PathAnnealing`).
 PHASE = 50
 
-#: Maximum plausible length of a greedy path, relative to an improved path. Forbidden moves cause larger ratios.
+#: A greedy path is implausible if it is longer than the improved path by more than this factor. Forbidden moves cause
+#: larger ratios.
 GREEDY = 1.5
 
-#: Assumed time of a kick per square root of the number of nodes, s (one core of 2024, 30 to 3000 nodes). Results are
-#: reproducible because it is a constant.
+#: Assumed time of a kick in seconds, divided by the square root of the number of nodes. It was measured on one core in
+#: 2024 with 30 to 3000 nodes. Because this is a constant, results are reproducible.
 SECONDS_PER_KICK = 5e-6
 
-#: Maximum number of generations of Ant Colony System before the first kick on a small problem, in total and without a
-#: gain. Kicks alone stay near the greedy path. On contours around holes, their paths were 0 to 2.4 % longer than the
-#: paths of published ant algorithms in the same time. After ants, they were 0 to 0.03 % longer
-#: (tests/order/test_students.py).
+#: On a small problem, Ant Colony System runs before the first kick. These are its maximum number of generations, in
+#: total and without a gain. Kicks alone do not get far from the greedy path. On contours around holes, their paths were
+#: 0 to 2.4 % longer than paths of published ant algorithms after the same time. With ants first, they were 0 to 0.03 %
+#: longer (tests/order/test_students.py).
 GENERATIONS, PATIENCE = 20, 10
 
-#: Maximum share of a time limit for these ants.
+#: These ants take at most this fraction of a time limit.
 ANTS_SHARE = 0.15
 
 
 def kicks_of_preset(preset: str, clusters: int) -> float:
-    """Return the number of kicks of a preset."""
+    """Return the preset's number of kicks."""
     per_node, fewest, most = PRESETS[preset]
     return min(max(per_node * clusters, fewest), most)
 
@@ -86,7 +87,7 @@ class PathSearch:
         layers: Clusters | None = None,
         log: WorkerLog | None = None,
     ) -> None:
-        """Create a search. Parallel searches share `best`, `layers` and `log`, and have different numbers."""
+        """Create a search. Parallel searches have different numbers and share `best`, `layers`, and `log`."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
         self.log = log or WorkerLog.of(1)
         self.alone = len(self.log.ants) == 1
@@ -95,9 +96,9 @@ class PathSearch:
         self.iteration = self.kicks = 0
 
     def run(self, most: float, start: Route, phase: float = PHASE) -> int:
-        """Improve a path to a local optimum, then by at most `most` kicks or until `stop`.
+        """Improve a path to a local optimum, then kick it at most `most` times or until `stop`.
 
-        Return the number of iterations.
+        Returns the number of iterations.
         """
         instance = self.instance
         self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
@@ -112,9 +113,9 @@ class PathSearch:
         return iterate(self._kick_and_anneal(most, phase), self.best, self.iteration, self._report_progress)
 
     def _kick_and_anneal(self, most: float, phase: float) -> Iterator[None]:
-        """Kick the path; for a small problem, alternate between kicks and annealing.
+        """Kick the path. For a small problem, alternate between kicks and annealing.
 
-        The first phase has `phase` kicks per node, and each further phase twice as many as the previous phase.
+        The first phase has `phase` kicks per node. Each later phase has twice as many kicks as the previous phase.
         """
         if not is_small(self.instance):
             yield from self._kick_by_schedule(most)
@@ -134,7 +135,10 @@ class PathSearch:
         return self.kicks >= most or not self._is_worthwhile()
 
     def _is_worthwhile(self) -> bool:
-        """Return whether more kicks are worth their time; always True for parallel searches, which end by the clock."""
+        """Check whether more kicks are worth their time.
+
+        Parallel searches stop by the clock. For them, the result is always True.
+        """
         seconds = SECONDS_PER_KICK * math.sqrt(self.instance.n) * self.kicks
         return not self.alone or self.stop.payoff_limit.is_worth_continuing(seconds, self.best.cost)
 
@@ -158,7 +162,7 @@ class PathSearch:
                     away = 0
 
     def _anneal(self, annealing: PathAnnealing, steps: int) -> Iterator[None]:
-        """Anneal the best path, and continue the search with the result. A step of the annealing counts as a kick."""
+        """Anneal the best path and continue the search with the result. An annealing step counts as a kick."""
         for path, made in annealing.anneal(self.best.tour, self.mean, steps, self.least):
             self.iteration, self.kicks = self.iteration + 1, self.kicks + made
             self._set_route(path)
@@ -166,7 +170,7 @@ class PathSearch:
             yield
 
     def _descend(self) -> None:
-        """Improve the path to a local optimum. Exchanges that rewrite few positions are tried first."""
+        """Improve the path to a local optimum. Exchanges that rewrite few positions come first."""
         instance, route = self.instance, self.route._replace(log=np.zeros(0, dtype=np.int32))
         offered = self.stop.elapsed()
         for longest in (LONGEST_REWRITE, instance.n):
@@ -198,7 +202,7 @@ class PathSearch:
             self._offer()
 
     def _report_progress(self, iteration: int, _: NDArray[np.float64] | None = None) -> None:
-        """Update the log. The first of several searches also reports progress."""
+        """Update the log. If several searches run in parallel, the first of them also reports progress."""
         self.log.ants[self.number], self.log.seconds[self.number] = self.kicks, self.stop.elapsed()
         if self.number == 0:
             self.best.tell(iteration, alone=self.alone)
@@ -218,7 +222,7 @@ class PathSearch:
 
 
 def _kick_schedule(n: int) -> Iterator[tuple[float, int]]:
-    """Yield, without end, a limit for the growth of the path by a kick, and the number of kicks with this limit."""
+    """Yield an endless schedule: how much a kick may lengthen the path, and how many kicks use this limit."""
     yield 0.0, FIRST_COLD * n
     for heat in itertools.cycle(HEATS):
         yield heat, HOT * n
@@ -226,9 +230,9 @@ def _kick_schedule(n: int) -> Iterator[tuple[float, int]]:
 
 
 def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
-    """Run a search per thread. Each search may restart from the best path of all searches.
+    """Run one search per thread. A search may restart from the best path that any search has found.
 
-    With a work budget, a single search runs.
+    With a work budget, only one search runs.
     """
     options, stop, best = run.options, run.stop, run.best
     kicks = math.inf if options.is_limited else kicks_of_preset(options.preset, instance.problem.n_clusters)
@@ -259,7 +263,7 @@ def _run_in_threads(executor: Executor, searches: list[PathSearch], kicks: float
 
 
 def offer_path_of_ants(instance: DirectedInstance, layers: Clusters, greedy: Route, seed: int, best: Best) -> None:
-    """Offer the greedy path, and the best path of a few generations of ants with local search."""
+    """Offer the greedy path. Then run a few generations of ants with local search, and offer their best path."""
     stop = best.stop
     best.offer(instance.nodes(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0)
     own_stop = Stop(

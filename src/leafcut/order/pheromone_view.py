@@ -1,4 +1,4 @@
-"""Pheromone in a form for observers. Memory and time grow with the number of nodes and candidates."""
+"""Convert pheromone to a form for observers. Memory and time grow with the number of nodes and candidates."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from leafcut.geometry.arrays import Ints, Points
 from leafcut.model.snapshot import Pheromone
 from leafcut.order.instance import Instance, cluster_places
 
-#: Minimum strength of a shown edge, and maximum number of shown edges, the strongest first.
+#: Only show edges of at least this strength, and at most this many of them, strongest first.
 FAINT, MOST_EDGES = 0.02, 60_000
 
-#: Maximum number of ants sampled from a colony, and maximum total number of nodes in their tours.
+#: Sample at most this many ants from a colony, and at most this many nodes in all their tours.
 MOST_ANTS, MOST_STEPS = 32, 4_000_000
 
 
 def pheromone_on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
-    """Convert pheromone trails, float64[n, k], on the candidate edges, int32[n, k], of an instance for observers."""
+    """Convert pheromone trails, float64[n, k], on an instance's candidate edges, int32[n, k], for observers."""
     label = instance.label
     named = np.where(lists >= 0, label[lists], -1)
     known = label < instance.problem.n_clusters
@@ -27,9 +27,9 @@ def pheromone_on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.
 def pheromone_on_edges(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
     """Convert pheromone trails, float64[n, k], on edges between clusters for observers.
 
-    The edges lead from the clusters `owner`, int32[n], to the clusters `lists`, int32[n, k]. Negative numbers mean no
-    edge. The strength of an edge is twice its share of the pheromone of all edges at one of its ends, whichever end
-    gives the larger value.
+    The edges lead from the clusters `owner`, int32[n], to the clusters `lists`, int32[n, k]. A negative number means
+    that the entry holds no edge. For each end of an edge, we compute the edge's share of the pheromone on all edges at
+    this end. The strength of the edge is twice the larger share.
     """
     there = (lists >= 0) & (lists < len(points)) & (lists != owner[:, None])
     amount = np.where(there, trails, 0.0)
@@ -40,7 +40,7 @@ def pheromone_on_edges(points: Points, owner: Ints, lists: Ints, trails: NDArray
 
 
 def pheromone_of_tours(instance: Instance, tours: Ints) -> Pheromone:
-    """Convert the tours of a colony, int32[m, n], to pheromone: the share of ants that use each edge."""
+    """Convert a colony's tours, int32[m, n], to pheromone: for each edge, the fraction of ants that use it."""
     ants, n = tours.shape
     few = max(1, min(MOST_ANTS, MOST_STEPS // n))
     chosen = tours[np.linspace(0, ants - 1, min(few, ants)).astype(np.int64)]
@@ -52,7 +52,7 @@ def pheromone_of_tours(instance: Instance, tours: Ints) -> Pheromone:
 
 
 def _strongest_edges(points: Points, here: Ints, there: Ints, share: NDArray[np.float64], join: np.ufunc) -> Pheromone:
-    """Return at most `MOST_EDGES` edges, the strongest first. `join` combines the shares of both directions."""
+    """Return at most `MOST_EDGES` edges, strongest first. `join` combines the shares of both directions."""
     low, high = np.minimum(here, there).astype(np.int64), np.maximum(here, there).astype(np.int64)
     key = low * len(points) + high
     order = np.argsort(key, kind="stable")

@@ -1,4 +1,4 @@
-"""Precedence of clusters: check its validity, find implied pairs, and find impossible moves."""
+"""Check whether the precedence of clusters is valid, and derive implied pairs and impossible moves."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from leafcut.geometry.arrays import Ints
 from leafcut.message import Message
 from leafcut.model.problem import RoutingProblem
 
-#: Maximum number of clusters for computing the transitive closure, which takes n² bytes. Above, only the given pairs
-#: are used.
+#: Maximum number of clusters for computing the transitive closure, which takes n² bytes. Larger problems only use the
+#: given pairs.
 CLOSURE_LIMIT = 3000
 
 
 def checked_pairs(problem: RoutingProblem) -> Ints:
-    """Return the pairs (before, after) of the problem without duplicates, int32[k, 2].
+    """Return the problem's pairs (before, after) without duplicates, int32[k, 2].
 
-    Raises SolveError if a pair names an unknown cluster, or if the pairs form a cycle, so that no order satisfies them.
+    Raises SolveError if a pair names an unknown cluster, or if the pairs form a cycle that no order can satisfy.
     """
     given = np.asarray(problem.precedence).reshape(-1, 2)
     if len(given) and not (given.min() >= 0 and given.max() < problem.n_clusters):
@@ -37,26 +37,29 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
 
 
 def satisfies_pairs(pairs: Ints, order: NDArray[np.int32]) -> bool:
-    """Return whether an order int32[clusters] satisfies all pairs."""
+    """Check whether an order, int32[clusters], satisfies all pairs."""
     return broken_pair(pairs, order) is None
 
 
 def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None:
-    """Return the first pair that an order violates, or None."""
+    """Return the first pair that an order violates, or None if it violates no pair."""
     place = np.argsort(order)
     wrong = np.flatnonzero(place[pairs[:, 0]] >= place[pairs[:, 1]])
     return None if not len(wrong) else (int(pairs[wrong[0], 0]), int(pairs[wrong[0], 1]))
 
 
 def compressed_rows(pairs: Ints, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the pairs in compressed rows: the start of each cluster's partners, int32[n + 1], and all partners."""
+    """Store the pairs in compressed rows.
+
+    Returns the index at which each cluster's partners start, int32[n + 1], and the list of all partners.
+    """
     ordered = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     begin = np.searchsorted(ordered[:, 0], np.arange(n + 1)).astype(np.int32)
     return begin, np.ascontiguousarray(ordered[:, 1])
 
 
 def transitive_closure(pairs: Ints, n: int) -> NDArray[np.bool_]:
-    """Return the transitive closure of the pairs, bool[n, n]. Entry i, j: cluster i must come before cluster j."""
+    """Compute the transitive closure of the pairs, bool[n, n]. If entry i, j is set, cluster i must come before j."""
     later = np.zeros((n, n), dtype=np.bool_)
     begin, after = compressed_rows(pairs, n)
     for v in reversed(_topological_order(pairs, n)):
@@ -67,9 +70,9 @@ def transitive_closure(pairs: Ints, n: int) -> NDArray[np.bool_]:
 
 
 def impossible_moves_and_reduction(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
-    """Return the impossible moves, bool[n, n], and the transitive reduction of the pairs.
+    """Compute the impossible moves, bool[n, n], and the transitive reduction of the pairs.
 
-    A move is impossible if it goes to a predecessor, or skips a cluster that must come between.
+    A move is impossible if it goes to a predecessor or skips a cluster that must come in between.
     """
     later, between = transitive_closure(pairs, n), np.zeros((n, n), dtype=np.bool_)
     begin, after = compressed_rows(pairs, n)
@@ -79,7 +82,7 @@ def impossible_moves_and_reduction(pairs: Ints, n: int) -> tuple[NDArray[np.bool
 
 
 def _topological_order(pairs: Ints, n: int) -> list[int]:
-    """Return a topological order of the clusters, without clusters on a cycle and their successors."""
+    """Sort the clusters topologically. The order omits clusters on a cycle and their successors."""
     begin, after = compressed_rows(pairs, n)
     missing = np.bincount(pairs[:, 1], minlength=n)
     order: list[int] = np.flatnonzero(missing == 0).tolist()

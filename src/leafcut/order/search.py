@@ -1,4 +1,4 @@
-"""The search loop of all population algorithms, with the budget, the best tour, and snapshots for observers."""
+"""The search loop of all population algorithms. It manages the budget, the best tour, and snapshots for observers."""
 
 from __future__ import annotations
 
@@ -25,18 +25,19 @@ from leafcut.order.workers import WorkerLog
 if TYPE_CHECKING:
     from leafcut.order.directed import AnyInstance
 
-#: Relative tolerance of costs, because the costs of equal tours may be summed in different orders.
+#: Relative tolerance for comparing costs. Two equal tours may sum their costs in different orders.
 ROUNDING = 1e-12
 
-#: Budget of a preset: total number of nodes visited by ants, and maximum number of iterations without a better tour.
+#: Budget of each preset: the total number of nodes that ants visit, and the maximum number of iterations without a
+#: better tour.
 PRESETS = {"fast": (2e5, 30), "default": (4e6, 40), "thorough": (1e8, 2000)}
 
-#: Tours int32[m, n] and their costs float64[m], infinite for unfinished tours.
+#: Tours, int32[m, n], and their costs, float64[m]. The cost of an unfinished tour is infinite.
 Tours = tuple[NDArray[np.int32], NDArray[np.float64]]
 
 
 class SearchView:
-    """View of a search for observers. By default, it contains the best path and statistics of the workers."""
+    """An observer's view of a search. By default, it shows the best path and the statistics of the workers."""
 
     def __init__(
         self,
@@ -44,15 +45,15 @@ class SearchView:
         log: WorkerLog | None = None,
         pheromone: Callable[[], Pheromone] | None = None,
     ) -> None:
-        """Create a view. Without the instance `shown`, snapshots contain no path."""
+        """Create a view. If `shown` is None, snapshots contain no path."""
         self.shown, self.log, self.pheromone = shown, WorkerLog.of(0) if log is None else log, pheromone
 
     def result(self, tour: Ints) -> Ints:
-        """Convert a tour of the search to the nodes of the instance."""
+        """Convert a tour of the search to nodes of the instance."""
         return tour
 
     def parts(self, best: Best) -> dict[str, Any]:
-        """Return the optional fields of a `Snapshot` that this algorithm provides."""
+        """Return the optional `Snapshot` fields that this algorithm provides."""
         pheromone = {} if self.pheromone is None else {"pheromone": self.pheromone()}
         return {"workers": self.log.figures()} | pheromone
 
@@ -68,7 +69,7 @@ class Best:
     Attributes
     ----------
     cost, history
-        The costs of the best tour and of each earlier best tour, without service times.
+        Cost of the best tour and of each earlier best tour, without service times.
     service
         Total service time. It is the same for every path, so the search ignores it.
     shown_bound
@@ -88,7 +89,7 @@ class Best:
     lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
 
     def offer(self, tour: NDArray[np.int32], cost: float, iteration: int) -> bool:
-        """Keep a tour if its cost is below the best cost by more than the tolerance; return whether it was kept."""
+        """Keep a tour if it is cheaper than the best tour by more than the tolerance. Return whether it was kept."""
         with self.lock:
             if not cost + ROUNDING * abs(cost) < self.cost:
                 return False
@@ -97,13 +98,16 @@ class Best:
         return True
 
     def final_bound(self) -> float | None:
-        """Return the bound shown during a cancelled search, for which no other bound is computed; otherwise None."""
+        """Return the bound that observers saw if the search was cancelled. Otherwise, return None.
+
+        A cancelled search computes no other bound.
+        """
         return self.shown_bound if self.stop.cancelled.is_set() else None
 
     def tell(self, iteration: int, costs: NDArray[np.float64] | None = None, alone: bool = True) -> None:
-        """Report progress after an iteration, with the `costs` of its tours.
+        """Report progress after an iteration whose tours have the given `costs`.
 
-        `alone`: this call blocks the whole search.
+        If `alone` is set, this call blocks the whole search.
         """
         if self.progress is not None:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
@@ -128,7 +132,7 @@ class Best:
 
 @dataclass(frozen=True)
 class AlgorithmRun:
-    """The arguments of an algorithm besides the instance: options, best tour, and stopping criteria."""
+    """The arguments of an algorithm apart from the instance: options, best tour, and stopping criteria."""
 
     options: SolveOptions
     aco: AcoOptions
@@ -137,13 +141,13 @@ class AlgorithmRun:
 
     @property
     def stop(self) -> Stop:
-        """The stopping criteria of the run."""
+        """The run's stopping criteria."""
         return self.best.stop
 
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Result of an algorithm: the tour, the number of iterations, and statistics of the workers."""
+    """An algorithm's result: the tour, the number of iterations, and the statistics of the workers."""
 
     tour: NDArray[np.int32]
     iterations: int = 0
@@ -151,14 +155,14 @@ class SearchResult:
 
 
 class Population(SearchView):
-    """Base class of algorithms that construct a population of tours in each iteration, and learn from the tours."""
+    """Base class for algorithms that construct a population of tours in each iteration and learn from them."""
 
     def construct(self, iteration: int) -> Tours:
-        """Return the tours of an iteration and their costs."""
+        """Return an iteration's tours and their costs."""
         raise NotImplementedError
 
     def reinforce(self, iteration: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
-        """Learn from the tours of an iteration. By default, do nothing."""
+        """Learn from an iteration's tours. The default implementation does nothing."""
 
 
 def iterate(
@@ -167,10 +171,10 @@ def iterate(
     iteration: int = 0,
     report: Callable[[int, NDArray[np.float64] | None], None] | None = None,
 ) -> int:
-    """Run an algorithm step by step until a stopping criterion holds; return the number of finished iterations.
+    """Run an algorithm step by step until a stopping criterion holds. Return the number of finished iterations.
 
-    A step constructs paths, improves them, offers the best path, learns from the paths, and yields their costs or None.
-    `iteration` is the number of earlier iterations; `report` shows progress.
+    Each step constructs paths, improves them, offers the best path, learns from the paths, and yields their costs or
+    None. `iteration` is the number of earlier iterations. `report` shows progress.
     """
     stop, report = best.stop, report or best.tell
     if not stop.reached(iteration, iteration - best.iteration):
@@ -183,9 +187,10 @@ def iterate(
 
 
 def search(population: Population, best: Best) -> int:
-    """Run a population algorithm, and return the number of finished iterations.
+    """Run a population algorithm and return the number of finished iterations.
 
-    Of equally cheap tours in an iteration, the first is the best, so that the result does not depend on threads.
+    If several tours of an iteration are equally cheap, the first counts as the best. The result therefore does not
+    depend on threads.
     """
     best.view = population
     return iterate(_generations(population, best), best)
@@ -203,13 +208,13 @@ def _generations(population: Population, best: Best) -> Iterator[NDArray[np.floa
 
 
 def set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: float = math.inf) -> None:
-    """Set the limits of the preset, unless the options limit the time or the number of iterations."""
+    """Apply the preset's limits, unless the options limit the time or the number of iterations."""
     if not options.is_limited:
         stop.iterations = max(1, math.ceil(iterations))
         stop.patience = patience
 
 
 def set_budget_of_visits(stop: Stop, options: SolveOptions, visited: float) -> None:
-    """Set the budget of a preset for ants that visit a total of `visited` nodes per iteration."""
+    """Set a preset's budget for ants that visit a total of `visited` nodes per iteration."""
     visits, patience = PRESETS[options.preset]
     set_budget(stop, options, visits / visited, patience)

@@ -1,4 +1,4 @@
-"""`solve`: find a solution of a routing problem."""
+"""`solve`: search for a short path that solves a routing problem."""
 
 from __future__ import annotations
 
@@ -33,21 +33,26 @@ def solve(
     cancelled: threading.Event | None = None,
     bounds: Deadline | None = None,
 ) -> Solution:
-    """Return a short path for `problem`.
+    """Search for a short path that solves `problem`.
 
     Parameters
     ----------
     progress
         Called after every iteration (`model.heartbeat`).
     observe
-        Observer that follows the search without changing its result (`model.snapshot`).
+        Observer that follows the search without affecting its result (`model.snapshot`).
     cancelled
-        Event that another thread sets to stop the search and keep the best path. Ctrl-C has the same effect.
+        Event that another thread can set to stop the search and keep the best path. Ctrl-C has the same effect.
     bounds
-        Deadline for the lower bounds, in addition to the time limit of the search; None for no limit.
+        Deadline for the lower bounds, in addition to the search's time limit. None means no limit.
 
-    Raises OptionError if the algorithm of another package cannot be used. Raises SolveError if the precedence cannot be
-    satisfied, if the algorithm does not support it, or if there are too many nodes for full candidate lists.
+    Raises
+    ------
+    OptionError
+        If an algorithm from another package cannot be used.
+    SolveError
+        If no order satisfies the precedence, if the algorithm does not support precedence, or if the problem has too
+        many nodes for full candidate lists.
     """
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
@@ -98,9 +103,9 @@ def solve(
 def _order_without_search(
     problem: RoutingProblem, pairs: Ints, options: SolveOptions, stop: Stop
 ) -> tuple[Solution, float | None] | None:
-    """Return an order that needs no search, with its lower bound, or None if a search is needed.
+    """If the problem needs no search, return an order and its lower bound. Otherwise, return None.
 
-    It is the order of the drawing for the algorithm `none`, or the exact optimum for a few clusters.
+    The algorithm `none` keeps the order of the drawing. For a few clusters, the order is the exact optimum.
     """
     name, few, bound = options.algorithm, problem.n_clusters <= TRY_ALL, None
     if name == "none":
@@ -134,7 +139,7 @@ def _order_without_search(
 
 
 def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tuple[float, float], ...]:
-    """Return time and cost of the best path at each improvement, with service times; the last cost is `cost`."""
+    """Return the time and cost of each improvement, including service times. The last cost is `cost`."""
     if not best.history or not exact:
         return ((seconds, cost),)
     *before, (last, _) = best.history
@@ -142,7 +147,7 @@ def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tupl
 
 
 def keep_better(problem: RoutingProblem, solution: Solution, other: Ints) -> Solution:
-    """Replace the nodes of `solution` with `other`, int32[clusters], if these cost less and satisfy the precedence."""
+    """Replace the nodes of `solution` with `other`, int32[clusters], if they are cheaper and satisfy the precedence."""
     cost = path_cost(problem, other)
     if cost >= solution.cost or not satisfies_pairs(checked_pairs(problem), problem.cluster[other]):
         return solution

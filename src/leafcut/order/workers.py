@@ -1,4 +1,4 @@
-"""Workers: run tasks of a search in threads, and record statistics per worker."""
+"""Run the tasks of a search in threads, and record statistics for each worker."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from leafcut.model.solution import WorkerFigures
 from leafcut.options import SolveOptions
 from leafcut.order.stop import Stop
 
-#: Result of a task: tours int32[m, n] and their costs float64[m].
+#: A task's result: tours, int32[m, n], and their costs, float64[m].
 Share = tuple[NDArray[np.int32], NDArray[np.float64]]
 
 
 @dataclass
 class WorkerLog:
-    """Total work of each worker."""
+    """Counts the total work of each worker."""
 
     ants: list[int]
     seconds: list[float]
@@ -33,15 +33,15 @@ class WorkerLog:
 
     @classmethod
     def of(cls, workers: int) -> WorkerLog:
-        """Return an empty log."""
+        """Create an empty log."""
         return cls([0] * workers, [0.0] * workers, [math.inf] * workers)
 
     def number_of_thread(self, thread: int) -> int:
-        """Return the number of a worker. Workers are numbered in the order of their first task."""
+        """Return the number of a worker. Workers are numbered in the order in which they run their first task."""
         return self.known.setdefault(thread, len(self.known)) % len(self.ants)
 
     def add(self, worker: int, ants: int, seconds: float, best: float) -> None:
-        """Add a task to the totals of a worker."""
+        """Add a task to a worker's totals."""
         self.ants[worker] += ants
         self.seconds[worker] += seconds
         self.best[worker] = min(self.best[worker], best)
@@ -54,7 +54,10 @@ class WorkerLog:
 
 @dataclass(frozen=True)
 class Workers:
-    """The thread pool of a search (None: the current thread only), and the stopping criteria of the tasks."""
+    """A search's thread pool and the stopping criteria of its tasks.
+
+    Without a pool (None), only the current thread works.
+    """
 
     executor: Executor | None
     count: int
@@ -62,14 +65,14 @@ class Workers:
     log: WorkerLog
 
     def run_tasks(self, tasks: Sequence[Callable[[Stop], Share]]) -> list[Share]:
-        """Return the result of each task, in order. The results do not depend on the number of workers."""
+        """Run the tasks and return their results in order. The results do not depend on the number of workers."""
         done = list((map if self.executor is None else self.executor.map)(self._timed, tasks))
         for thread, seconds, (_, costs) in done:
             self.log.add(self.log.number_of_thread(thread), len(costs), seconds, float(costs.min(initial=math.inf)))
         return [share for _, _, share in done]
 
     def run_and_join(self, tasks: Sequence[Callable[[Stop], Share]]) -> Share:
-        """Run the tasks, and return their concatenated results."""
+        """Run the tasks and concatenate their results."""
         tours, costs = zip(*self.run_tasks(tasks), strict=True)
         return np.concatenate(tours), np.concatenate(costs)
 
@@ -80,13 +83,13 @@ class Workers:
 
 
 def thread_count(options: SolveOptions) -> int:
-    """Return the number of threads; the default is one per core."""
+    """Return the number of threads. The default is one per core."""
     return options.threads or os.cpu_count() or 1
 
 
 @contextmanager
 def thread_pool(threads: int, stop: Stop) -> Iterator[Executor | None]:
-    """Open a thread pool for the block; yield None for a single thread. Ctrl-C cancels the search."""
+    """Open a thread pool for the block, or yield None for a single thread. Ctrl-C cancels the search."""
     if threads <= 1:
         yield None
         return
@@ -99,5 +102,5 @@ def thread_pool(threads: int, stop: Stop) -> Iterator[Executor | None]:
 
 
 def on_all_workers(executor: Executor | None, workers: int, work: Callable[[int], None]) -> None:
-    """Call ``work(worker)`` for each worker and wait for all of them."""
+    """Call ``work(worker)`` for each worker, and wait until all calls have finished."""
     list((map if executor is None else executor.map)(work, range(workers)))

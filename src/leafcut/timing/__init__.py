@@ -1,1 +1,1 @@
-"""Machine time of single moves, of travel moves between positions, and of whole toolpaths."""
+"""Compute the machine time of single moves, of travel between positions, and of whole toolpaths."""

@@ -1,11 +1,12 @@
-"""Fit a machine profile to the measured times of programs.
+"""Fit a machine profile to measured program times.
 
-Apart from the feeds, two parameters determine most of the time, and they are seldom known: the accelerations (here one
-factor for all axes) and the corner value (`Machine.corner_deviation`, which LinuxCNC does not have). Both are positive,
-so their logarithms are fitted to the times by weighted least squares with the Levenberg–Marquardt method.
+Besides the feeds, two parameters determine most of a program's run time: the accelerations and the corner value
+(`Machine.corner_deviation`). Users seldom know either of them. The fit scales the accelerations of all axes by a single
+factor. LinuxCNC has no corner value, so only the accelerations are fitted there. Both parameters are positive, so we
+fit their logarithms with weighted nonlinear least squares (Levenberg–Marquardt).
 
-Sources: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); for standard errors from the
-inverse of JᵀJ, G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
+Sources: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978). G. A. F. Seber and C. J.
+Wild, "Nonlinear regression" (1989), section 2.1, for computing standard errors from the inverse of JᵀJ.
 """
 
 from __future__ import annotations
@@ -21,28 +22,29 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
 from leafcut.timing.toolpath import corner_style, measure_toolpath
 
-#: Error of a stopwatch, s, and error of the model as a share of the time. Sources: manual and electronic timing differ
-#: by about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); for the model,
-#: docs/results/machine_time.md.
+#: Error of a stopwatch, in seconds, and error of the timing model, as a fraction of the program time. Manual and
+#: electronic timing differ by about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008). For the model
+#: error, see docs/results/machine_time.md.
 HAND_S, MODEL_SHARE = 0.3, 0.005
-#: Search range of the factor on the accelerations: from 1 / _WIDEST to _WIDEST.
+#: The fit scales the accelerations by at least 1 / _WIDEST and at most _WIDEST.
 _WIDEST = 20.0
-#: Search range of the corner value, mm.
+#: Range in mm within which the fit looks for the corner value.
 _CORNERS = (1e-4, 2.0)
-#: Maximum standard error of the logarithm of a parameter that counts as determined. At 95 % confidence, the
-#: accelerations are then known to within a third, and the corner value to within a factor of 2. Profiles usually give
+#: Largest standard error, on a log scale, at which a parameter counts as determined. With 95 % confidence, the
+#: accelerations are then known to within a third and the corner value to within a factor of 2. Profiles usually state
 #: only the order of magnitude of the corner value.
 _KNOWN = {"acceleration": 0.15, "corner": 0.35}
-#: Step of the logarithms for numerical derivatives; large compared with the rounding errors of the model.
+#: Step size for numerical derivatives with respect to the logarithms. It is large compared with the model's rounding
+#: errors.
 _STEP = 0.01
 _MOST_STEPS, _SMALLEST = 40, 1e-6
-#: Minimum slope of the times, in weighted seconds, for a parameter that affects them.
+#: A parameter affects the program times if their slope is at least this large, in weighted seconds.
 _NO_EFFECT = 1e-8
 
 
 @dataclass(frozen=True)
 class MeasuredProgram:
-    """The toolpath of a program and its measured time."""
+    """A program's toolpath and its measured run time."""
 
     name: str
     path: Toolpath
@@ -51,22 +53,24 @@ class MeasuredProgram:
 
 @dataclass(frozen=True)
 class MachineFit:
-    """The result and the quality of a fit.
+    """Result of fitting a machine profile, including measures of its quality.
 
     Attributes
     ----------
     machine
-        The machine with the fitted values; undetermined parameters have the values of the profile.
+        The machine with the fitted values. Parameters that the fit could not determine keep the values from the
+        profile.
     before, after
-        Time of each program according to the model, before and after the fit, float64[n], s.
+        Predicted time of each program before and after the fit, float64[n], s.
     acceleration, corner
-        Factor on the accelerations, and corner value, mm; None if not fitted.
+        Fitted factor on the accelerations and fitted corner value in mm. None if the parameter was not fitted.
     error
-        Relative standard error of each parameter (acceleration, corner); infinite if the parameter has no effect.
+        Relative standard error of each parameter (acceleration, corner). Infinite if the parameter has no effect.
     condition
-        Condition number of the weighted Jacobian: infinite if a parameter has no effect, 1 for a single parameter.
+        Condition number of the weighted Jacobian. It is infinite if a parameter has no effect, and 1 if only one
+        parameter is fitted.
     held
-        For each parameter that was not fitted, the reason.
+        Why a parameter was not fitted, for each parameter that kept the value from the profile.
     """
 
     machine: Machine
@@ -80,15 +84,15 @@ class MachineFit:
 
 
 def model_seconds(programs: Sequence[MeasuredProgram], machine: Machine) -> Floats:
-    """Return the time of each program according to the model, s; each program starts at X0 Y0."""
+    """Predict the run time of each program in seconds. Every program starts at X0 Y0."""
     return np.array([measure_toolpath(program.path, machine, start=(0.0, 0.0)).time_s for program in programs])
 
 
 def fit_machine(programs: Sequence[MeasuredProgram], machine: Machine) -> MachineFit:
     """Fit the accelerations and the corner value to the measured times.
 
-    A parameter keeps the value of the profile if the programs do not determine it or it has no effect. If the programs
-    do not determine both parameters together, the corner value is not fitted.
+    A parameter keeps the value from the profile if it has no effect or if the programs do not determine it. If the
+    programs cannot determine both parameters together, only the accelerations are fitted.
     """
     seconds = np.array([program.seconds for program in programs])
     weight = 1.0 / np.hypot(HAND_S, MODEL_SHARE * seconds)
@@ -170,8 +174,14 @@ def _residuals(
 def _least_squares(
     programs: Sequence[MeasuredProgram], machine: Machine, parameters: Sequence[str], seconds: Floats, weight: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the logarithms of the fitted parameters, float64[p], and the weighted Jacobian at the solution, float64[n,
-    p].
+    """Run the Levenberg–Marquardt fit.
+
+    Returns
+    -------
+    logarithms
+        Logarithms of the fitted parameters, float64[p].
+    jacobian
+        Weighted Jacobian at the solution, float64[n, p].
     """
     low, high = _parameter_bounds(parameters)
 
@@ -209,9 +219,9 @@ def _least_squares(
 
 
 def _standard_errors(jacobian: Floats, parameters: Sequence[str], residual: Floats) -> tuple[dict[str, float], float]:
-    """Return the standard error of each logarithm, and the condition number of the Jacobian with normalised columns.
+    """Compute the standard error of each logarithm and the condition number of the column-normalised Jacobian.
 
-    The variance is estimated from the residuals; it is at least 1, the variance that the weights imply.
+    The variance is estimated from the residuals. It is at least 1, because the weights already assume a variance of 1.
     """
     degrees_of_freedom = len(residual) - len(parameters)
     spread = max(1.0, float(residual @ residual) / degrees_of_freedom if degrees_of_freedom > 0 else 1.0)

@@ -1,6 +1,6 @@
 """Times of moves on GRBL 1.1.
 
-`kernels.grbl_clock` simulates the planner, the buffers and the serial line of the board.
+The simulation in `kernels.grbl_clock` models the planner, the buffers, and the serial line of the board.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.timing.moves import REST, Moves, changes_power
 
-#: Speed of GRBL's serial line, bytes/s: 115200 baud at ten bits per byte (BAUD_RATE, the same on every board).
+#: Speed of the serial line in bytes per second. Every board runs at 115200 baud (BAUD_RATE) with ten bits per byte.
 BYTES_PER_SECOND = 11_520
 
-#: Maximum number of chords of an arc: GRBL counts them in 16 bits.
+#: Maximum number of chords per arc. GRBL counts chords in a 16-bit integer.
 MOST_CHORDS = 65535
 
 _COMMENT = re.compile(r"\([^)]*\)|;.*|\s+")
 _WORD = re.compile(r"[A-Z]")
 
-#: Kinds of rows at which GRBL never stops.
+#: GRBL never stops at rows of these kinds.
 _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT, Kind.RADIUS)
 
 
 def stop_mask(path: Toolpath, machine: Machine) -> Mask:
-    """Return a mask of the rows before which the machine must stop, bool[n].
+    """Mark the rows before which the machine must stop, as bool[n].
 
     The machine stops before
 
-    - M3, M4, M5, M7, M8 and M9 that change a state, and an S word while the spindle turns; with a laser, an S word
-      stops the machine only in a block without a move;
-    - a dwell, a pause, the end of the program, and a change of origin or length offset;
-    - blocks that are not understood.
+    - M3, M4, M5, M7, M8, and M9 if they change the current state;
+    - an S word while the spindle is turning (in laser mode, only if the block contains no move);
+    - a dwell, a pause, the end of the program, and a change of the origin or the length offset;
+    - blocks that leafcut does not understand.
 
     Source: GRBL 1.1h, gcode.c, spindle_control.c, coolant_control.c, system.c.
     """
@@ -60,9 +60,9 @@ def stop_mask(path: Toolpath, machine: Machine) -> Mask:
 
 
 class SentLines(NamedTuple):
-    """Byte count and word count of each line sent to the board, without blanks and comments, int64[n] each.
+    """Byte count and word count of each line as sent to the board, without blanks and comments, int64[n] each.
 
-    If the arrays are aligned with the rows of a toolpath, both counts are 0 in rows at which no line starts.
+    When the arrays are aligned with the rows of a toolpath, both counts are 0 for rows that do not start a line.
     """
 
     size: NDArray[np.int64]
@@ -70,7 +70,7 @@ class SentLines(NamedTuple):
 
 
 def sent_lines(text: Iterable[str]) -> SentLines:
-    """Return the byte and word counts of each line of a program; the first entry is line 1."""
+    """Count the bytes and words in each line of a program. The first entry belongs to line 1."""
     sent = [_COMMENT.sub("", line).upper() for line in text]
     size = [len(line) + 1 if line else 0 for line in sent]
     words = [len(_WORD.findall(line)) for line in sent]
@@ -78,9 +78,9 @@ def sent_lines(text: Iterable[str]) -> SentLines:
 
 
 def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
-    """Return the byte and word counts of the program line that starts at each row of a path.
+    """Look up the program line that starts at each row of a path and return its byte and word counts.
 
-    Without the text of the program, the counts are estimated for coordinates with three decimals.
+    If the program text is not available, the counts are estimated for coordinates with three decimals.
     """
     n = len(path)
     if lines is not None and path.line.any():
@@ -107,18 +107,24 @@ def grbl_seconds(
     lines: SentLines | None = None,
     pace: float = 1.0,
 ) -> Floats:
-    """Return the time of each move, float64[m], s, including the loss at a stop before it, but without dwells.
+    """Compute the duration of each move in seconds, float64[m].
+
+    A move's duration includes the time lost in a stop before it, but no dwells.
 
     Parameters
     ----------
-    path, delta, moves
-        Toolpath without canned cycles, displacement of each row (float64[n, 3], mm), and moves of the path.
+    path
+        Toolpath without canned cycles.
+    delta
+        Displacement of each row, float64[n, 3], mm.
+    moves
+        Moves of the path.
     waits
         Time at rest in each row, float64[n], s.
     lines
         Byte and word counts of the program lines, if known.
     pace
-        Factor on the times of the serial line and the processor; 0 for an infinitely fast controller.
+        Factor that scales the serial and processor times. 0 models an infinitely fast controller.
     """
     from leafcut.kernels.grbl_clock import BEGAN, grbl_clock, new_board
 
@@ -149,9 +155,13 @@ def grbl_seconds(
 
 
 def _arc_chords(moves: Moves, tolerance: float) -> tuple[NDArray[np.int64], Floats, Floats, Floats, Floats]:
-    """Divide arcs into chords.
+    """Split arcs into chords the same way GRBL does.
 
-    Return the number of chords, the angle per chord, rad, two vectors that span the circle, and the rise per chord, mm.
+    Returns
+    -------
+    tuple
+        For each arc, the number of chords, the angle per chord in rad, two vectors that span the circle, and the rise
+        per chord in mm.
     """
     turn = moves.turn
     radius, sweep = turn.radius, turn.sweep

@@ -1,17 +1,17 @@
-"""Corners and arcs of LinuxCNC's trajectory planner, version 2.9.
+"""Model how LinuxCNC 2.9 plans corners and arcs.
 
-The formulas follow the documentation (G61, G61.1, G64; [TRAJ]ARC_BLEND_* in the INI reference) and the source
-(emc/tp/tp.c, blendmath.c, tc.c of the 2.9 branch). They were checked against the simulated machine (`python -m
+The formulas come from the documentation (G61, G61.1, G64; [TRAJ]ARC_BLEND_* in the INI reference) and from the source
+code (emc/tp/tp.c, blendmath.c, tc.c of the 2.9 branch). We checked them against the simulated machine (`python -m
 benchmarks machine_time`).
 
-A bend from unit vector u to unit vector w at speed v needs the acceleration (w - u) v / cycle in one servo cycle. If no
-axis needs more than the kink ratio (0.1) of its acceleration, the bend counts as tangent. The tool passes it at full
-speed, and both moves reserve that share of their acceleration. At a sharper bend, the speed may be as high as this
-limit allows.
+Suppose the path bends from unit vector u to unit vector w at speed v. Within one servo cycle, the axes must then
+accelerate by (w - u) v / cycle. If every axis needs at most the kink ratio (0.1) of its acceleration, LinuxCNC treats
+the bend as tangent: the tool passes it at full speed, and both adjacent moves reserve that fraction of their
+acceleration. At a sharper bend, the same limit determines the maximum speed.
 
-Under G64, there are two alternatives: an arc within the tolerance rounds the corner, or the next move starts while the
-previous move decelerates, each with half the acceleration. The fastest of the three is used. Between a rapid and a feed
-move, the machine stops.
+Under G64, LinuxCNC considers two more options. It can round the corner with an arc within the tolerance. It can also
+start the next move while the previous move is still decelerating; each move then gets half the acceleration. LinuxCNC
+uses the fastest of the three options. The machine stops between a rapid and a feed move.
 """
 
 from __future__ import annotations
@@ -24,33 +24,33 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.machine import Machine
 from leafcut.timing.moves import BLEND, REST, Corners, Moves
 
-#: [EMCMOT]SERVO_PERIOD, s, as in nearly all configurations.
+#: Servo period in seconds ([EMCMOT]SERVO_PERIOD). Nearly all configurations use this value.
 CYCLE = 0.001
 
-#: Minimum duration of a move, s: TP_MIN_SEGMENT_CYCLES cycles.
+#: Shortest possible duration of a move in seconds (TP_MIN_SEGMENT_CYCLES cycles).
 SHORTEST = 1.02 * CYCLE
 
-#: Number of moves of the look-ahead: [TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH.
+#: The planner looks this many moves ahead ([TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH).
 DEPTH = 50
 
-#: If the remainder of a move before the arc of a corner takes fewer servo cycles than this, it is merged into the arc:
-#: [TRAJ]ARC_BLEND_GAP_CYCLES.
+#: If the part of a move before a corner arc would take fewer servo cycles than this, LinuxCNC merges it into the arc
+#: ([TRAJ]ARC_BLEND_GAP_CYCLES).
 GAP_CYCLES = 4
 
-#: Maximum shares of the acceleration normal and tangential to an arc; the sum of their squares is 1.
+#: Largest fractions of the acceleration that are available normal and tangential to an arc. Their squares add up to 1.
 NORMAL, TANGENTIAL = np.sqrt(3.0) / 2.0, 0.5
 
-#: Maximum deviation at a corner as a share of the shorter move, even if G64 allows more.
+#: A corner arc deviates from the path by at most this fraction of the shorter move, even if G64 allows more.
 _DEVIATION_SHARE = 0.25
 
-#: Cosine of the turn above which a corner counts as a reversal: 178 degrees.
+#: A corner that turns by more than 178 degrees counts as a reversal. This is the cosine of that angle.
 _REVERSAL = np.cos(np.radians(178.0))
 
 _TINY = 1e-6
 
 
 def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
-    """Return the corner between every move of `before` and the corresponding move of `after`."""
+    """Compute the corner between each move in `before` and the corresponding move in `after`."""
     bounds = np.asarray(machine.acceleration)
     kink = 1.0 - machine.acceleration_factor
     cosine = (before.end * after.start).sum(axis=1)
@@ -91,7 +91,7 @@ class _CornerArc(NamedTuple):
 
 
 def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -> _CornerArc:
-    """Return the blend arc of each corner; its speed is 0 if no arc fits."""
+    """Fit a blend arc into each corner. The speed is 0 where no arc fits."""
     half_angle = 0.5 * np.arccos(np.clip(-cosine, -1.0, 1.0))
     angle, reach = _arc_bounds(before, after, half_angle)
     turn = np.pi - 2.0 * angle
@@ -113,11 +113,16 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
 
 
 def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Floats]:
-    """Return half the angle of each corner, rad, and the length of the adjacent moves that a blend arc may use, mm.
+    """Determine how much room each corner has for a blend arc.
 
-    A blend arc may use half of a straight move. Of an arc, it may use two thirds of the sweep before the corner, and
-    one third after it. An arc that turns in the same direction as the corner is replaced by its chord, which reduces
-    the angle.
+    A blend arc may use half of an adjacent straight move. If the adjacent move is itself an arc, the blend may use two
+    thirds of its sweep before the corner, or one third after the corner. An arc that turns in the same direction as the
+    corner is replaced by its chord, which makes the corner angle smaller.
+
+    Returns
+    -------
+    tuple[Floats, Floats]
+        Half of each corner angle in rad, and the length in mm of the adjacent moves that the blend arc may use.
     """
     angle, reach = half_angle, np.full(len(half_angle), np.inf)
     for move, share, inwards in (
@@ -134,9 +139,7 @@ def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats
 
 
 def _coplanar_corners(before: Moves, after: Moves) -> Mask:
-    """Return a mask of the corners that lie in the planes of their adjacent arcs. The other corners get no blend
-    arc.
-    """
+    """Mark the corners that lie in the planes of their adjacent arcs. Other corners get no blend arc."""
     across = np.cross(before.end, after.start)
     size = np.sqrt((across * across).sum(axis=1))
     flat = np.ones(len(before), dtype=np.bool_)
@@ -147,7 +150,7 @@ def _coplanar_corners(before: Moves, after: Moves) -> Mask:
 
 
 def _maximum_in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
-    """Return the maximum length of a vector in the plane of each corner whose components are within the bounds."""
+    """Find the longest vector in each corner's plane whose components stay within the bounds."""
     across = np.cross(before.end, after.start)
     size2 = (across * across).sum(axis=1)
     share = np.sqrt(np.maximum(1.0 - across * across / np.where(size2 > 0, size2, 1.0)[:, None], 0.0))
@@ -156,7 +159,7 @@ def _maximum_in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
 
 
 def _requested_speed(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats:
-    """Return the requested speed on each blend arc, limited to a speed that the axes allow everywhere on the arc."""
+    """Return the requested speed on each blend arc, capped at a speed that the axes can sustain on the whole arc."""
     requested = np.maximum(before.velocity, after.velocity)
     allowed = _maximum_in_plane(before, after, np.asarray(machine.rapid_velocity))
     # Between two straight moves, the velocity vector moves along one side of a triangle. A speed equal to the height of
@@ -179,11 +182,20 @@ def _overlap_speed(before: Moves, after: Moves, half_angle: Floats, kink: float)
 def overlap_speeds(
     before: Moves, after: Moves, half: tuple[Floats, Floats], half_angle: Floats, shortened: float = 1.0
 ) -> tuple[Floats, Floats]:
-    """Return the speeds of two overlapping moves, mm/s.
+    """Compute the speeds of two overlapping moves.
 
-    The first value is the speed of the first move when the second starts. The second value is the speed of the second
-    move when the first ends. `half` contains the accelerations of both moves, mm/s². `shortened` is the share of their
-    lengths that remains in any case.
+    Parameters
+    ----------
+    half
+        Accelerations of both moves during the overlap, mm/s².
+    shortened
+        Fraction of each move's length that remains in any case.
+
+    Returns
+    -------
+    tuple[Floats, Floats]
+        Speed of the first move when the second move starts, and speed of the second move when the first move ends, both
+        in mm/s.
     """
     moves = (before, after)
     reached = [np.minimum(np.sqrt(a * shortened * m.length), m.velocity) for m, a in zip(moves, half, strict=True)]
@@ -196,10 +208,10 @@ def overlap_speeds(
 
 
 def arc_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
-    """Return the limits of velocity, mm/s, and acceleration, mm/s², along each move.
+    """Return the velocity limit (mm/s) and the acceleration limit (mm/s²) along each move.
 
-    On an arc, the acceleration is shared: at most `NORMAL` across the path, and `TANGENTIAL` along it. If an arc needs
-    less normal acceleration, more remains for the tangential acceleration.
+    On an arc, the move shares the acceleration between two directions: at most `NORMAL` across the path and
+    `TANGENTIAL` along it. If the arc needs less normal acceleration, more tangential acceleration is available.
     """
     radius = moves.turn.radius
     is_arc = radius > 0

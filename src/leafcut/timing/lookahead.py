@@ -1,9 +1,9 @@
-"""Times of moves with look-ahead.
+"""Compute move times with look-ahead.
 
-Every corner has a maximum speed: the speed given by the junction deviation for controllers that only slow down (style
-``round``), or the speed of LinuxCNC's corner model (`timing.linuxcnc`). The backward pass limits each corner to the
-speed from which the tool can still slow down for the following moves within the look-ahead. The forward pass limits it
-to the speed that the tool can reach. Between two corners, the velocity profile is a trapezoid.
+Every corner has a maximum speed. For controllers that merely slow down at corners (style ``round``), the junction
+deviation determines this speed. For LinuxCNC, the corner model in `timing.linuxcnc` does. A backward pass lowers the
+speed at each corner until the tool can still slow down for the moves within the look-ahead. A forward pass lowers it to
+a speed that the tool can actually reach. Between two corners, the velocity profile is a trapezoid.
 
 Both passes are running minima. Let S be the cumulative sum of 2 a d up to each corner. Because v² ≤ w² + 2 a d between
 corners, v² + S is the minimum of w² + S over the following corners, and v² - S is the minimum of w² - S over the
@@ -31,20 +31,21 @@ from leafcut.timing.linuxcnc import (
 )
 from leafcut.timing.moves import BLEND, Corners, Moves, corners_without_arcs
 
-#: Look-ahead in moves for controllers that do not specify it; large enough to have no effect.
+#: Look-ahead, in moves, for controllers that do not specify a value. It is so large that it never limits a speed.
 _FAR = 500
 
-#: Cosine of the largest turn that counts as straight; its negative limits reversals. Source: gnea/grbl 1.1, planner.c.
+#: Cosine of the largest turn that still counts as straight. Its negative is the limit for reversals. Source: gnea/grbl
+#: 1.1, planner.c.
 _STRAIGHT = 0.999999
 
-#: Number of corners per block, which keeps intermediate arrays in the processor's cache.
+#: Process this many corners at a time so that intermediate arrays fit in the processor's cache.
 _BLOCK = 1 << 13
 
 
 class MotionSegments(NamedTuple):
-    """Moves and corner arcs in the order of motion, in mm, mm/s and mm/s².
+    """Moves and corner arcs in the order in which the tool runs them, in mm, mm/s, and mm/s².
 
-    `join` is the speed limit at the end of a segment, and `move` is the index of the move to which the segment belongs.
+    `join` is the speed limit at the end of each segment. `move` is the index of the move that the segment belongs to.
     """
 
     length: Floats
@@ -55,8 +56,9 @@ class MotionSegments(NamedTuple):
 
 
 def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
-    """Return the time of each move, including the arc in the corner after it, s, for the corner styles linuxcnc and
-    round.
+    """Compute the duration of each move in seconds for the corner styles linuxcnc and round.
+
+    A move's duration includes the arc in the corner after it.
     """
     if not len(moves):
         return np.zeros(0)
@@ -76,15 +78,15 @@ def _seconds(moves: Moves, machine: Machine, style: str) -> Floats:
 
 
 def arc_speed_limit(moves: Moves, acceleration: Floats) -> Floats:
-    """Return the speed limit from the normal acceleration on each arc, mm/s; infinite for straight moves."""
+    """Return the speed in mm/s at which each arc reaches its normal acceleration limit. Infinite for straight moves."""
     radius = moves.turn.radius
     return np.where(radius > 0, np.sqrt(acceleration * radius), np.inf)
 
 
 def _corners_in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
-    """Return the corners of all moves.
+    """Compute the corners after all moves, one block at a time.
 
-    The last move is treated as its own successor. This has no effect, because it ends at rest.
+    The last move serves as its own successor. This is harmless because the last move ends at rest.
     """
     blocks = []
     for first in range(0, len(moves), _BLOCK):
@@ -99,10 +101,13 @@ def _corners_in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
 
 
 def deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
-    """Return the corners of a controller that uses the junction deviation δ between feed moves under G64; rapids stop.
+    """Compute the corners for a controller that uses the junction deviation δ.
 
-    The circle that touches both moves and stays within δ of the corner allows v² = a δ s / (1 - s), where s is the sine
-    of half the angle between the moves. Source: S. K. Jeon, "Improving Grbl: cornering algorithm" (2011).
+    The deviation applies between feed moves under G64. The machine stops before and after rapids.
+
+    Take the circle that touches both moves and stays within δ of the corner. It allows the speed v² = a δ s / (1 - s),
+    where s is the sine of half the angle between the moves. Source: S. K. Jeon, "Improving Grbl: cornering algorithm"
+    (2011).
     """
     cosine = -(before.end * after.start).sum(axis=1)
     sine = np.sqrt(0.5 * (1.0 - np.clip(cosine, -1.0, 1.0)))
@@ -154,7 +159,7 @@ def _overlap_seconds(moves: Moves, follows: NDArray[np.bool_], velocity: Floats,
 
 
 def travel_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = None) -> Floats:
-    """Return the time of each move, s, from its motion segments, with a look-ahead of `depth` segments."""
+    """Compute the duration of each move in seconds from its motion segments, looking `depth` segments ahead."""
     length, velocity, acceleration = np.maximum(pieces.length, 0.0), pieces.velocity, pieces.acceleration
     limit = np.minimum(pieces.join, velocity)
     limit[:-1] = np.minimum(limit[:-1], velocity[1:])
@@ -181,8 +186,9 @@ def travel_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = Non
 def _lookahead_minimum(value: Floats, depth: int) -> Floats:
     """Return the minimum of each value and the `depth` values after it.
 
-    The values are divided into blocks as long as the window, so a window consists of the end of one block and the start
-    of the next. Source: M. van Herk, Pattern Recognition Letters 13 (1992); J. Gil and M. Werman, IEEE PAMI 15 (1993).
+    The algorithm splits the values into blocks of the same size as the window, so each window covers the end of one
+    block and the start of the next. Source: M. van Herk, Pattern Recognition Letters 13 (1992); J. Gil and M. Werman,
+    IEEE PAMI 15 (1993).
     """
     window = depth + 1
     padded = np.full((-(-len(value) // window) + 1) * window, np.inf)

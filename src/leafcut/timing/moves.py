@@ -1,6 +1,6 @@
-"""The moves of a toolpath as columns: length, direction, speed, and other data for the look-ahead.
+"""The moves of a toolpath as columns, with the data that the look-ahead needs: length, direction, speed, and so on.
 
-Rows that do not move the tool are omitted. They only determine which moves must end at rest.
+Rows that do not move the tool are left out. They only determine which moves must end at rest.
 """
 
 from __future__ import annotations
@@ -17,31 +17,33 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.model.turns import AXES, SHORTEST, Turn, Turns
 
-#: End modes of a move: stop, exact path with tangent transitions (G61), or blending (G64).
+#: How a move ends: at a stop, on the exact path with tangent transitions (G61), or blended into the next move (G64).
 REST, EXACT, BLEND = 0, 1, 2
 
-#: Kinds of rows without a move at which the machine does not stop.
+#: The machine does not stop at rows of these kinds if they contain no move.
 _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT)
 
 
 @dataclass(frozen=True, eq=False)
 class Moves:
-    """Moves in order, one entry per move, in mm, mm/s and mm/s².
+    """Moves in the order in which they run, one entry per move, in mm, mm/s, and mm/s².
 
     Attributes
     ----------
     row
-        Row of the toolpath.
-    length, velocity, limit, acceleration
-        Length of the move, its requested speed, the maximum speed that the axes allow along it, and its acceleration.
+        Row in the toolpath.
+    length, velocity
+        Length and requested speed of the move.
+    limit, acceleration
+        Maximum speed that the axes allow along the move, and acceleration along the move.
     start, end
-        Unit tangents at both ends, float64[m, 3].
+        Unit tangents at the start and the end of the move, float64[m, 3].
     turn
         Geometry of arcs and helices.
     mode, tolerance
-        End mode (`REST`, `EXACT` or `BLEND`), and P of G64, mm; 0 without P.
+        End mode (`REST`, `EXACT`, or `BLEND`) and the P value of G64 in mm. 0 if G64 has no P.
     flushed
-        Whether the machine stops before the next move to execute another command.
+        True if the machine stops before the next move to execute another command.
     """
 
     row: NDArray[np.int64]
@@ -71,17 +73,17 @@ class MovingRows(NamedTuple):
     Attributes
     ----------
     row
-        Row of the toolpath.
+        Row in the toolpath.
     delta
         Displacement, float64[m, 3], mm.
     arc
-        Index of the arc, -1 for a straight move.
+        Index of the arc. -1 for a straight move.
     feed, rapid
-        Feed, mm/s, and whether the move is a rapid.
+        Feed in mm/s, and whether the move is a rapid.
     mode, tolerance, joining
-        End mode (`REST`, `EXACT` or `BLEND`), and P and Q of G64, mm.
+        End mode (`REST`, `EXACT`, or `BLEND`), and the P and Q values of G64 in mm.
     flushed
-        Whether the machine stops before the next move.
+        True if the machine stops before the next move.
     """
 
     row: NDArray[np.int64]
@@ -95,27 +97,27 @@ class MovingRows(NamedTuple):
     flushed: NDArray[np.bool_]
 
     def take(self, rows: NDArray[np.int64]) -> MovingRows:
-        """Return the selected moves; an index may occur several times."""
+        """Select moves by index. An index may occur more than once."""
         return MovingRows(*(column[rows] for column in self))  # type: ignore[arg-type]  # each column keeps its type
 
 
 class Corners(NamedTuple):
-    """The corner after every move; the machine is at rest after the last move.
+    """The corner after each move. After the last move, the machine is at rest.
 
     Attributes
     ----------
     speed
-        Maximum speed at the corner, mm/s: 0 for a stop, infinite if an arc rounds the corner and limits the speed.
+        Maximum speed at the corner in mm/s. It is 0 for a stop, and infinite if a corner arc limits the speed instead.
     arc_length, arc_speed, arc_acceleration
-        Length, mm, maximum speed, mm/s, and acceleration, mm/s², of the arc in the corner; the length is 0 without an
-        arc.
+        Length (mm), maximum speed (mm/s), and acceleration (mm/s²) of the corner arc. The length is 0 if the corner has
+        no arc.
     trim
-        Length that the arc removes from both adjacent moves, mm.
+        Length in mm that the arc cuts off both adjacent moves.
     held_back
-        Share of the acceleration that both adjacent moves reserve for the bend.
+        Fraction of the acceleration that both adjacent moves reserve for the bend.
     overlapped
-        Whether the next move starts while the move before the corner decelerates. Each of them then has half the
-        acceleration.
+        True if the next move starts while the previous move is still decelerating. Each of the two moves then has half
+        the acceleration.
     """
 
     speed: Floats
@@ -128,7 +130,7 @@ class Corners(NamedTuple):
 
 
 def corners_without_arcs(speed: Floats) -> Corners:
-    """Return corners with speed limits, but without arcs and overlaps."""
+    """Create corners that only limit the speed, without arcs or overlaps."""
     zeros = np.zeros(len(speed))
     return Corners(speed, zeros, zeros, zeros, zeros, zeros, np.zeros(len(speed), dtype=np.bool_))
 
@@ -143,16 +145,16 @@ def moves_of(
     joining: Floats,
     cycle_s: float = 0.0,
 ) -> Moves:
-    """Return the moves of a path without canned cycles.
+    """Extract the moves from a path without canned cycles.
 
     Parameters
     ----------
     delta
-        Displacement of every row, float64[n, 3], mm.
+        Displacement of each row, float64[n, 3], mm.
     mode, tolerance, joining
-        End mode of every row, and P and Q of G64, mm.
+        End mode of each row, and the P and Q values of G64 in mm.
     cycle_s
-        Planning interval of the controller, s, which is the minimum duration of a move.
+        Planning interval of the controller in seconds. No move takes less time than this.
     """
     steps = _moving_rows(path, machine, delta, turns, mode, tolerance, joining)
     if np.any((steps.mode == BLEND) & (steps.joining > 0)):
@@ -175,7 +177,7 @@ def moves_of(
 
 
 def _merge_moves(steps: MovingRows, turns: Turns) -> MovingRows:
-    """Merge straight moves with equal feeds, and replace shallow arcs by chords, as G64 allows.
+    """Merge straight moves with equal feeds and replace shallow arcs with chords, within the limits that G64 sets.
 
     Source: LinuxCNC documentation, G64 ("naive CAM detector", which also applies to arcs in the XY plane).
     """
@@ -198,7 +200,7 @@ def _merge_moves(steps: MovingRows, turns: Turns) -> MovingRows:
 
 
 def _flat_arcs_as_chords(steps: MovingRows, turns: Turns) -> MovingRows:
-    """Replace each arc by two chords if it is shorter than a quarter turn and its bulge is below Q."""
+    """Replace an arc with two chords if it sweeps less than a quarter turn and its bulge is below Q."""
     arc, turn = steps.arc, turns.turn
     if not len(turns.row):
         return steps
@@ -245,9 +247,9 @@ def _moving_rows(
 
 
 def changes_power(path: Toolpath) -> Mask:
-    """Return a mask of the rows that only change the laser power in the block of a move.
+    """Mark the rows that only change the laser power within the block of a move.
 
-    The machine does not stop for them. Source: GRBL 1.1, laser mode ($32=1), gcode.c.
+    The machine does not stop at these rows. Source: GRBL 1.1, laser mode ($32=1), gcode.c.
     """
     power = (path.kind == Kind.SPINDLE) & (path.ref == SPEED_ALONE)
     moves = np.append(path.kind[1:] <= Kind.ARC_CCW, False)

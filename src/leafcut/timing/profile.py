@@ -1,15 +1,15 @@
-"""Time of a single move from rest to rest with constant acceleration.
+"""Compute the duration of a single move that starts and ends at rest, with constant acceleration.
 
-Derivation. A move of length d with maximum velocity v and acceleration a needs v/a seconds and v²/2a millimetres to
-reach v, and the same to stop. If d ≥ v²/a, the velocity is reached. The time is d/v for the whole length at v, plus v/a
-because the mean velocity of both ramps is v/2: t = d/v + v/a. Otherwise, the move changes from acceleration to
-deceleration halfway: d/2 = a (t/2)²/2, so t = 2 √(d/a). Both times are equal at d = v²/a.
+Derivation: Consider a move of length d with maximum velocity v and acceleration a. The tool needs v/a seconds and v²/2a
+millimetres to reach v, and the same again to stop. If d ≥ v²/a, the tool reaches v. The move then takes d/v at constant
+velocity, plus v/a because the mean velocity on both ramps is only v/2: t = d/v + v/a. Otherwise, the tool switches from
+acceleration to deceleration halfway: d/2 = a (t/2)²/2, so t = 2 √(d/a). The two formulas agree at d = v²/a.
 
 On a straight move along a unit vector u, axis i stays within v_i and a_i if v = min v_i/|u_i| and a = min a_i/|u_i|.
-With δ = d u, two quantities are sufficient: cruise = d/v = max |δ_i|/v_i and ramp = d/a = max |δ_i|/a_i. The time is t
-= cruise + ramp/cruise if cruise² ≥ ramp, else t = 2 √ramp.
+With δ = d u, the duration depends on only two quantities: cruise = d/v = max |δ_i|/v_i and ramp = d/a = max |δ_i|/a_i.
+It is t = cruise + ramp/cruise if cruise² ≥ ramp, and t = 2 √ramp otherwise.
 
-`timing.lookahead` computes the times of moves that pass corners without a stop.
+`timing.lookahead` handles moves that pass through corners without a stop.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def trapezoid_time(distance: float, velocity: float, acceleration: float) -> flo
 @overload
 def trapezoid_time(distance: NDArray[np.float64], velocity: Number, acceleration: Number) -> NDArray[np.float64]: ...
 def trapezoid_time(distance: Number, velocity: Number, acceleration: Number) -> Number:
-    """Return the time of a move from rest to rest, s. Arrays are broadcast against each other.
+    """Compute the duration in seconds of a move that starts and ends at rest. Arrays are broadcast against each other.
 
     The distance is in mm and must not be negative. Velocity and acceleration are in mm/s and mm/s².
     """
@@ -51,12 +51,21 @@ def move_time(
     machine: Machine,
     feed: float | NDArray[np.float64] | None = None,
 ) -> float | NDArray[np.float64]:
-    """Return the time, s, of straight moves from rest to rest by `delta` (float64[..., 3], mm).
+    """Compute the duration in seconds of straight moves that start and end at rest.
 
-    Without `feed`, the move is a rapid. On a ``linear`` machine, every axis stays within its velocity and acceleration.
-    On a ``dogleg`` machine, the axes move independently, and the slowest axis determines the time. With `feed`, mm/s,
-    the move is also limited by the feed and by `max_feed`; a feed that is not positive counts as `max_feed`.
-    `Machine.acceleration_factor` applies to all moves. A move by an unknown distance (NaN) takes no time.
+    Parameters
+    ----------
+    delta
+        Displacements, float64[..., 3], mm. A move with an unknown distance (NaN) takes no time.
+    feed
+        Feed in mm/s. If None, the move is a rapid. The feed is capped at `max_feed`, and a feed that is not positive
+        counts as `max_feed`.
+
+    Notes
+    -----
+    On a ``linear`` machine, the axes move together, and each stays within its own velocity and acceleration. On a
+    ``dogleg`` machine, the axes move independently, and the slowest axis determines the duration.
+    `Machine.acceleration_factor` applies to all moves.
     """
     moved = np.abs(np.nan_to_num(np.asarray(delta, dtype=np.float64)))
     cruise = moved / np.asarray(machine.rapid_velocity)
@@ -74,7 +83,7 @@ def move_time(
 
 
 def _trapezoid_times(cruise: NDArray[np.float64], ramp: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the times of moves, s, where cruise = distance / velocity and ramp = distance / acceleration."""
+    """Compute move durations in seconds from cruise = distance / velocity and ramp = distance / acceleration."""
     reached = cruise * cruise >= ramp
     safe = np.where(reached & (cruise > 0), cruise, 1.0)
     seconds: NDArray[np.float64] = np.where(reached, cruise + ramp / safe, 2.0 * np.sqrt(ramp))

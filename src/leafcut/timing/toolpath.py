@@ -1,4 +1,4 @@
-"""Measure a whole toolpath on a machine: its lengths, and its time by kind of motion."""
+"""Measure the lengths of a toolpath and the time that each kind of motion takes on a machine."""
 
 from __future__ import annotations
 
@@ -24,35 +24,35 @@ from leafcut.timing.profile import move_time
 if TYPE_CHECKING:
     from leafcut.timing.grbl import SentLines
 
-#: Corner style by controller, if the machine does not specify it.
+#: Default corner style for each controller.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}
 
-#: A move is starved if the wait for program lines takes more than this share of its time.
+#: A move counts as starved if waiting for program lines takes up more than this fraction of its duration.
 STARVED_SHARE = 0.1
 
-#: Time step of dwells on GRBL, s (DWELL_TIME_STEP).
+#: GRBL dwells in steps of this many seconds (DWELL_TIME_STEP).
 _GRBL_DWELL_STEP = 0.05
 
-#: Kinds of rows that set the position of the tool without a move.
+#: Rows of these kinds set the tool position without moving the tool.
 _REPOSITIONING = [int(k) for k in PLACES if k not in MOTIONS]
 
-#: The work offset of `Machine.work_offset`: G54.
+#: `Machine.work_offset` gives the origin of this work offset (G54).
 _FIRST_FRAME = 540
 
-#: End mode by the `ref` of a BLENDING row.
+#: Maps the `ref` of a BLENDING row to the end mode of the following moves.
 _MODES = {610: EXACT, 611: REST, 640: BLEND}
 
 
 def corner_style(machine: Machine) -> str:
-    """Return the corner style of a machine's controller: linuxcnc, grbl or round."""
+    """Return the corner style of the machine's controller: linuxcnc, grbl, or round."""
     return machine.corners or _STYLES.get(machine.control, "round")
 
 
 @dataclass(frozen=True, eq=False)
 class PathTimes:
-    """A toolpath with expanded canned cycles, and the time of each row, s.
+    """A toolpath with its canned cycles expanded, and the duration of each row in seconds.
 
-    `source` is the row of the original toolpath for each row of `path`.
+    `source` maps each row of `path` to a row of the original toolpath.
     """
 
     path: Toolpath
@@ -67,36 +67,36 @@ def measure_toolpath(
     start: tuple[float, float] | None = None,
     lines: SentLines | None = None,
 ) -> Measure:
-    """Return the lengths, mm, and the machine time, s, of a toolpath.
+    """Measure the lengths (mm) and the machine time (s) of a toolpath.
 
     Parameters
     ----------
     beam_off
-        Mask of feed moves that are travel moves because the beam is off, bool[n].
+        Mask of feed moves that count as travel because the beam is off, bool[n].
     start
-        Position of the tool before the first move, (x, y) in mm, if the path does not state it.
+        Tool position (x, y) in mm before the first move. Only needed if the path does not state it.
     lines
-        Byte and word counts of the program lines, if known; they affect the time on GRBL.
+        Byte and word counts of the program lines, if known. They affect the time on GRBL.
 
     Notes
     -----
-    Canned cycles are expanded. The controller blends moves as in `timing.lookahead`, and the machine stops at every
-    other command. A laser under GRBL is assumed to be in laser mode ($32=1): an S in the block of a move changes the
-    power without a stop. A program without a path mode (G61, G61.1, G64) is assumed to run in G64, the power-on state.
-    A planned path is assumed to run in G61, the mode that leafcut writes.
+    Canned cycles are expanded. The controller blends moves as described in `timing.lookahead`, and the machine stops at
+    every other command. A laser under GRBL is assumed to run in laser mode ($32=1), where an S word in the block of a
+    move changes the power without a stop. If a program sets no path mode (G61, G61.1, G64), we assume G64, which is
+    active at power-on. For a planned path, we assume G61, because leafcut writes it.
 
-    Every tool change takes `tool_change_s`, unless the tool is already in the spindle. When the spindle starts or
-    changes its speed, this takes `spindle_start_s`, or the time of the following dwell if that is longer; this time
-    counts as ``spindle``. Pauses take no time, because the time of the operator is unknown.
+    A tool change takes `tool_change_s`, unless the tool is already in the spindle. Starting the spindle or changing its
+    speed takes `spindle_start_s`, or the duration of the following dwell if that is longer. This time counts as
+    ``spindle``. Pauses take no time because the waiting time of the operator is unknown.
 
-    A move with an unknown coordinate takes no time along that axis. The time of a move between program and machine
-    coordinates is exact if the `work_offset` of the machine is known. Otherwise, it is estimated from half of the axis
-    travel if that is known, and the length of the move counts as 0.
+    If a coordinate of a move is unknown, the move takes no time along that axis. A move between program coordinates and
+    machine coordinates has an exact time if the machine's `work_offset` is known. Otherwise, the time is estimated from
+    half of the axis travel, provided that the travel is known, and the length counts as 0.
 
     Raises
     ------
     PlanError
-        The expanded cycles have too many moves.
+        If the expanded cycles have too many moves.
     """
     timed = _time_path(path, machine, start, lines)
     path, source, delta, turns, moves, move_times, standing_seconds = timed
@@ -133,11 +133,20 @@ def _seconds_by_tool(timed: _TimedPath) -> dict[int, float]:
 
 
 def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> tuple[NDArray[np.int32], Floats]:
-    """Return the rows that a GRBL board executes more slowly because it waits for lines, and the time lost in each, s.
+    """Find the rows that a GRBL board slows down for because it waits for program lines.
 
-    The loss is relative to a board whose serial line and processor take no time. The first move after a stop is
-    excluded, because lines are read during the stop. For other controllers, the result is empty. Raises PlanError if
-    the expanded cycles have too many moves.
+    The comparison is with a board whose serial line and processor take no time. The first move after a stop does not
+    count, because the board reads lines during the stop. For other controllers, the result is empty.
+
+    Returns
+    -------
+    tuple[NDArray[np.int32], Floats]
+        The affected rows, and the time lost in each row in seconds.
+
+    Raises
+    ------
+    PlanError
+        If the expanded cycles have too many moves.
     """
     if corner_style(machine) != "grbl":
         return np.zeros(0, dtype=np.int32), np.zeros(0)
@@ -149,35 +158,39 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
 
 
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
-    """Return the time of motion in each row of a path without canned cycles, float64[n], s."""
+    """Return the time in motion for each row of a path without canned cycles, float64[n], s."""
     return _time_path(path, machine).moving
 
 
 def time_rows(
     path: Toolpath, machine: Machine, lines: SentLines | None = None, start: tuple[float, float] | None = None
 ) -> PathTimes:
-    """Return the time of each row of a toolpath. The sum of these times equals the time of `measure_toolpath` for the
-    same `lines` and `start`.
+    """Compute the duration of each row of a toolpath.
 
-    Raises PlanError if the expanded cycles have too many moves.
+    The durations add up to the time that `measure_toolpath` returns for the same `lines` and `start`.
+
+    Raises
+    ------
+    PlanError
+        If the expanded cycles have too many moves.
     """
     timed = _time_path(path, machine, start, lines)
     return PathTimes(timed.path, timed.source, timed.moving + timed.standing_seconds)
 
 
 class _TimedPath(NamedTuple):
-    """A toolpath with expanded cycles, and its times.
+    """A toolpath with its canned cycles expanded, and its times.
 
     Attributes
     ----------
     source
-    Row in the original toolpath for each row.
+        For each row, the row in the original toolpath.
     delta
         Displacement of each row, mm.
     turns, moves
         Arcs and moves of the path.
     move_times, standing_seconds
-        Time of each move, and time at rest in each row, s.
+        Duration of each move, and time at rest in each row, s.
     """
 
     path: Toolpath
@@ -190,7 +203,7 @@ class _TimedPath(NamedTuple):
 
     @property
     def moving(self) -> Floats:
-        """Time of motion in each row, float64[n], s."""
+        """Time in motion for each row, float64[n], s."""
         return np.bincount(self.moves.row, weights=self.move_times, minlength=len(self.path)).astype(np.float64)
 
 
@@ -222,11 +235,11 @@ def _time_path(
 
 
 def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
-    """Replace probe moves by feed moves to the contact point; return the path and a mask of the probe rows, bool[n].
+    """Replace probe moves with feed moves to the point of contact, and mark the probe rows in a mask, bool[n].
 
-    The contact point is assumed to be at the height of the SHIFT row (G92) after the probe, which is the surface of the
-    program. A probe without such a row takes no time, because its length is unknown. In programs from other CAM
-    systems, a probe move is a FOREIGN row with a feed.
+    We assume that the probe makes contact at the height of the SHIFT row (G92) that follows it, which is the program's
+    surface. If no such row follows, the length of the probe move is unknown, and the probe takes no time. In programs
+    from other CAM systems, a probe move is a FOREIGN row with a feed.
     """
     probes = (path.kind == Kind.PROBE) | ((path.kind == Kind.FOREIGN) & (path.value > 0.0))
     if not probes.any():
@@ -242,8 +255,13 @@ def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
 def _expand_cycles(
     path: Toolpath, style: str
 ) -> tuple[Toolpath, NDArray[np.int32], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
-    """Expand all canned cycles. Return the path, and for each of its rows the original row, the end mode, and P and Q
-    of G64, mm.
+    """Expand all canned cycles.
+
+    Returns
+    -------
+    tuple
+        The expanded path, followed by four columns with one entry per row: the original row, the end mode, and the P
+        and Q values of G64 in mm.
     """
     rows = np.arange(len(path), dtype=np.int32)
     written = expand(replace(path, line=rows))
@@ -269,11 +287,11 @@ def _move_lengths(delta: NDArray[np.float64]) -> float:
 def _displacements(
     path: Toolpath, machine: Machine, start: tuple[float, float] | None = None, n_started: int = 2
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the known and the estimated displacement of each row along each axis, float64[n, 3] each, mm.
+    """Compute the known and the estimated displacement of each row along each axis, float64[n, 3] each, mm.
 
-    Each axis is tracked separately, in program or machine coordinates. A work offset, G92, or a block that is not
-    understood may change the coordinates without a move. The first `n_started` axes start at `start`, and z starts at
-    0.
+    Each axis is tracked separately, in program coordinates or in machine coordinates. A work offset, G92, or a block
+    that leafcut does not understand may change the coordinates without a move. The first `n_started` axes start at
+    `start`. Z starts at 0.
     """
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE
@@ -299,11 +317,12 @@ def _displacements(
 
 
 def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
-    """Return the time at rest in each row, float64[n], s, for dwells, tool changes and the spindle.
+    """Compute the time at rest in each row, float64[n], s, for dwells, tool changes, and the spindle.
 
-    The tool in the spindle at the start is unknown, so the first TOOL row is a tool change. A dwell that only waits for
-    the spindle counts as spindle time. A tool change stops the spindle, as M6 does on LinuxCNC and Haas, so the spindle
-    must start again. GRBL does not wait for the spindle, and rounds dwells up to whole steps.
+    We do not know which tool is in the spindle at the start, so the first TOOL row counts as a tool change. A dwell
+    that merely waits for the spindle counts as spindle time. A tool change stops the spindle, as M6 does on LinuxCNC
+    and Haas, so the spindle must start again afterwards. GRBL does not wait for the spindle, and rounds dwells up to
+    whole steps.
     """
     seconds = np.zeros(len(path))
     dwells = (path.kind == Kind.DWELL) & np.isfinite(path.value) & (path.value > 0.0)
@@ -329,14 +348,12 @@ def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
     return seconds
 
 
-#: Kinds of rows that may occur between a spindle start and the dwell that waits for it.
+#: Only rows of these kinds may appear between a spindle start and the dwell that waits for the spindle.
 _DWELL, _IGNORED_ROWS = int(Kind.DWELL), (int(Kind.COOLANT), int(Kind.OFFSET))
 
 
 def _dwell_after(kinds: list[int], row: int) -> int | None:
-    """Return the row of the dwell that follows a row, or None. Only rows for coolant and length offset may be in
-    between.
-    """
+    """Find the dwell that follows a row. Only coolant and length-offset rows may come before the dwell."""
     for after in range(row + 1, len(kinds)):
         if kinds[after] == _DWELL:
             return after

@@ -1,4 +1,4 @@
-"""Cost and height of travel moves between positions on a machine."""
+"""Compute the cost and the height of travel moves on a machine."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, Relief
 from leafcut.timing.profile import trapezoid_time
 
-#: Additional cost of travel, s/mm. Many orders of a grid take the same time, because the faster axis waits. This cost
-#: selects the shortest of them, and does not change the reported time.
+#: Small extra cost for travel, s/mm. On a grid, many orders take the same time because the faster axis waits for the
+#: slower axis. This cost makes the search prefer the shortest of them. It does not change the reported time.
 TIE_BREAK = 1e-6
-#: Metrics of machines and of the plane; all other metrics are for maps.
+#: Metrics for machines and for the plane. All other metrics are for maps.
 _MACHINES = ("euclidean", "chebyshev", "manhattan", "linear", "dogleg")
 
 
@@ -30,17 +30,25 @@ def travel_metric(
     lift_height_mm: float = 0.0,
     relief: Relief | None = None,
 ) -> Metric:
-    """Return the cost of travel moves between positions on a machine.
+    """Build the metric that gives the cost of travel between two positions on a machine.
 
-    For the objective ``time``, the cost is the time of a rapid in x and y. A move across one of the `zones`, float64[k,
-    4], (x0, y0, x1, y1) in mm, also costs two Z rapids by `lift_height_mm`, each from rest to rest. For the objective
-    ``distance``, the cost is the length, mm, plus twice the height of a lift. With a `relief`, the cost of a move also
-    includes the rise to its travel height and the descent from it.
+    For the objective ``time``, the cost of a move is the duration of a rapid in x and y. A move that crosses a zone
+    also costs two Z rapids, up and down, each of which starts and ends at rest. For the objective ``distance``, the
+    cost is the length in mm, plus twice the height of a lift.
+
+    Parameters
+    ----------
+    zones
+        Rectangles (x0, y0, x1, y1) that the tool must lift over, float64[k, 4], mm.
+    lift_height_mm
+        Height of the lift over a zone.
+    relief
+        If given, the cost of a move includes rising to its travel height and descending again.
 
     Raises
     ------
     PlanError
-        The zones are not rows of four finite numbers, the height is negative, or the objective is unknown.
+        If the zones are not rows of four finite numbers, the height is negative, or the objective is unknown.
     """
     rectangles = _rectangles(zones)
     if not (math.isfinite(lift_height_mm) and lift_height_mm >= 0):
@@ -74,9 +82,9 @@ def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
 
 
 def travel_cost(metric: Metric, a: Point, b: Point) -> float:
-    """Return the cost of travel from `a` to `b`, mm, at a constant height, as the search computes it.
+    """Compute the cost of travel from `a` to `b` (mm) at constant height, exactly as the search does.
 
-    Raises PlanError if the metric is for maps, or if travel heights differ.
+    Raises PlanError if the metric is for maps or if travel heights differ.
     """
     from leafcut.kernels.cost import CODES, distance
 
@@ -92,10 +100,10 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
 
 
 def travel_heights(relief: Relief, xy: Points, dogleg: bool) -> Floats:
-    """Return the safe height of the travel move from each position to the next, float64[n - 1], mm.
+    """Return the safe height for the travel move from each position to the next, float64[n - 1], mm.
 
-    The move must clear all tiles that it touches. If the axes move independently (`dogleg`), it must clear all tiles in
-    the rectangle between both positions.
+    The move must clear every tile that it touches. If the axes move independently (`dogleg`), the move must clear every
+    tile in the rectangle between the two positions.
     """
     from leafcut.kernels.cost import DOGLEG, LINEAR, relief_table, way_heights
 

@@ -1,1 +1,1 @@
-"""Algorithms from the literature, as described in their papers, each for both move sets (`places` and `choices`)."""
+"""Published algorithms, implemented as their papers describe them, for both move sets (`places` and `choices`)."""

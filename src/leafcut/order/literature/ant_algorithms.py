@@ -1,4 +1,4 @@
-"""Run the ant algorithms, with ants in threads, in processes, or on a GPU."""
+"""Run the ant algorithms. Ants work in threads, in processes, or on a GPU."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.order.workers import thread_count, thread_pool
 
 
 def check_ants(algorithm: str, aco: AcoOptions, _: FireflyOptions, choices: bool) -> None:
-    """Raise SolveError if the algorithm, the problem or the machine does not support the requested parallel ants."""
+    """Raise SolveError if parallel ants were requested but the algorithm, problem, or machine does not support them."""
     if aco.parallel == "processes" and algorithm == "acs":
         raise SolveError(
             "--parallel processes: the ants of acs update the shared pheromone in turn; use --parallel exchange or "

@@ -1,4 +1,4 @@
-"""Ant algorithms as populations: ants construct tours of points, or orders of clusters, and deposit pheromone."""
+"""Ant algorithms as populations. Ants construct tours or orders of clusters, and deposit pheromone on them."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ MoveSet = Places | Choices
 
 
 def move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> MoveSet:
-    """Return the move set of a search for an instance."""
+    """Create the move set that fits an instance."""
     if isinstance(instance, DirectedInstance):
         return Choices(instance, local_search)
     return Places(instance, local_search, workers)
 
 
 def initial_trails(moves: MoveSet, parameters: AntParameters, c_nn: float, seed: int) -> Trails:
-    """Return the initial pheromone trails of an algorithm."""
+    """Create an algorithm's pheromone trails with their initial values."""
     trails = TRAILS[parameters.algorithm](moves.lists, parameters, c_nn, moves.one_way, seed=seed)
     moves.fill_nearness(trails)
     trails.update_weights()
@@ -38,7 +38,7 @@ def initial_trails(moves: MoveSet, parameters: AntParameters, c_nn: float, seed:
 
 
 class AntColony(Population):
-    """Ants with shared pheromone trails; `trails` is None if each worker has its own trails."""
+    """Ants that share pheromone trails. If each worker has its own trails, `trails` is None."""
 
     def __init__(self, moves: MoveSet, trails: Trails | None, ants: int, workers: int) -> None:
         super().__init__(moves.instance, WorkerLog.of(workers))
@@ -47,16 +47,16 @@ class AntColony(Population):
         self.costs = np.full(ants, math.inf)
 
     def reinforce(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Update the pheromone trails by the rule of the algorithm."""
+        """Update the pheromone trails by the algorithm's rule."""
         if self.trails is not None:
             self.trails.reinforce(iteration, tours, costs, best)
 
     def result(self, tour: Ints) -> Ints:
-        """Convert a tour to the nodes of the instance."""
+        """Convert a tour to nodes of the instance."""
         return self.moves.result(tour)
 
     def parts(self, best: Best) -> dict[str, Any]:
-        """Return the fields of a snapshot: statistics of the workers, the pheromone, and the last step."""
+        """Return the fields that this algorithm adds to a snapshot: worker statistics, pheromone, and last step."""
         shown = {} if self.trails is None else self.moves.parts(self.trails, best)
         return super().parts(best) | shown
 
@@ -66,7 +66,10 @@ class AntColony(Population):
 
 
 class Ants(AntColony):
-    """Constructs and improves the tours of an iteration in threads. The number of threads does not change the tours."""
+    """Constructs and improves the tours of an iteration in threads.
+
+    The tours do not depend on the number of threads.
+    """
 
     trails: Trails
 
@@ -77,14 +80,17 @@ class Ants(AntColony):
         self.seed, self.stop, self.executor, self.workers = seed, stop, executor, workers
 
     def construct(self, iteration: int) -> Tours:
-        """Return the tours of the ants, int32[m, n], and their costs, float64[m], infinite for unfinished tours."""
+        """Return the ants' tours, int32[m, n], and their costs, float64[m].
+
+        The cost of an unfinished tour is infinite.
+        """
         words = self._random_states(iteration)
         built = self._construct_all(words)
         on_all_workers(self.executor, self.workers, lambda w: self._run_ants(w, words, built, self.workers))
         return self.tours, self.costs
 
     def share(self, iteration: int, worker: int, workers: int) -> Tours:
-        """Return the tours and costs of every `workers`-th ant, starting with ant `worker`."""
+        """Return the tours and costs of ants `worker`, `worker` + `workers`, `worker` + 2 `workers`, and so on."""
         words = self._random_states(iteration)
         self._run_ants(worker, words, self._construct_in_turn(words, worker, workers), workers)
         return self.tours[worker::workers], self.costs[worker::workers]
@@ -94,16 +100,16 @@ class Ants(AntColony):
         return random_words(self.seed, iteration, count=len(self.costs))
 
     def _construct_all(self, words: NDArray[np.uint64]) -> int | None:
-        """Construct tours before the workers start, if necessary.
+        """If the algorithm requires it, construct all tours before the workers start.
 
-        Return their number, or None if each worker constructs its own tours.
+        Returns the number of tours, or None if each worker constructs its own tours.
         """
         return self._construct_in_turn(words, 0, 1)
 
     def _construct_in_turn(self, words: NDArray[np.uint64], first: int, step: int) -> int | None:
-        """If ants change the pheromone while they move, construct every `step`-th tour in turn.
+        """If ants change the pheromone while they move, construct every `step`-th tour, one after the other.
 
-        Return the index of the first ant for which there was no time.
+        Returns the index of the first ant that ran out of time.
         """
         if not self.trails.parameters.local_rate:
             return None
@@ -114,7 +120,10 @@ class Ants(AntColony):
         return len(self.tours)
 
     def _run_ants(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int) -> None:
-        """Construct and improve the tour of every `step`-th ant; if `built` is set, only improve the first `built`."""
+        """Construct and improve the tours of every `step`-th ant.
+
+        If `built` is set, the tours already exist, and only the first `built` of them are improved.
+        """
         began, ants, mine = clock(), 0, worker % self.workers
         for ant in range(worker, len(self.costs) if built is None else built, step):
             if ant >= step and self.stop.now():

@@ -1,6 +1,6 @@
-"""The move set *choices*: ants construct orders of clusters that respect the precedence.
+"""The move set *choices*: ants construct orders of clusters that satisfy the precedence.
 
-Dynamic programming chooses the nodes. With local search, the exchanges of `order.path_search` improve the path.
+Dynamic programming picks the nodes. With local search, the exchanges in `order.path_search` improve the path.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from leafcut.order.stop import Stop
 
 
 class Choices:
-    """The move set for orders of clusters, with the buffers of a worker."""
+    """The move set for orders of clusters, with a worker's buffers."""
 
     def __init__(
         self,
@@ -34,7 +34,10 @@ class Choices:
         layers: Clusters | None = None,
         greedy: Route | None = None,
     ) -> None:
-        """Create the buffers. `layers` and `greedy` are the clusters and the greedy path, if they exist already."""
+        """Allocate the buffers.
+
+        If the clusters (`layers`) or the greedy path (`greedy`) already exist, they are reused.
+        """
         self.instance, self.local_search = instance, local_search
         self.layers, self.greedy = layers or build_clusters(instance), greedy
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
@@ -47,13 +50,13 @@ class Choices:
     def nearest_neighbour(self) -> tuple[Ints, float]:
         """Return the nearest-neighbour order, int32[m], and its length.
 
-        It always continues with the cheapest cluster, among those with all predecessors visited.
+        The order always continues with the cheapest cluster whose predecessors have all been visited.
         """
         order = (greedy_path(self.instance) if self.greedy is None else self.greedy).node.copy()
         return order, self.length(order)
 
     def start(self, best: Best) -> float:
-        """Offer the nearest-neighbour order as the first solution, and return its cost, C_nn."""
+        """Offer the nearest-neighbour order as the first solution, and return its cost C_nn."""
         order, length = self.nearest_neighbour()
         best.offer(order, length, 0)
         return max(length, 1e-9)
@@ -65,7 +68,7 @@ class Choices:
         trails.nearness[:] = (1.0 / (near + trails.offset)) ** trails.parameters.beta
 
     def construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, order: Ints, worker: int) -> None:
-        """Construct the order of an ant. Changes: order, words[ant]; pheromone and weights in Ant Colony System."""
+        """Construct an ant's order. Changes: order, words[ant]; in Ant Colony System, also pheromone and weights."""
         p = trails.parameters
         construct_order(
             self.layers,
@@ -88,11 +91,14 @@ class Choices:
         construct_order(self.layers, even, even, even, 1.0, 0.0, 0.0, 1.0, words, number, self.missing, order)
 
     def length(self, order: Ints) -> float:
-        """Return the length of the shortest path with a given order of clusters, and store the nodes of that path."""
+        """Compute the length of the shortest path through the clusters in the given order.
+
+        Store the nodes of that path.
+        """
         return float(choose_all(self.layers, order, self.chosen, self.trial, self.sums, self.links))
 
     def nodes(self) -> Ints:
-        """Return the path that `length` has stored, as nodes of the problem, int32[clusters]."""
+        """Return the path that `length` stored, as nodes of the problem, int32[clusters]."""
         instance = self.instance
         chosen = self.chosen[1:] if instance.anchored else self.chosen
         enter = instance.enter.copy()
@@ -100,7 +106,9 @@ class Choices:
         return instance.nodes(self.layers.owner[self.chosen], enter)
 
     def finish(self, order: Ints, stop: Stop) -> float:
-        """Choose the nodes of an order, int32[m], improve the order and the nodes if requested, and return the length.
+        """Choose the nodes for an order of clusters, int32[m], and return the length of the path.
+
+        If local search is requested, it improves both the order and the nodes.
 
         Changes: order.
         """
@@ -117,12 +125,15 @@ class Choices:
         return self.length(order)
 
     def result(self, order: Ints) -> Ints:
-        """Return the problem's nodes, int32[clusters], on the shortest path with this order of clusters, int32[m]."""
+        """Return the nodes, int32[clusters], of the shortest path that visits the clusters in this order, int32[m]."""
         self.length(order)
         return self.nodes()
 
     def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
-        """Return the pheromone and the last step for observers. Moves are directed, so the step has no example move."""
+        """Return the pheromone and the last step for observers.
+
+        The step has no example move, because moves are directed.
+        """
         problem = self.instance.problem
         m = problem.n_clusters
         owner = np.arange(m, dtype=np.int32)

@@ -1,31 +1,31 @@
-"""Discrete firefly algorithm: tours or orders move towards shorter ones by inversions.
+"""Discrete firefly algorithm: tours or orders move towards shorter tours or orders by inversions.
 
 Source: G. K. Jati and Suyanto, Evolutionary discrete firefly algorithm for travelling salesman problem, ICAIS 2011,
-LNAI 6943, 393–403; the parameters come from the published system for pocket milling that uses it. Two tours of h
-nodes with A different edges have the distance r = 10·A/h. The attractiveness of a shorter tour, β = β0·exp(-γ·r²),
-decreases with the distance. A firefly moves towards the most attractive of the shorter tours, by inversions of runs of
-2 to A nodes at random positions. The firefly with the shortest tour moves at random.
+LNAI 6943, 393–403. The parameters come from the published system for pocket milling that uses the algorithm. If two
+tours of h nodes differ in A edges, their distance is r = 10·A/h. A shorter tour attracts a firefly with the
+attractiveness β = β0·exp(-γ·r²), which decreases with the distance. A firefly moves towards the most attractive shorter
+tour by inverting runs of 2 to A nodes at random positions. The firefly with the shortest tour moves at random.
 
-The sources leave some points open. This module decides them as follows.
+The sources leave some points open. This module makes the following choices:
 
-- β is the number of inversions of a flight. An iteration has one flight per node (`FLIGHTS`).
-- Long inversions have 2 to A nodes. Short inversions have at most a given share of all nodes, or 50 nodes with repair.
-  The search switches from long to short after a given share of the iterations or of the time limit: coarse first, then
-  fine.
+- β is the number of inversions in a flight. An iteration has one flight per node (`FLIGHTS`).
+- Long inversions have 2 to A nodes. Short inversions have at most a given fraction of all nodes, or 50 nodes with
+  repair. After a given fraction of the iterations or of the time limit, the search switches from long to short
+  inversions, from coarse to fine.
 
 Differs:
 
-- Inversions are applied one after the other, and each is kept unless it lengthens the tour. The published algorithm
+- Inversions are applied one after another, and each is kept unless it makes the tour longer. The published algorithm
   applies all inversions to the same tour and keeps the n shortest results (`published_fireflies`).
-- All fireflies see the swarm as it was at the start of the iteration, so they can move in parallel threads.
-- With local search, a move consists of two nearby inversions, repaired by sequential exchanges
-  (`kernels.lin_kernighan`) at their nodes. The exchanges would undo a single inversion.
-- For orders of clusters, the distance counts directed steps, and runs fixed by precedence are not inverted. An
-  iteration is one flight per firefly, because all nodes are chosen again after each inversion.
+- All fireflies see the swarm in its state at the start of the iteration. They can therefore move in parallel threads.
+- With local search, a move consists of two nearby inversions. Sequential exchanges (`kernels.lin_kernighan`) then
+  repair the tour at the affected nodes. The exchanges would simply undo a single inversion.
+- For orders of clusters, the distance counts directed steps, and precedence may prevent the inversion of a run. An
+  iteration is one flight per firefly, because every inversion requires choosing all nodes again.
 
-Copying edges of the brighter tour instead (G. K. Jati, R. Manurung and Suyanto, Discrete firefly algorithm for
-traveling salesman problem: a new movement scheme, in: Swarm Intelligence and Bio-Inspired Computation, Elsevier 2013,
-295–312) was no better on grids of 344 to 849 points.
+We also tried copying edges from the brighter tour instead (G. K. Jati, R. Manurung and Suyanto, Discrete firefly
+algorithm for traveling salesman problem: a new movement scheme, in: Swarm Intelligence and Bio-Inspired Computation,
+Elsevier 2013, 295–312). It was no better on grids of 344 to 849 points.
 """
 
 from __future__ import annotations
@@ -55,21 +55,22 @@ from leafcut.order.search import AlgorithmRun, Best, SearchResult, Tours, search
 from leafcut.order.stop import Stop
 from leafcut.order.workers import on_all_workers, thread_count, thread_pool
 
-#: Flights per iteration and node, without and with repair. A repaired move replaces about a hundred simple moves.
+#: Number of flights per iteration and node, without and with repair. A move with repair takes the place of about a
+#: hundred simple moves.
 FLIGHTS, FLIGHTS_MENDED = 1.0, 0.05
 
-#: Budget of each preset: inversions, and repaired moves.
+#: Budget of each preset: the number of inversions, and the number of moves with repair.
 PRESETS = {"fast": (2e7, 2e4), "default": (4e8, 2e5), "thorough": (1e10, 1e7)}
 
-#: Maximum number of inversions, and of repaired moves, between two checks of the clock: about 10 ms.
+#: Check the clock after at most this many inversions or moves with repair, about every 10 ms.
 MOVES_PER_LOOK, MENDED_PER_LOOK = 500_000, 500
 
-#: Maximum number of nodes without local search. The costs between all nodes then take 0.1 GB.
+#: Maximum number of nodes without local search. At this size, the costs between all nodes take 0.1 GB.
 MOST_NODES = 5000
 
 
 class PlaceFireflies(Swarm):
-    """Fireflies that are closed tours of points. The number of threads does not change their moves."""
+    """Fireflies that are closed tours of points. Their moves do not depend on the number of threads."""
 
     def __init__(
         self,
@@ -88,21 +89,21 @@ class PlaceFireflies(Swarm):
         self.breadth = search_breadth(instance, BREADTH)
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
-        """Set the budget of the preset as a number of moves."""
+        """Set the preset's budget as a number of moves."""
         moves = self.flight.fireflies * self.moves_of(self.flight.attractiveness)
         set_budget(stop, options, PRESETS[options.preset][self.mended] / moves)
 
     def start(self, best: Best) -> None:
-        """Offer the tour of the first firefly as the first solution."""
+        """Offer the first firefly's tour as the first solution."""
         best.offer(self.swarm[0].node, float(self.lengths[0]), 0)
 
     @property
     def tours(self) -> Ints:
-        """Return the tours of the swarm, int32[fireflies, h]."""
+        """Return the swarm's tours, int32[fireflies, h]."""
         return np.stack([tour.node for tour in self.swarm])
 
     def moves_of(self, attraction: float) -> int:
-        """Return the number of moves of a firefly in an iteration."""
+        """Return the number of moves that a firefly makes in an iteration."""
         flights = self.size * (FLIGHTS_MENDED if self.mended else FLIGHTS)
         return max(1, round(attraction * flights))
 
@@ -111,7 +112,7 @@ class PlaceFireflies(Swarm):
         return tour_with_buffers(node, log=2 * self.size + 1000 if self.mended else 0)
 
     def construct(self, iteration: int) -> Tours:
-        """Move every firefly. Return the tours of the swarm, int32[fireflies, h], and their lengths."""
+        """Move every firefly. Return the swarm's tours, int32[fireflies, h], and their lengths."""
         self.done = completed_share(self.stop, iteration)
         plan = [self._plan(f) for f in range(len(self.swarm))] if iteration else []
         words = random_words(self.seed, iteration, count=len(self.swarm))
@@ -119,7 +120,7 @@ class PlaceFireflies(Swarm):
         return self.tours, self.lengths
 
     def apart(self, one: int, other: int) -> int:
-        """Return the number of edges in tour `one` that are missing in tour `other`."""
+        """Count the edges in tour `one` that are missing in tour `other`."""
         return int(edges_apart(self.swarm[one].node, self.swarm[other].node, self.swarm[other].place))
 
     def _plan(self, f: int) -> tuple[int, int]:
@@ -154,7 +155,7 @@ class PlaceFireflies(Swarm):
 
 
 def all_costs(instance: Instance) -> NDArray[np.float32]:
-    """Return the costs between all nodes, float32[h, h]. Raises SolveError for more than `MOST_NODES`."""
+    """Compute the costs between all nodes, float32[h, h]. Raises SolveError for more than `MOST_NODES` nodes."""
     h = instance.n
     if h > MOST_NODES:
         raise SolveError(
@@ -187,16 +188,16 @@ class ChoiceFireflies(Swarm):
             self.moves.construct_at_random(words, f, self.orders[f])
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
-        """Set the budget of the preset as a number of visited clusters."""
+        """Set the preset's budget as a number of visited clusters."""
         set_budget_of_visits(stop, options, self.size * self.flight.fireflies * max(1.0, self.flight.attractiveness))
 
     def start(self, best: Best) -> None:
-        """Use the nearest-neighbour order for the first firefly, and offer it as the first solution."""
+        """Give the nearest-neighbour order to the first firefly and offer it as the first solution."""
         self.moves.start(best)
         self.orders[0] = best.tour
 
     def construct(self, iteration: int) -> Tours:
-        """Move every firefly once. Return the orders of the swarm, the shortest first, and their lengths."""
+        """Move every firefly once. Return the swarm's orders, shortest first, and their lengths."""
         began, flown = time.perf_counter(), 0
         words = random_words(self.seed, iteration + 1, count=len(self.orders))
         if iteration:
@@ -213,17 +214,17 @@ class ChoiceFireflies(Swarm):
         return self.orders, self.lengths
 
     def apart(self, one: int, other: int) -> int:
-        """Return the number of directed steps in order `one` that are missing in order `other`."""
+        """Count the directed steps in order `one` that are missing in order `other`."""
         place = np.zeros(self.size, dtype=np.int32)
         place[self.orders[one]] = np.arange(self.size, dtype=np.int32)
         return int(steps_apart(self.orders[other], place))
 
     def moves_of(self, attraction: float) -> int:
-        """Return the number of moves of a flight."""
+        """Return the number of moves in a flight."""
         return max(1, round(attraction))
 
     def _fly(self, f: int, words: NDArray[np.uint64]) -> None:
-        """Make the moves of a flight. A move is kept unless it makes the order longer."""
+        """Make the moves of a flight. A move is undone if it makes the order longer."""
         if self.size < 4:
             return
         moves, longest = self.moves_to_target(f)
@@ -238,12 +239,12 @@ class ChoiceFireflies(Swarm):
                 return
 
     def result(self, tour: Ints) -> Ints:
-        """Return the problem's nodes for an order of clusters."""
+        """Choose the nodes for an order of clusters."""
         return self.moves.result(tour)
 
 
 def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bool) -> None:
-    """Raise SolveError if the options request a published variant for a problem with choices."""
+    """Raise SolveError if the options request a published variant but the problem has choices."""
     if choices and firefly.variant != "leafcut":
         raise SolveError(
             "--variant {} supports only closed tours of points, without precedence, directions or "

@@ -1,4 +1,4 @@
-"""Parameters of the firefly algorithm, and the base class of its variants. The sources are in `fireflies`."""
+"""Parameters of the firefly algorithm, and the base class of its variants. See `fireflies` for the sources."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from leafcut.order.search import Best, Population
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog
 
-#: Value of `--variant` → number of fireflies, and β0. Published values: 11 and 20 for simple pockets, 10 and 15 for
-#: complex pockets.
+#: Number of fireflies and β0 for each value of `--variant`. The published values are 11 and 20 for simple pockets, and
+#: 10 and 15 for complex pockets.
 MODES = {"leafcut": (11, 20.0), "published": (11, 20.0), "published-complex": (10, 15.0)}
 
-#: In leafcut's variant, inversions are short after this share of the search.
+#: In leafcut's variant, inversions become short after this fraction of the search.
 SWITCH = 0.27
 
-#: Iterations without a shorter tour after which the published system ends.
+#: The published system stops after this many iterations without a shorter tour.
 PATIENCE = 20
 
-#: Maximum number of nodes in a short inversion: as a share of all nodes, and as a number with repair.
+#: Maximum length of a short inversion: a fraction of all nodes, or a number of nodes with repair.
 SHORT_SHARE, SHORT_MENDED = 0.25, 50
 
 
 @dataclass(frozen=True)
 class Flight:
-    """Options of the firefly algorithm, with the defaults of the selected variant.
+    """Options of the firefly algorithm. The defaults depend on the selected variant.
 
-    `at_random` selects the published algorithm, which starts from random tours. `complex`, `darker_moves` and
+    `at_random` selects the published algorithm, which starts with random tours. `complex`, `darker_moves`, and
     `short_by_distance` are rules of the published algorithm (`published_fireflies`).
     """
 
@@ -53,9 +53,9 @@ class Flight:
 
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
-        """Return the parameters for the given options.
+        """Read the parameters from the options.
 
-        A search that is `limited` in time or iterations does not end early if it finds no improvement.
+        If the time or the iterations are `limited`, the search does not stop early when it finds no improvement.
         """
         count, attractiveness = MODES[options.variant]
         moving, short_limit = options.reading.split("-")
@@ -71,12 +71,12 @@ class Flight:
         )
 
     def attraction(self, apart: int, h: int) -> float:
-        """Return the attractiveness β between two tours of h nodes with `apart` different edges."""
+        """Compute the attractiveness β between two tours of h nodes that differ in `apart` edges."""
         r = 10.0 * apart / h
         return self.attractiveness * math.exp(-self.absorption * r * r)
 
     def target(self, lengths: NDArray[np.float64], f: int, apart: dict[int, int], h: int) -> int:
-        """Return the index of the most attractive brighter firefly; brightness is 1 / length."""
+        """Find the most attractive of the brighter fireflies and return its index. The brightness is 1 / length."""
         # Costs from a table may be negative. Then all fireflies are equally bright.
         floor = max(float(lengths[f]), 1e-300)
         return max(apart, key=lambda j: self.attraction(apart[j], h) * floor / max(float(lengths[j]), 1e-300))
@@ -86,7 +86,7 @@ class Flight:
     ) -> tuple[float, int]:
         """Return the attractiveness of a firefly's target, and the maximum number of nodes in an inversion.
 
-        `apart` returns the number of edges by which the firefly differs from another firefly.
+        `apart` returns the number of edges in which the firefly differs from another firefly.
         """
         short = SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h)
         seen = {j: apart(j) for j in np.flatnonzero(lengths < lengths[f]).tolist()}
@@ -96,60 +96,60 @@ class Flight:
         return self.attraction(away, h), self.longest(away, h, done, short)
 
     def longest(self, apart: int, h: int, share_done: float, short: int) -> int:
-        """Return the maximum number of nodes in an inversion, 2 to h - 2."""
+        """Return the maximum number of nodes in an inversion, between 2 and h - 2."""
         limit = apart if share_done < SWITCH else min(apart, short)
         return max(2, min(limit, h - 2))
 
 
 def completed_share(stop: Stop, iteration: int) -> float:
-    """Return the completed share of the iterations or of the time limit, from 0 to 1."""
+    """Compute the fraction of the iterations or of the time limit that is used up, from 0 to 1."""
     return max(stop.elapsed() / stop.seconds, iteration / stop.iterations)
 
 
 class Swarm(Population):
-    """Fireflies with their parameters and tour lengths, and the view of them for observers."""
+    """Fireflies with their parameters and tour lengths, and a view of the swarm for observers."""
 
     def __init__(self, instance: AnyInstance, flight: Flight, options: SolveOptions, workers: int = 1) -> None:
         super().__init__(instance, WorkerLog.of(workers))
         self.flight, self.seed, self.mended = flight, options.seed, options.local_search
         self.size = instance.n
         self.lengths = np.full(flight.fireflies, math.inf)
-        #: Completed share of the search at the last move.
+        #: Progress of the search at the last move, from 0 to 1.
         self.done = 0.0
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
-        """Set the budget of the preset."""
+        """Set the preset's budget."""
         raise NotImplementedError
 
     def start(self, best: Best) -> None:
         """Offer the first tour if its cost is known."""
 
     def apart(self, one: int, other: int) -> int:
-        """Return the number of edges in tour `one` that are missing in tour `other`."""
+        """Count the edges in tour `one` that are missing in tour `other`."""
         raise NotImplementedError
 
     def moves_of(self, attraction: float) -> int:
-        """Return the number of moves of a flight."""
+        """Return the number of moves in a flight."""
         raise NotImplementedError
 
     def moves_to_target(self, f: int) -> tuple[int, int]:
-        """Return the number of moves of a firefly to its target, and the maximum number of nodes in an inversion."""
+        """Choose the number of a firefly's moves towards its target, and the maximum length of an inversion."""
         attraction, longest = self.flight.aim(
             self.lengths, f, lambda j: self.apart(f, j), self.size, self.done, self.mended
         )
         return self.moves_of(attraction), longest
 
     def parts(self, best: Best) -> dict[str, Any]:
-        """Return the fields of a snapshot: statistics of the workers, the brightness, and the next step."""
+        """Return the fields that this algorithm adds to a snapshot: worker statistics, brightness, and next step."""
         return super().parts(best) | {"brightness": self.brightness(), "step": self.step(best)}
 
     def brightness(self) -> NDArray[np.float64]:
-        """Return the brightness of each firefly, 1 / length; 0 if the length is unknown or not positive."""
+        """Compute each firefly's brightness, 1 / length. It is 0 if the length is unknown or not positive."""
         known = np.isfinite(self.lengths) & (self.lengths > 0.0)
         return np.where(known, 1.0 / np.where(known, self.lengths, 1.0), 0.0)
 
     def step(self, best: Best) -> SearchStep | None:
-        """Return the next flight of the darkest firefly: the distance to its target, and the moves."""
+        """Describe the darkest firefly's next flight: the distance to its target, and the moves."""
         flight, lengths, h = self.flight, self.lengths, self.size
         dark = int(np.argmax(np.where(np.isfinite(lengths), lengths, -math.inf)))
         values = {
@@ -167,7 +167,7 @@ class Swarm(Population):
 
 
 def initial_tour(instance: Instance, flight: Flight, seed: int, f: int) -> Ints:
-    """Return the initial tour of a firefly, int32[h]: a random tour, or the greedy tour with small random changes."""
+    """Create a firefly's initial tour, int32[h]: a random tour, or the greedy tour with small random changes."""
     rng = np.random.default_rng((seed, f))
     if not flight.at_random:
         return greedy(instance, rng if f else None)

@@ -1,8 +1,8 @@
-"""Tour construction on a GPU, with one thread per ant.
+"""Construct tours on a GPU, with one thread per ant.
 
 The GPU code is compiled from the source of the CPU kernel `kernels.construct.construct_tour`. Ants use the same random
-numbers as on the CPU, but fused multiply-add may change the last digit of a result. The same seed gives the same result
-on the same GPU.
+numbers as on the CPU, but fused multiply-add may change the last digit of a result. On the same GPU, the same seed
+always gives the same result.
 """
 
 from __future__ import annotations
@@ -25,17 +25,18 @@ from leafcut.order.literature.pheromone import Trails
 from leafcut.order.literature.places import Places
 from leafcut.order.stop import Stop
 
-#: Placeholder for `numba.cuda` in the source of the kernel. The module is loaded only when a GPU is used.
+#: Stands in for `numba.cuda` in the source of the kernel. The module is only loaded when a GPU is used.
 cuda: Any = None
 
-#: Number of threads per block. Ants diverge at every step, so a larger block would wait for its slowest thread.
+#: Number of threads per block. Ants take different branches at every step, so a larger block would wait for its slowest
+#: thread.
 _BLOCK = 32
-#: Maximum share of the free GPU memory for one batch of ants.
+#: A batch of ants uses at most this fraction of the free GPU memory.
 _OF_FREE_MEMORY = 0.5
 
 
 def check_gpu() -> None:
-    """Raise SolveError if the package numba-cuda, a GPU or its driver is missing."""
+    """Raise SolveError if the package numba-cuda, a GPU, or its driver is missing."""
     from numba import config
 
     if config.ENABLE_CUDASIM:  # tests simulate CUDA threads in Python
@@ -49,9 +50,9 @@ def check_gpu() -> None:
 
 
 class GpuAnts(Ants):
-    """Ants that construct tours on a GPU. Threads on the CPU do the local search and compute the costs.
+    """Ants that construct tours on a GPU. The CPU runs the local search in threads and computes the costs.
 
-    Raises SolveError with the first line of an error from the GPU.
+    If the GPU reports an error, SolveError is raised with the first line of its message.
     """
 
     def __init__(
@@ -149,14 +150,14 @@ def _kernel() -> Any:
 
 @cache
 def for_gpu(function: Any) -> Any:
-    """Compile a CPU kernel and its callees for the GPU from the same source."""
+    """Compile a CPU kernel and the kernels it calls for the GPU, from the same source."""
     from numba import cuda as there
 
     return there.jit(device=True)(_bound_to_gpu_kernels(function, {}))
 
 
 def _bound_to_gpu_kernels(function: Any, more: dict[str, Any]) -> Any:
-    """Return a copy of a function in which the names of kernels refer to their GPU versions."""
+    """Copy a function so that the names of kernels refer to their GPU versions."""
     source = getattr(function, "py_func", function)
     names = {**source.__globals__, **more}
     for name in source.__code__.co_names:
@@ -172,7 +173,10 @@ def _copied_to_gpu(arrays: Any) -> Any:
 
 
 def _run_on_gpu(work: Any) -> Any:
-    """Run a function on the GPU. Convert an exception of the driver to a `SolveError` with its first line."""
+    """Run a function on the GPU.
+
+    If the driver raises an exception, convert it to a `SolveError` with its first line.
+    """
     try:
         return work()
     except (ImportError, MemoryError, RuntimeError, OSError) as problem:

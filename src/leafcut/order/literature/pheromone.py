@@ -1,8 +1,8 @@
-"""Parameters of the ant algorithms, and their pheromone trails.
+"""Parameters and pheromone trails of the ant algorithms.
 
-Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, chapter 3 ("the book" in this package). The
-deposit schedule of MAX–MIN Ant System with local search follows ACOTSP, the authors' program. Differs: only candidate
-edges have pheromone, so that memory grows linearly with n; see `kernels.construct`.
+Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, chapter 3 ("the book" in this package). For
+MAX–MIN Ant System with local search, the deposit schedule follows ACOTSP, the authors' program. Differs: only candidate
+edges carry pheromone, so memory grows linearly with n. See `kernels.construct`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from leafcut.order.search import Best
 class Recommended:
     """Recommended number of ants (0: one per node) and evaporation rate ρ, without and with local search.
 
-    The values without local search are from box 3.1 of the book. With local search, fewer ants are used, as in section
-    3.7 of the book and in ACOTSP.
+    The values without local search come from box 3.1 of the book. With local search, we use fewer ants, like section
+    3.7 of the book and ACOTSP.
     """
 
     ants: int
@@ -43,35 +43,35 @@ RECOMMENDED = {
     "acs": Recommended(10, 0.1, 10, 0.1),
 }
 
-#: Number of ranks that deposit (w of ASrank) and local evaporation rate (ξ of ACS), from the book.
+#: Number of ranks that deposit pheromone (w in ASrank) and local evaporation rate (ξ in ACS), from the book.
 RANKS, LOCAL_RATE = 6, 0.1
 
-#: Maximum number of ants if the rule is one per node, which is meant for hundreds of nodes.
+#: If the rule is one ant per node, use at most this many ants. The rule is meant for hundreds of nodes.
 MOST_ANTS = 1000
 
-#: λ of the branching factor.
+#: The λ used for the branching factor.
 BRANCHING_SHARE = 0.05
 
-#: Probability of reconstructing the best tour at convergence (p_best), from the book.
+#: When the trails have converged, an ant reconstructs the best tour with this probability (p_best in the book).
 BEST_PROBABILITY = 0.05
 
-#: The trails restart if they have converged and the best tour is this many iterations old.
+#: The trails restart if they have converged and the best tour has not changed for this many iterations.
 RESTART_AFTER = 250
 CONVERGED_BRANCHING = 1.00001
 
-#: Number of next nodes shown to an observer, the most probable first.
+#: Observers see at most this many possible next nodes, most probable first.
 MOST_CHOICES = 5
 
 # First word of the random stream of the first trails.
 _TRAILS = 3
 
-#: A tour int32[n], and the pheromone that was added to each of its edges.
+#: A tour, int32[n], and the amount of pheromone that was added to each of its edges.
 Deposit = tuple[Ints, float]
 
 
 @dataclass(frozen=True)
 class AntParameters:
-    """Options of an ant algorithm. The defaults are the recommended values for an instance."""
+    """Options of an ant algorithm. The defaults are the values recommended for an instance."""
 
     algorithm: str
     ants: int
@@ -87,7 +87,7 @@ class AntParameters:
 
     @classmethod
     def of(cls, algorithm: str, options: AcoOptions, n: int, local_search: bool) -> AntParameters:
-        """Return the parameters of `algorithm` for n nodes."""
+        """Read the parameters of `algorithm` from the options, for n nodes."""
         known = RECOMMENDED[algorithm]
         asked = n if isinstance(options.n_ants, str) else options.n_ants
         ants = asked or (known.ants_local if local_search else known.ants) or min(n, MOST_ANTS)
@@ -108,19 +108,26 @@ class AntParameters:
 
 
 class Trails:
-    """Pheromone on the candidate edges, int32[n, k]. Each subclass implements the update rule of an algorithm.
+    """Pheromone on the candidate edges, int32[n, k]. Each subclass implements an algorithm's update rule.
 
-    `nearness` and `weights` are η^β and τ^α·η^β of each edge, float64[n, k]. With `one_way`, each direction of an edge
-    has its own trail. `changes` is None if deposits are not recorded. `depositor` is the origin of the last deposit of
-    MAX–MIN Ant System (`model.snapshot.SearchStep`).
+    Attributes
+    ----------
+    nearness, weights
+        The values η^β and τ^α·η^β of each edge, float64[n, k].
+    one_way
+        Whether each direction of an edge has its own trail.
+    changes
+        The recorded deposits. None if deposits are not recorded.
+    depositor
+        Which tour made the last deposit in MAX–MIN Ant System (`model.snapshot.SearchStep`).
     """
 
     def __init__(
         self, lists: Ints, parameters: AntParameters, c_nn: float, one_way: bool = False, *, seed: int = 1
     ) -> None:
-        """Create trails with equal pheromone, or with random pheromone (`seed`).
+        """Create trails with the same pheromone everywhere, or with random pheromone if the parameters ask for it.
 
-        `c_nn` is the cost C_nn of the nearest-neighbour tour.
+        `c_nn` is the cost C_nn of the nearest-neighbour tour. `seed` determines the random pheromone.
         """
         self.lists, self.parameters, self.c_nn, self.one_way = lists, parameters, c_nn, one_way
         self.initial = self._initial_pheromone()
@@ -136,7 +143,7 @@ class Trails:
         self.changes: list[Deposit] | None = None
 
     def usual_pheromone(self) -> float:
-        """Return the initial pheromone τ0 of the algorithm (box 3.1)."""
+        """Return the algorithm's initial pheromone τ0 (box 3.1)."""
         raise NotImplementedError
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
@@ -154,7 +161,7 @@ class Trails:
         self.update_weights()
 
     def update_weights(self) -> None:
-        """Update the weights by which ants choose their next node."""
+        """Recompute the weights that ants use to choose their next node."""
         trails.fill_weights(self.pheromone, self.nearness, self.parameters.alpha, self.weights)
 
     def evaporate(self) -> None:
@@ -168,7 +175,7 @@ class Trails:
         self._add(tour, amount)
 
     def add_deposits(self, changes: list[Deposit]) -> None:
-        """Add the deposits of other colonies. Each colony evaporates its own pheromone."""
+        """Add the deposits of other colonies. Each colony evaporates only its own pheromone."""
         for tour, amount in changes:
             self._add(tour, amount)
         self.update_weights()
@@ -191,7 +198,7 @@ class Trails:
         return float(trails.branching_factor(self.lists, self.pheromone, BRANCHING_SHARE))
 
     def step(self, best: Best, here: int = 0, choices: tuple[NextPlace, ...] = ()) -> SearchStep:
-        """Return the variables of the last iteration, and an example choice: a node and its possible next nodes."""
+        """Describe the last iteration: its variables, and an example choice with a node and its possible next nodes."""
         p = self.parameters
         values = {
             "alpha": p.alpha, "beta": p.beta, "rho": p.rate, "m": p.ants, "tau_0": self.initial,
@@ -203,9 +210,9 @@ class Trails:
 
 
 def _random_pheromone(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float64]:
-    """Return a random number from 0 to 1 for each edge of the candidate lists, int32[n, k].
+    """Draw a random number from 0 to 1 for each edge of the candidate lists, int32[n, k].
 
-    Both entries of an edge have the same number.
+    If an edge has two entries, both get the same number.
     """
     n = len(lists)
     here, there = np.broadcast_to(np.arange(n, dtype=np.int64)[:, None], lists.shape), lists.astype(np.int64)
@@ -215,7 +222,7 @@ def _random_pheromone(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float
 
 
 class AntSystem(Trails):
-    """Ant System: all ants deposit 1/C on their tours (equations 3.2 to 3.4)."""
+    """Ant System: every ant deposits 1/C on its tour (equations 3.2 to 3.4)."""
 
     def usual_pheromone(self) -> float:
         """Return the initial pheromone, m / C_nn."""
@@ -238,7 +245,7 @@ class ElitistAntSystem(AntSystem):
         return float((p.elitist_weight + p.ants) / (p.rate * self.c_nn))
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Update as in Ant System, then deposit on the best-so-far tour."""
+        """Update the trails as in Ant System, then deposit on the best-so-far tour."""
         super().update(iteration, tours, costs, best)
         self.deposit(best.tour, self.parameters.elitist_weight / best.cost)
 
@@ -248,7 +255,10 @@ class ElitistAntSystem(AntSystem):
 
 
 class RankBasedAntSystem(Trails):
-    """Rank-based Ant System (equation 3.6): the w - 1 best ants deposit by rank, the best-so-far tour with weight w."""
+    """Rank-based Ant System (equation 3.6).
+
+    The w - 1 best ants deposit according to their rank. The best-so-far tour deposits with weight w.
+    """
 
     def usual_pheromone(self) -> float:
         """Return the initial pheromone, w(w - 1) / 2 / (ρ C_nn)."""
@@ -272,7 +282,8 @@ class RankBasedAntSystem(Trails):
 class MaxMinAntSystem(Trails):
     """MAX–MIN Ant System (section 3.3.4).
 
-    Only one ant deposits, pheromone stays within trail limits, and trails are reset when the search has converged.
+    Only one ant deposits pheromone. Trail limits bound the pheromone, and the trails are reset when the search
+    converges.
     """
 
     restarted_at = 0
@@ -282,7 +293,7 @@ class MaxMinAntSystem(Trails):
         return 1.0 / (self.parameters.rate * self.c_nn)
 
     def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        """Update the trail limits, then evaporate and deposit pheromone, or reset the trails."""
+        """Update the trail limits. Then evaporate and deposit pheromone, or reset the trails."""
         p = self.parameters
         self.highest = 1.0 / (p.rate * best.cost)
         self.lowest = self.highest * trail_limit_ratio(p, *self.lists.shape)
@@ -307,7 +318,10 @@ class MaxMinAntSystem(Trails):
 
 
 def trail_limit_ratio(p: AntParameters, n: int, k: int) -> float:
-    """Return the ratio τ_min / τ_max: 1/(2n) with local search (ACOTSP), otherwise computed from p_best (eq. 3.9)."""
+    """Return the ratio τ_min / τ_max.
+
+    It is 1/(2n) with local search, as in ACOTSP. Otherwise, it follows from p_best (equation 3.9).
+    """
     if p.local_search:
         return float(1.0 / (2.0 * n))
     root = float(BEST_PROBABILITY ** (1.0 / n))
@@ -315,7 +329,10 @@ def trail_limit_ratio(p: AntParameters, n: int, k: int) -> float:
 
 
 def deposit_interval(since_restart: int, local_search: bool) -> int:
-    """Return the interval, in iterations, at which the best-so-far tour deposits instead of the iteration-best tour."""
+    """Return the number of iterations between deposits of the best-so-far tour.
+
+    In all other iterations, the iteration-best tour deposits.
+    """
     if not local_search or since_restart < 25:
         return 25
     for limit, every in ((75, 5), (125, 3), (250, 2)):
@@ -325,9 +342,9 @@ def deposit_interval(since_restart: int, local_search: bool) -> int:
 
 
 class AntColonySystem(Trails):
-    """Ant Colony System: evaporation and deposit affect only the edges of the best-so-far tour (equation 3.11).
+    """Ant Colony System: only the edges of the best-so-far tour evaporate and receive pheromone (equation 3.11).
 
-    The local update (equation 3.12) is part of the construction (`kernels.construct.Decay`).
+    The local update (equation 3.12) happens during construction (`kernels.construct.Decay`).
     """
 
     def usual_pheromone(self) -> float:

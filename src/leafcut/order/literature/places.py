@@ -1,4 +1,4 @@
-"""The move set *places*: ants construct closed tours of points, and improve them by 2-opt and Or-opt."""
+"""The move set *places*: ants construct closed tours of points and improve them with 2-opt and Or-opt."""
 
 from __future__ import annotations
 
@@ -22,12 +22,15 @@ from leafcut.order.pheromone_view import pheromone_on_candidates
 from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.stop import Stop
 
-#: Moves between two checks of the clock: a few milliseconds.
+#: Check the clock after this many moves, which take a few milliseconds.
 MOVES_PER_LOOK = 2000
 
 
 def improve_locally(instance: Instance, tour: Ints, stop: Stop) -> None:
-    """Improve the tour int32[n] in place by 2-opt and Or-opt to a local optimum, or until `stop.now()`."""
+    """Improve a tour, int32[n], in place with 2-opt and Or-opt.
+
+    The search ends when the tour is locally optimal or `stop.now()` returns True.
+    """
     work = tour_with_buffers(tour)
     while improve(instance.cost, work, instance.candidates, MOVES_PER_LOOK) == MOVES_PER_LOOK and not stop.now():
         pass
@@ -35,9 +38,9 @@ def improve_locally(instance: Instance, tour: Ints, stop: Stop) -> None:
 
 
 def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -> float:
-    """Offer the nearest-neighbour tour as the first solution, and with `local_search` also the improved tour.
+    """Offer the nearest-neighbour tour as the first solution. With `local_search`, also offer the improved tour.
 
-    Return the cost of the nearest-neighbour tour, C_nn.
+    Returns the cost C_nn of the nearest-neighbour tour.
     """
     tour = nearest_neighbour(instance)
     c_nn = float(tour_cost(instance.cost, tour))
@@ -49,7 +52,7 @@ def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -
 
 
 class Places:
-    """The move set for closed tours of points, with the buffers of each worker."""
+    """The move set for closed tours of points, with each worker's buffers."""
 
     #: Whether the two directions of an edge have separate trails.
     one_way = False
@@ -59,7 +62,7 @@ class Places:
         self._unvisited = [unvisited_buffers(instance) for _ in range(workers)]
 
     def start(self, best: Best) -> float:
-        """Offer the first tours, and return the cost of the nearest-neighbour tour, C_nn."""
+        """Offer the first tours and return the cost C_nn of the nearest-neighbour tour."""
         return first_tour(self.instance, self.local_search, best.stop, best)
 
     def fill_nearness(self, trails: Trails) -> None:
@@ -67,7 +70,7 @@ class Places:
         fill_nearness(self.instance.cost, self.lists, trails.parameters.beta, trails.offset, trails.nearness)
 
     def construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, tour: Ints, worker: int) -> None:
-        """Construct the tour of an ant. Changes: tour, words[ant]; pheromone and weights in Ant Colony System."""
+        """Construct an ant's tour. Changes: tour, words[ant]; in Ant Colony System, also pheromone and weights."""
         i, p = self.instance, trails.parameters
         edges = WeightedEdges(i.candidates, trails.pheromone, trails.nearness, trails.weights)
         decay = Decay(p.alpha, p.local_rate, trails.initial)
@@ -86,13 +89,13 @@ class Places:
         )
 
     def finish(self, tour: Ints, stop: Stop) -> float:
-        """Improve a tour if requested, and return its cost. Changes: tour."""
+        """Improve a tour if local search is requested, and return its cost. Changes: tour."""
         if self.local_search:
             improve_locally(self.instance, tour, stop)
         return float(tour_cost(self.instance.cost, tour))
 
     def result(self, tour: Ints) -> Ints:
-        """Convert a tour to the nodes of the instance."""
+        """Convert a tour to nodes of the instance."""
         return tour
 
     def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
@@ -124,6 +127,6 @@ class Places:
 
 
 def run_local_search(instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Run the local search of the ants from the nearest-neighbour tour."""
+    """Improve the nearest-neighbour tour with the local search that the ants use."""
     first_tour(instance, True, run.stop, run.best)
     return SearchResult(run.best.tour)

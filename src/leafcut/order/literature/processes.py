@@ -1,20 +1,21 @@
-"""Ants in processes without shared memory: a master and workers that exchange messages.
+"""Ants in processes without shared memory. A master and its workers exchange messages.
 
-``processes``: the master holds the pheromone. In each iteration, it sends the pheromone to the workers. Each worker
-constructs the tours of its ants. The master waits for all tours and updates the pheromone. The result is the same as
+``processes``: The master holds the pheromone. In each iteration, it sends the pheromone to the workers, and each worker
+constructs its ants' tours. The master waits for all tours and then updates the pheromone. The result is the same as
 with threads.
 
-``exchange``: each worker has its own pheromone. In each iteration, it constructs the tours of its ants, updates its
-pheromone with its own best tour, and sends its deposits to all other workers, which add them before their next tours.
-The result depends only on the seed and the number of workers.
+``exchange``: Each worker has its own pheromone. In each iteration, it constructs its ants' tours, updates its pheromone
+with its own best tour, and sends its deposits to all other workers. The other workers add the deposits before they
+construct their next tours. The result depends only on the seed and the number of workers.
 
-``partners``: as ``exchange``, but each worker sends its deposits to one random other worker per iteration.
+``partners``: Like ``exchange``, but in each iteration, each worker sends its deposits to only one other worker, chosen
+at random.
 
-Source: for ``processes``, the thesis on parallel ant colony optimisation for drilling (2011); for ``exchange``,
-M. Bolondi and M. Bondanza, Parallelizzazione di un algoritmo per la risoluzione del problema del commesso viaggiatore,
-Politecnico di Milano 1993, as described in later work on parallel ant colonies; for ``partners``, the paper on parallel
-ant colonies for G-code (P-ACO), which proposes random exchange between processors without details. Differs: the master
-forwards the messages.
+Sources: For ``processes``, the thesis on parallel ant colony optimisation for drilling (2011). For ``exchange``, M.
+Bolondi and M. Bondanza, Parallelizzazione di un algoritmo per la risoluzione del problema del commesso viaggiatore,
+Politecnico di Milano 1993, as described in later work on parallel ant colonies. For ``partners``, the paper on parallel
+ant colonies for G-code (P-ACO), which proposes random exchange between processors without giving details. Differs: the
+master forwards the messages.
 """
 
 from __future__ import annotations
@@ -41,19 +42,20 @@ from leafcut.order.literature.pheromone import AntParameters, Deposit
 from leafcut.order.search import AlgorithmRun, Best, Tours
 from leafcut.order.stop import Stop
 
-#: Interval at which the master checks whether it must stop, s.
+#: The master checks this often whether it must stop, in seconds.
 LOOK = 0.05
 
 # Second word of the random stream of the partners.
 _PARTNERS = 5
 
-#: Result of an iteration: tours int32[ants, n], costs float64[ants], deposits, and the time of the ants, s.
+#: Result of an iteration: tours, int32[ants, n]; costs, float64[ants]; deposits; and the time that the ants took, in
+#: seconds.
 WorkerAnswer = tuple[NDArray[np.int32], NDArray[np.float64], list[Deposit], float]
 
 
 @dataclass(eq=False)
 class AntWorker:
-    """A worker: the problem, its own ants and pheromone, and the best tour known to it. `run` is a unique ID."""
+    """A worker with the problem, its own ants and pheromone, and the best tour that it knows. `run` is a unique ID."""
 
     run: str
     instance: Instance | DirectedInstance
@@ -68,13 +70,13 @@ class AntWorker:
 
     @cached_property
     def ants(self) -> Ants:
-        """The ants and their pheromone trails. They are created in the process of the worker."""
+        """The ants and their pheromone trails. They are created in the worker's process."""
         moves = move_set(self.instance, self.parameters.local_search)
         return Ants(moves, initial_trails(moves, self.parameters, self.c_nn, self.seed), self.seed, Stop())
 
     @cached_property
     def best(self) -> Best:
-        """The best tour known to the worker."""
+        """The best tour that the worker knows."""
         best = Best(Stop())
         best.offer(self.tour, self.cost, 0)
         return best
@@ -84,8 +86,8 @@ class AntWorker:
     ) -> WorkerAnswer:
         """Construct the tours of an iteration within the given time.
 
-        The master sends the pheromone, float64[n, k], or the deposits of other workers (`changes`). In the second case,
-        also update the worker's own pheromone.
+        The master sends either the pheromone, float64[n, k], or the deposits of other workers (`changes`). In the
+        second case, the worker also updates its own pheromone.
         """
         trails = self.ants.trails
         if pheromone is not None:
@@ -110,15 +112,15 @@ def _worker(packed: bytes) -> AntWorker:
 
 
 def iterate(packed: bytes, *task: Any) -> WorkerAnswer:
-    """Run an iteration on the pickled worker `packed`, which each process unpickles only once."""
+    """Run an iteration on the pickled worker `packed`. Each process unpickles its worker only once."""
     return _worker(packed).iterate(*task)
 
 
 class AntProcesses(AntColony):
-    """The master of the workers. Each worker has an executor with one process, which the first iteration starts."""
+    """The master of the workers. Each worker has an executor with one process, which starts in the first iteration."""
 
     def __init__(self, moves: MoveSet, run: AlgorithmRun, parameters: AntParameters, c_nn: float) -> None:
-        """Create the workers. The options set their number, which is at most the number of ants."""
+        """Create the workers. Their number comes from the options, but never exceeds the number of ants."""
         count, exchange = min(run.aco.n_processes, parameters.ants), run.aco.parallel in ("exchange", "partners")
         self.partners, seed = run.aco.parallel == "partners", run.options.seed
         best, name = run.best, uuid.uuid4().hex
@@ -134,9 +136,9 @@ class AntProcesses(AntColony):
         self.executors: list[WatchedExecutor] = []
 
     def construct(self, iteration: int) -> Tours:
-        """Return the tours of all ants, int32[m, n], and their costs, float64[m], infinite for unfinished tours.
+        """Return the tours of all ants, int32[m, n], and their costs, float64[m].
 
-        Raises SolveError if a worker cannot be started, has ended, or has failed.
+        The cost of an unfinished tour is infinite. Raises SolveError if a worker fails, ends, or does not start.
         """
         while len(self.executors) < len(self.colonies):
             self.executors.append(self._stack.enter_context(open_executor(PROCESSES, 1)))
@@ -153,7 +155,7 @@ class AntProcesses(AntColony):
         return self.tours, self.costs
 
     def senders(self, iteration: int) -> list[list[int]]:
-        """Return, for each worker, the workers whose deposits it receives."""
+        """For each worker, list the workers that send their deposits to it."""
         workers = range(len(self.colonies))
         if not self.partners or len(workers) == 1:
             return [[j for j in workers if j != k] for k in workers]
@@ -184,5 +186,5 @@ class AntProcesses(AntColony):
         self.log.add(k, int(np.isfinite(costs).sum()), seconds, float(costs.min(initial=math.inf)))
 
     def close(self) -> None:
-        """End the workers."""
+        """Shut down the workers."""
         self._stack.close()
