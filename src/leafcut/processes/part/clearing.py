@@ -133,8 +133,8 @@ def check_pockets(
     OptionError
         The finishing allowance is not less than the radius of a mill.
     PlanError
-        A pocket is narrower than its mill or leaves no room for the finishing allowance `finish`. Or it weakens a tab,
-        lies outside the parts, or contains an engraved path.
+        A pocket is narrower than its mill or leaves no room for the finishing allowance `finish`. Or it lies outside
+        the parts, contains an engraved path, or makes the tabs of a nearby edge too thin.
     """
     lines = [shapely.LinearRing(edge.path.flattened(_TOUCH)) for edge in edges]
     with_tabs = {cut.edge for cut in cuts if cut.tabs}
