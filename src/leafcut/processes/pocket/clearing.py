@@ -307,7 +307,7 @@ def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: 
 
 
 def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return a message if the step-over or the engagement exceeds its limit, otherwise an empty text."""
+    """Return a message if the step-over or the engagement exceeds its limit, otherwise ""."""
     rules, limit = job.exact, job.exact.max_engagement
     if not rules.allows_step_over(measures.max_step_over):
         return Message(
@@ -325,9 +325,7 @@ def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures
 
 
 def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return an error message with advice if the step-over or the engagement exceeds its limit, otherwise an empty
-    text.
-    """
+    """Return an error message with advice if the step-over or the engagement exceeds its limit, otherwise ""."""
     excess = _exceeded_limit_text(job, strategy, measures)
     if not excess:
         return ""
@@ -358,8 +356,9 @@ def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProbl
 
 
 def _precedence(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
-    """Return pairs of regions (earlier, later), int32[n, 2]. A pocket must be cleared before the pockets in its
-    floor.
+    """Return pairs of regions (earlier, later), int32[n, 2].
+
+    A pocket must be cleared before the pockets in its floor.
     """
     last = np.cumsum([len(regions) for regions in pockets])
     rows = [list(range(end - len(regions), end)) for regions, end in zip(pockets, last.tolist(), strict=True)]

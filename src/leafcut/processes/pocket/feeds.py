@@ -88,8 +88,9 @@ def _widened_by_uncertainty(path: ToolSteps, engaged: Engaged, rules: PocketRule
 def _allowed_feed_shares(
     pieces: Sequence[PocketPiece], path: ToolSteps, engaged: Engaged, limits: FeedLimits
 ) -> Floats:
-    """Return the allowed feed at each step, relative to the feed of the tool. The result is rounded down to a feed
-    step.
+    """Return the allowed feed at each step, relative to the feed of the tool.
+
+    The result is rounded down to a feed step.
     """
     allowed = allowed_feed(engaged, limits) / limits.feed
     kind = np.array([piece.kind for piece in pieces])[path.piece]

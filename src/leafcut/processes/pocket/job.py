@@ -119,8 +119,9 @@ def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
 
 
 def raise_path(path: Toolpath, by: float) -> Toolpath:
-    """Raise a toolpath by `by` mm. The path must not contain drilling cycles. Moves in machine coordinates stay
-    unchanged.
+    """Raise a toolpath by `by` mm.
+
+    The path must not contain drilling cycles. Moves in machine coordinates stay unchanged.
     """
     if not by:
         return path

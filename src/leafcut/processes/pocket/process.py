@@ -156,8 +156,9 @@ class Pocketing(Process):
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Clear each pocket with the best strategy. Return a plan with a single stage that has a task for each
-        region.
+        """Clear each pocket with the best strategy.
+
+        Return a plan with a single stage that has a task for each region.
         """
         import numpy as np
 
@@ -255,9 +256,7 @@ class Pocketing(Process):
         return (*entry_issues(best.detail.descents), *stop_notes(plan.work.job), *best.detail.left)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
-        """Collect the results of all strategies, the time that load-dependent feeds save, the stock, and the entry
-        moves.
-        """
+        """Collect the results of all strategies, the time saved by load-dependent feeds, the stock, and the entries."""
         from leafcut.processes.pocket.clearing import clearing_motion, strategy_programs
         from leafcut.processes.pocket.model import PocketDetail
 

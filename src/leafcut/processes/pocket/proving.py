@@ -142,9 +142,7 @@ def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> li
 
 
 def stop_notes(job: PocketJob) -> list[Issue]:
-    """Return a note if the tool stops after every move, but would keep moving if there were enough stock on the
-    walls.
-    """
+    """Return a note if the tool stops after every move, but would keep moving with enough stock on the walls."""
     if not job.dialect.rounding or job.rounding <= job.rules.stock:
         return []
     words = Message(
@@ -157,9 +155,7 @@ def stop_notes(job: PocketJob) -> list[Issue]:
 
 
 def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
-    """Return issues about entry moves that differ from the requested kind, and about holes that must be drilled
-    first.
-    """
+    """Return issues about entry moves that differ from the requested kind, and about holes to drill first."""
     changed = [d for d in descents if d.kind != d.asked]
     issues = []
     for kind in dict.fromkeys(d.kind for d in changed):

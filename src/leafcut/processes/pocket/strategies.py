@@ -42,11 +42,10 @@ def _with_planned_rules(region: CentreRegion) -> CentreRegion:
 
 
 def _wide_gap_finder(region: CentreRegion) -> Callable[[PocketPath], Points]:
-    """Create a function that returns the points of a path, float64[n, 2], where passes are further apart than the
-    step-over.
+    """Create a function that finds points of a path where passes are further apart than the step-over.
 
-    The function measures the path with the fitted arcs of the program, because these arcs move passes by a few
-    micrometres.
+    The function returns these points as float64[n, 2]. It measures the path with the fitted arcs of the program,
+    because these arcs move passes by a few micrometres.
     """
     from leafcut.material.step_over import WidePlaceFinder
 

@@ -182,8 +182,9 @@ class _AdaptivePath:
             stack += [(child, node) for child in reversed(children[node])]
 
     def _clear_along_edge(self, start: Floats, end: Floats, spot: _ClearedPoint, to_end: bool) -> _ClearedPoint:
-        """Clear the axis between two neighbouring points with as few discs as possible. Return the last point that was
-        cleared.
+        """Clear the axis between two neighbouring points with as few discs as possible.
+
+        Return the last point that was cleared.
         """
         good = 0.0
         while not self._can_clear(end, spot, to_end):
@@ -213,11 +214,10 @@ class _AdaptivePath:
         return self._clear_disc(end, spot) if to_end else spot
 
     def _closer_point(self, at: Floats, spot: _ClearedPoint) -> Floats:
-        """Move `at` towards the last cleared point until the disc around it can be cleared next. Return the new
-        position.
+        """Move `at` towards the last cleared point until the disc around it can be cleared next.
 
-        The connecting line always stays in the region. Any point outside the region would be closer to the boundary
-        than to the last disc.
+        Return the new position. The connecting line always stays in the region. Any point outside the region would be
+        closer to the boundary than to the last disc.
         """
         part = 1.0
         while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
@@ -230,10 +230,10 @@ class _AdaptivePath:
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
     def _can_clear(self, at: Floats, spot: _ClearedPoint, sure: bool = False) -> bool:
-        """Return whether the disc around a point can be cleared next without exceeding the limit or leaving a large
-        cusp.
+        """Return whether the disc around a point can be cleared next.
 
-        With `sure`, the engagement is sampled more densely.
+        This must neither exceed the engagement limit nor leave a large cusp. With `sure`, the engagement is sampled
+        more densely.
         """
         (x, y), radius = at.tolist(), self._radius(at)
         if not self._uncut_arcs(x, y, radius):
@@ -253,11 +253,10 @@ class _AdaptivePath:
         return self.fronts.arcs(x, y, radius)
 
     def _engagement_limit(self, radius: float) -> float:
-        """Return the engagement limit on a circle, rad. Small circles have a lower limit, because films matter more
-        there.
+        """Return the engagement limit on a circle, rad.
 
-        A film of thickness h in a hole of radius r + ρ has the same effect as a film of thickness h (1 + r/ρ) at a
-        straight edge.
+        Small circles have a lower limit, because films matter more there. A film of thickness h in a hole of radius r +
+        ρ has the same effect as a film of thickness h (1 + r/ρ) at a straight edge.
         """
         tool = self.rules.radius
         film = self.fine * (1.0 + tool / max(radius, self.fine))
@@ -617,15 +616,17 @@ class ClearedDiscs:
         return math.pi - np.minimum(covered, math.pi)
 
     def nearest(self, x: float, y: float) -> int:
-        """Return the index of the disc that contains a point most deeply. Outside all discs, return the nearest
-        disc.
+        """Return the index of the disc that contains a point most deeply.
+
+        Outside all discs, return the nearest disc.
         """
         discs = self.discs
         return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
 
     def distances_outside(self, places: Floats) -> Floats:
-        """Return the distance of each point from the union of all discs, float64[k], mm. Points inside have a negative
-        distance.
+        """Return the distance of each point from the union of all discs, float64[k], mm.
+
+        Points inside have a negative distance.
         """
         discs, gaps = self.discs, np.full(len(places), np.inf)
         for first in range(0, len(discs), 256):
@@ -635,8 +636,9 @@ class ClearedDiscs:
         return gaps
 
     def contains_move(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
-        """Return whether a straight move from `a` to `b` stays inside the union of the discs with the indices
-        `which`.
+        """Return whether a straight move from `a` to `b` stays inside the union of some discs.
+
+        `which` contains the indices of these discs.
         """
         discs = self._discs[which]
         move = np.array(b) - a

@@ -102,8 +102,9 @@ def _shorten_paths(
 
 
 def _divide_at_walls(region: CentreRegion, path: Points) -> list[PocketPiece]:
-    """Divide a path wherever it reaches or leaves a wall. Passes along walls are finishing passes if no stock remains
-    there.
+    """Divide a path wherever it reaches or leaves a wall.
+
+    Passes along walls are finishing passes if no stock remains there.
     """
     middle, edge = shapely.points(0.5 * (path[:-1] + path[1:])), region.polygon.boundary
     shapely.prepare(edge)
@@ -133,7 +134,5 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
 
 
 def _clearing_distances(radius: float, points: Points, pitch: float) -> Points:
-    """Return the maximum distance from each sample point, mm, at which a path clears the point and the area around
-    it.
-    """
+    """Return the maximum distance from each sample point at which a path still clears the area around it, mm."""
     return np.full(len(points), max(radius - SPARE * pitch / SAMPLE_SPACING, 0.0))

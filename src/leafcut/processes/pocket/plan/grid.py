@@ -228,11 +228,10 @@ def grid_problem(
 
 
 def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
-    """Return a path that visits the points in the given order, int32[n], and then follows every wall in milling
-    direction.
+    """Return a path that visits the points in the given order, int32[n], and then follows every wall.
 
-    The order is reversed if this makes the links to the walls cheaper. The tool retracts wherever a retract is cheaper
-    than a link.
+    The path follows walls in milling direction. The order is reversed if this makes the links to the walls cheaper. The
+    tool retracts wherever a retract is cheaper than a link.
     """
     nodes = [int(k) for k in order]
     rough = _path_over_points(context, nodes)
@@ -384,10 +383,10 @@ class RegionPaths:
         return inside
 
     def between_points(self) -> NDArray[np.float64]:
-        """Return the length of the shortest path between each pair of points, float64[n, n], mm, or infinity without a
-        path.
+        """Return the length of the shortest path between each pair of points, float64[n, n], mm.
 
-        The function updates the matrix row by row, in sweeps across the plane, until it converges.
+        The length is infinite if no path exists. The function updates the matrix row by row, in sweeps across the
+        plane, until it converges.
         """
         n, total = self.n_points, len(self.places)
         lengths = np.full((total, n), np.inf)

@@ -204,8 +204,9 @@ class _BendShortener:
                 return
 
     def _replacement_curve(self, a: int, i: int, b: int) -> Points | None:
-        """Return a parabola that replaces a section. It is tangent to the lines from the bend to both ends of the
-        section.
+        """Return a parabola that replaces a section.
+
+        It is tangent to the lines from the bend to both ends of the section.
         """
         t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
         p, q, r = self.path[a], self.path[i], self.path[b]

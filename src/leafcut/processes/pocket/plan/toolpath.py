@@ -59,9 +59,7 @@ class Clearing:
 
     @property
     def path(self) -> PocketPath:
-        """The path on the last level: the roughing path, followed by the pass along the walls if roughing leaves
-        stock.
-        """
+        """The path on the last level: the roughing path, followed by the finishing pass if there is stock."""
         walls = () if self.walls is None else self.walls.pieces
         return PocketPath(self.rough.strategy, (*self.rough.pieces, *walls))
 
@@ -331,8 +329,9 @@ _FILM = 0.5
 
 
 class DescentClearance(IntEnum):
-    """How far the area under the tool has been cleared before a descent: not at all, except for a sliver, or
-    completely.
+    """How much of the area under the tool has been cleared before a descent: nothing, nearly everything, or everything.
+
+    If nearly everything has been cleared, only a sliver is left.
     """
 
     NO = 0

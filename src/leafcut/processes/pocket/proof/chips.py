@@ -39,9 +39,7 @@ _SLIVER = 0.03
 
 @dataclass(frozen=True, eq=False)
 class MeasuredChips:
-    """The load on the end mill: chips and feeds, the number of cuts with a changed feed, and violations of the
-    limits.
-    """
+    """The load on the end mill: chips and feeds, number of cuts with a changed feed, and violations of limits."""
 
     tool: ToolPace
     changed: int
@@ -126,8 +124,9 @@ def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
 
 
 def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """Yield the power limit of the spindle, if it is known, with the maximum power before and after feeds were
-    changed.
+    """Yield the power limit of the spindle, if it is known.
+
+    The result includes the maximum power before and after feeds were changed.
     """
 
     def most(values: Floats) -> float:

@@ -98,8 +98,9 @@ class PocketReport(PathReport[PocketDetail]):
         return strategy_figures(self.outcome)
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the measures of the usual strategy and of the written strategy, or only the latter if both are the
-        same.
+        """Return the measures of the usual strategy and of the written strategy.
+
+        If both strategies are the same, only the written strategy is included.
         """
         usual = [(self.usual.capitalize(), self.outcome.before)] if self.compared else []
         return [*usual, (f"{OURS}: {self.chosen}", self.outcome.after)]
@@ -304,8 +305,9 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def saved(self) -> views.PageRow:
-        """Return the headline figure and its text. The figure is the time saved, or the program time without a
-        comparison.
+        """Return the headline figure and its text.
+
+        The figure is the time saved, or the program time without a comparison.
         """
         outcome = self.outcome
         if not self.compared:
@@ -347,8 +349,9 @@ class PocketReport(PathReport[PocketDetail]):
                 )
 
     def stock(self) -> ShownStock:
-        """Return the tools and the stock, which is the solid with filled pockets, or a block around the cuts without a
-        solid.
+        """Return the tools and the stock.
+
+        The stock is the solid with filled pockets. Without a solid, it is a block around the cuts.
         """
         found, before = super().stock(), self.outcome.detail.before
         return found if before is None else replace(found, surface=before)
@@ -357,8 +360,9 @@ class PocketReport(PathReport[PocketDetail]):
         return f"Tool path over one level of {replace_unprintable(self.outcome.part.name)}, {strategy}"
 
     def _size(self) -> str:
-        """Format the size of the bounding box of several pockets. Return "" for a single pocket, whose size is a
-        separate fact.
+        """Format the size of the bounding box of several pockets.
+
+        Return "" for a single pocket, whose size is a separate fact.
         """
         boxes = [plan.pocket.outline.extents for plan in self.outcome.detail.plans]
         if len(boxes) == 1:
@@ -603,9 +607,7 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
 
 
 def wide_cut_words(m: PocketMeasures, diameter: float) -> str:
-    """Describe cuts that are much wider than the step-over: their share of the path, and the width of the widest
-    cut.
-    """
+    """Describe cuts that are much wider than the step-over, with their share of the path and their maximum width."""
     full = Message("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
     return Message("first cuts and corners, {} of the path, are wider than the step-over: up to {}", share, full)
