@@ -109,8 +109,9 @@ def pocket_areas(
 
 
 def _is_narrow(area: PocketArea, diameter: float) -> bool:
-    """Return whether the mill does not fit into a pocket or can only plunge into it. A slot may be as wide as the
-    mill.
+    """Return whether the mill does not fit into a pocket or can only plunge into it.
+
+    A slot may be as wide as the mill.
     """
     return bool(area.region.buffer(_TOUCH - 0.5 * diameter).length < _PLUNGE)
 
@@ -125,8 +126,9 @@ def check_pockets(
     diameter: float,
     finish: float,
 ) -> None:
-    """Check that the pockets fit the mill and do not damage the rest of the part. A pocket may cross an edge, like a
-    step.
+    """Check that the pockets fit the mill and do not damage the rest of the part.
+
+    A pocket may cross an edge, like a step.
 
     Raises
     ------

@@ -10,8 +10,9 @@ from leafcut.processes.part.operations import LayeredPart, Operation
 
 
 def engravings_of(divided: LayeredPart, settings: Settings, tool: int) -> tuple[list[Engraving], list[Issue]]:
-    """Return the paths to engrave, and issues about repaired lines. If a layer names no tool, it uses the end mill
-    `tool`.
+    """Return the paths to engrave, and issues about repaired lines.
+
+    If a layer names no tool, it uses the end mill `tool`.
     """
     from leafcut.processes.contours import engraved_paths
 

@@ -83,8 +83,9 @@ class Engraving:
 
 @dataclass(frozen=True)
 class PocketMill:
-    """The end mill that clears a pocket: tool number, radius and maximum step-down, mm, and maximum feed in material,
-    mm/s.
+    """The end mill that clears a pocket.
+
+    It has a tool number, a radius and a maximum step-down, mm, and a maximum feed in material, mm/s.
     """
 
     tool: int
@@ -115,9 +116,7 @@ class PocketArea:
 
 @dataclass(frozen=True)
 class TabRules:
-    """The tabs on an edge: the requested number, the width between the cuts, and the height above the bottom of the
-    plate, mm.
-    """
+    """The tabs on an edge: requested number, width between the cuts, and height above the bottom of the plate, mm."""
 
     count: int
     width: float
@@ -217,7 +216,11 @@ class PartRequest:
 
 @dataclass(frozen=True)
 class LayerWork:
-    """The work on a layer: number of shapes, operation, depth in mm (0 for none), and tool label ("" for none)."""
+    """The work on a layer.
+
+    It consists of the number of shapes, the operation, its depth in mm (0 for none), and the label of the tool ("" for
+    none).
+    """
 
     layer: str
     shapes: int
@@ -228,8 +231,10 @@ class LayerWork:
 
 @dataclass(frozen=True)
 class PartDetail:
-    """The numbers of milled outlines and openings, drilled holes and tabs, the plate thickness, and the rapid heights,
-    mm.
+    """The results of milling a part.
+
+    These are the numbers of milled outlines and openings, drilled holes and tabs. The plate thickness and the heights
+    of rapids are in mm. `layers` contains the work on each layer.
     """
 
     outlines: int

@@ -181,8 +181,9 @@ def divide_by_layer(
 
 
 def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) -> LayerRule:
-    """Return the rule that matches a layer. An exact name takes precedence over wildcards, even if it contains
-    brackets.
+    """Return the rule that matches a layer.
+
+    An exact name takes precedence over wildcards, even if it contains brackets.
     """
     matching = [rule for rule in rules if rule.layer.lower() == layer.lower()]
     matching = matching or [rule for rule in rules if not rule.is_exact and layer_matcher((rule.layer,))(layer)]

@@ -100,8 +100,9 @@ class PartMilling(Process):
         return Suitability(_AFTER_CUTTING * COUNTED * drawing.share_of_outlines, "openings", drawing.figures, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Plan a stage for each tool. Each edge is a task of the mill, and each start point is a choice for this
-        task.
+        """Plan a stage for each tool.
+
+        Each edge is a task of the mill, and each start point is a choice for this task.
         """
         from leafcut.processes.part.spec import plan_part
 
@@ -134,9 +135,7 @@ class PartMilling(Process):
         return written, [*problems, *judge_part(plan.spec, written)]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return an operation for each drill with its holes, followed by an operation for each mill with its number of
-        tasks.
-        """
+        """Return an operation for each drill with its holes, and then for each mill with its number of tasks."""
         from leafcut.model.outcome import OperationOutcome
 
         groups, solutions = plan.work.groups, best.order.solutions

@@ -226,7 +226,6 @@ def _with_tabs(edges: Sequence[Edge], cuts: Sequence[OutlineCut]) -> tuple[Edge,
 def _layer_works(
     part: Part, divided: LayeredPart, request: PartRequest, drilled: Sequence[PlannedHole], tools: Mapping[int, Tool]
 ) -> tuple[LayerWork, ...]:
-    """Summarize the work on each layer, in the order of the drawing."""
     deep, mill = -request.bottom, tools[request.tool].label
     works = [
         (edge.layer, str(Operation.BORE if edge.is_bore else Operation.PROFILE), deep, mill) for edge in request.edges
@@ -286,7 +285,6 @@ def _mill_stages(
 def _refuse_clamps(
     request: PartRequest, cuts: Sequence[OutlineCut], tools: Mapping[int, Tool], settings: Settings
 ) -> None:
-    """Raise PlanError if a tool would hit a clamp."""
     clamps = clamps_of(settings.job.keep_out, settings.job.clearance_height)
     if not clamps:
         return

@@ -138,8 +138,9 @@ def interval_beside(path: Polyline, area: Any, radius: float) -> tuple[float, fl
 
 
 def pieces_from(path: Polyline, tabs: Sequence[tuple[float, float]], start: float) -> list[tuple[Polyline, bool]]:
-    """Divide a path at its tabs, starting from the distance `start`. The flag of each piece is true if it crosses a
-    tab.
+    """Divide a path at its tabs, starting from the distance `start`.
+
+    The flag of each piece is true if it crosses a tab.
     """
     length, pieces, position = path.length, [], start
     ahead = sorted(
@@ -172,8 +173,9 @@ def finishing_pass(
 
 
 def _leads(path: Polyline, start: float, finish: float, *, waste_left: bool) -> tuple[Polyline, Polyline] | None:
-    """Return the quarter circles that lead to the path and away from it, or None if they do not fit into the
-    allowance.
+    """Return the quarter circles that lead to the path and away from it.
+
+    Return None if the allowance is too small for them.
     """
     touch, along = np.array(path.point_at(start)), np.array(path.direction_at(start))
     side = 1.0 if waste_left else -1.0

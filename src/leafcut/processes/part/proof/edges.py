@@ -243,9 +243,7 @@ def _joined(pieces: Any) -> Any:
 
 
 def _check_held(request: PartRequest, through: NDArray[Any], material: Any) -> list[Difference]:
-    """Check that each part stays connected to its surroundings after all cuts through the plate, if tabs were
-    requested.
-    """
+    """Check that each part stays connected to its surroundings after all through cuts, if tabs were requested."""
     if not request.tabs.count or material.is_empty:
         return []
     plate = request.sheet or shapely.box(*shapely.bounds(material.envelope.buffer(8.0 * request.radius)))

@@ -43,9 +43,7 @@ def check_engravings(request: PartRequest, cuts: Cuts) -> Verdict:
 
 
 def _check_path(engraving: Engraving, line: Any, drawn: float, cuts: Cuts, floor: Any) -> list[Difference]:
-    """Check that the cuts at full depth cover the whole path, and that their total length does not exceed `drawn`
-    mm.
-    """
+    """Check that the cuts at full depth cover the whole path, and that their total length is at most `drawn` mm."""
     left = line.difference(strip_along(cuts.lines[floor]))
     if left.length > TOLERANCE:
         x, y = shapely.get_coordinates(left)[0].tolist()

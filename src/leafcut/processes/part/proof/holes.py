@@ -16,8 +16,9 @@ from leafcut.proof.difference import position_text
 def check_holes(
     request: PartRequest, moves: StraightMoves, drilling: NDArray[np.bool_], cuts: Cuts
 ) -> list[Difference]:
-    """Check that each hole is drilled once to its depth before the first cut, and that the program drills nothing
-    else.
+    """Check that each hole is drilled once to its depth before the first cut.
+
+    The program must not drill anything else.
     """
     ends, tools, rows = moves.ends[drilling], moves.tool[drilling], moves.row[drilling]
     wanted = np.array([(hole.x, hole.y) for hole in request.holes]).reshape(-1, 2)
