@@ -205,8 +205,9 @@ def _helix(
 
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
-    """Cut along an open path at the current height. With `heights` (start, end), mm, cut at a constant slope
-    instead.
+    """Cut along an open path at the current height.
+
+    With `heights` (start, end), mm, cut at a constant slope instead.
     """
     path = without_short_steps(path)
     length, gone = path.length, 0.0
