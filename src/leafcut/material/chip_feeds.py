@@ -106,10 +106,10 @@ def plunge_feed(limits: FeedLimits, feed: float) -> float:
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
-    """Return the feed on a ramp or helix with a slope of up to `angle`, rad. The power limit may reduce the given
-    `feed`.
+    """Return the feed on a ramp or helix with a slope of up to `angle`, rad.
 
-    Feeds are in mm/s. The calculation treats the full feed as horizontal, as on a flat ramp.
+    The power limit may reduce the given `feed`. Feeds are in mm/s. The calculation treats the full feed as horizontal,
+    as on a flat ramp.
     """
     power = power_on_ramp(limits, feed * math.cos(angle), feed * math.sin(angle), depth) / math.cos(angle)
     return _within_power(limits, feed, power)

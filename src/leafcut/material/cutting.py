@@ -234,9 +234,7 @@ def _body_part_rows(parts: Sequence[BodyPart]) -> Floats:
 def _shank_collides(
     moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float
 ) -> NDArray[np.bool_]:
-    """Return a mask of the moves in which the shank hits material in enough consecutive cells to count as a
-    collision.
-    """
+    """Return a mask of the moves in which the shank hits enough consecutive cells to count as a collision."""
     colliding = np.zeros(len(moves), dtype=np.bool_)
     hits = np.flatnonzero(cells > 0)
     if not len(hits):

@@ -1,5 +1,6 @@
-"""Compute the area that a pocket path removes by sweeping the tool along the path. This does not depend on path
-planning.
+"""Compute the area that a pocket path removes by sweeping the tool along the path.
+
+This does not depend on path planning.
 """
 
 from __future__ import annotations
@@ -71,8 +72,9 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
 
 
 def engaged_tool_path(path: PocketPath, rules: PocketRules) -> tuple[ToolSteps, Engaged]:
-    """Sample the tool path in small steps, and return the engagement at each step. The engagement is 0 during the
-    entry.
+    """Sample the tool path in small steps, and return the engagement at each step.
+
+    The engagement is 0 during the entry.
     """
     from leafcut.material.engagement import engagement  # loads kernels, which are not needed if a file is refused
 

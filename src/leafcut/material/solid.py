@@ -243,11 +243,10 @@ def _field_of_surface(
     moves: StraightMoves,
     cutters: dict[int, Cutter],
 ) -> tuple[HeightField, NDArray[np.bool_]]:
-    """Convert a surface to a height field with the cells of a block. Also return a mask of the cells that fixtures
-    cover.
+    """Convert a surface to a height field with the cells of a block.
 
-    The block and the moves are relative to `origin`. If the surface is a finished part, the holes that the moves drill
-    are filled.
+    Also return a mask of the cells that fixtures cover. The block and the moves are relative to `origin`. If the
+    surface is a finished part, the holes that the moves drill are filled.
 
     Raises
     ------

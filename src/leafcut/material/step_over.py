@@ -89,9 +89,7 @@ def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 
 
 def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
-    """Return the points of a path, float64[n, 2], whose distance to the nearest neighbouring pass exceeds the
-    step-over.
-    """
+    """Return the points of a path, float64[n, 2], that are more than the step-over away from the nearest pass."""
     sides = _sides(path, centres, rules, passes)
     if sides is None:
         return np.zeros((0, 2))
@@ -146,8 +144,9 @@ def _sides(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np
 
 
 class _Discs:
-    """Discs between neighbouring passes. The discs on the left of each step come first, followed by the discs on the
-    right.
+    """Discs between neighbouring passes.
+
+    The discs on the left of each step come first, followed by the discs on the right.
     """
 
     def __init__(self, start: Floats, middle: Floats, touch: Floats, centres: Any, rules: PocketRules) -> None:
@@ -175,8 +174,9 @@ class _Discs:
         return (rows + len(self.corners) // 2) % len(self.corners)
 
     def fits(self, rows: Indices) -> NDArray[np.bool_]:
-        """Return a mask of the discs that lie in the region, including the line from the step to the centre of the
-        disc.
+        """Return a mask of the discs that lie in the region.
+
+        The line from the step to the centre of the disc must lie in the region, too.
         """
         fits: NDArray[np.bool_] = shapely.covers(self.region, shapely.linestrings(self.corners[rows]))
         return fits
@@ -185,8 +185,7 @@ class _Discs:
 def _measured_from_sides(
     path: ToolSteps, moving: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats
 ) -> Floats:
-    """Return the height of each neighbour. If the neighbour is a corner, its height is measured from the sides of the
-    corner.
+    """Return the height of each neighbour. At a corner, measure the height from the sides of the corner.
 
     This never increases a height. `moving` contains the rows of the steps. The other arrays contain the left sides of
     all steps, followed by the right sides. A height of 0 means that the side has no parallel neighbour.

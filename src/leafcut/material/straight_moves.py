@@ -130,8 +130,9 @@ def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
 
 
 def undivided_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMoves:
-    """Return the moves of the cutting tools without dividing them. Moves of other tools, such as probes, are left
-    out.
+    """Return the moves of the cutting tools without dividing them.
+
+    Moves of other tools, such as probes, are left out.
     """
     return straight_moves(path, _OF_TOOL * smallest_tool(cutters), math.inf).of_tools(cutters)
 
