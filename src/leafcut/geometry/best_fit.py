@@ -187,9 +187,7 @@ def _circle(piece: _Piece) -> Polyline | None:
 
 
 def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
-    """Replace a piece between two lines with an arc tangent to both lines, if the arc fits the points nearly as
-    well.
-    """
+    """Replace a piece between two lines with an arc tangent to both lines, if this fits the points nearly as well."""
     result: list[_Piece] = []
     for k, piece in enumerate(pieces):
         before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]

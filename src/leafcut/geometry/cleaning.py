@@ -48,7 +48,6 @@ def cleaned_path(path: Polyline) -> Polyline | None:
 
 
 def _split_large_arcs(path: Polyline) -> Polyline:
-    """Split every arc larger than a half circle into two arcs."""
     rows: list[tuple[float, float, float]] = []
     for s in path.segments():
         if abs(s.bulge) <= _HALF:
@@ -64,8 +63,9 @@ def _split_large_arcs(path: Polyline) -> Polyline:
 
 
 def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
-    """Replace arcs with a radius above `LARGEST_RADIUS` by lines that stay within `tolerance` mm. Return the new
-    path.
+    """Replace arcs with a radius above `LARGEST_RADIUS` by lines that stay within `tolerance` mm.
+
+    Return the new path.
     """
     if not any(s.is_arc and s.radius > LARGEST_RADIUS for s in path.segments()):
         return path

@@ -38,7 +38,6 @@ def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline
 
 
 def _sharpest_corner(points: Points) -> int:
-    """Return the index of the point at which a closed line changes direction the most."""
     forward = np.roll(points, -1, axis=0) - points
     backward = np.roll(forward, 1, axis=0)
     cross = backward[:, 0] * forward[:, 1] - backward[:, 1] * forward[:, 0]
@@ -71,8 +70,9 @@ def _longest_segment(points: Points, start: int, tolerance: float, last: int) ->
 
 
 def _fitted_bulge(points: Points, tolerance: float) -> float | None:
-    """Return the bulge of an arc from the first to the last point that fits all other points, or None if no arc
-    fits.
+    """Return the bulge of an arc from the first to the last point that fits all other points.
+
+    Return None if no arc fits.
     """
     start, chord = points[0], points[-1] - points[0]
     length = float(np.hypot(*chord))

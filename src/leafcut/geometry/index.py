@@ -125,8 +125,9 @@ class ShapeIndex:
         self._tree = shapely.STRtree(self._shapes)
 
     def near(self, others: Any, distance: float) -> Indices:
-        """Return sorted pairs (index in `others`, index of a shape) of shapes within `distance` mm of each other,
-        int64[2, k].
+        """Return all pairs of shapes that are within `distance` mm of each other, sorted, int64[2, k].
+
+        A pair consists of an index in `others` and the index of a shape.
         """
         others = np.asarray(others, dtype=object)
         min_x, min_y, max_x, max_y = shapely.bounds(others).T

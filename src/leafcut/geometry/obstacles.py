@@ -96,8 +96,9 @@ class ObstacleMap:
         ] = {}
 
     def polygons_crossed(self, a: Point, b: Point) -> frozenset[int]:
-        """Return all polygons that a straight move crosses, whether they are standing or not. Walls are not
-        included.
+        """Return all polygons that a straight move crosses. Walls are not included.
+
+        The result includes polygons that are not standing.
         """
         if (a, b) not in self._crossed:
             hit = self._inner.query(shapely.LineString([a, b]), predicate="intersects")
@@ -105,8 +106,9 @@ class ObstacleMap:
         return self._crossed[a, b]
 
     def polygons_approached(self, a: Point, b: Point, radius: float) -> frozenset[int]:
-        """Return all polygons that a straight move crosses or approaches within a radius, whether they are standing or
-        not.
+        """Return all polygons that a straight move crosses or approaches within a radius.
+
+        The result includes polygons that are not standing.
         """
         if (a, b, radius) not in self._met:
             _, near = self._approaching_pairs(np.array([[a, b]]), np.array([[True, True]]), radius)
@@ -171,8 +173,9 @@ class ObstacleMap:
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
     def _clear_points_nearby(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Move a point straight away from each standing polygon nearby until the point is clear. Return all moved
-        points.
+        """Move a point straight away from each standing polygon nearby until the point is clear.
+
+        Return all moved points.
         """
         point, away = shapely.Point(place), list[Point]()
         for number in self._numbers_near(point, radius) if radius > 0.0 else ():
@@ -202,8 +205,9 @@ class ObstacleMap:
         return some[at], what
 
     def _passing_corners(self, number: int, radius: float) -> Points:
-        """Return the corners where paths can turn around an obstacle. These are the convex corners of its enlarged
-        outline.
+        """Return the corners where paths can turn around an obstacle.
+
+        These are the convex corners of its enlarged outline.
         """
         distance = max(MARGIN, radius + CLEARANCE)
         if (number, distance) not in self._corners:
@@ -215,11 +219,10 @@ class ObstacleMap:
         return self._corners[number, distance]
 
     def _obstacles_between_nodes(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
-        """Return a row (node, node, obstacle) for each obstacle that a straight line between two nodes crosses or
-        approaches.
+        """Find all obstacles that a straight line between two nodes crosses or approaches.
 
-        The rows are cached, because they do not depend on which polygons are standing. Most rows do not depend on the
-        ends of the path either.
+        Return a row (node, node, obstacle) for each of them. The rows are cached, because they do not depend on which
+        polygons are standing. Most rows do not depend on the ends of the path either.
         """
         pairs = [(i, j) for i in range(len(nodes)) for j in range(i, len(nodes))]
         keys = [(nodes[i][0], nodes[j][0], radius) for i, j in pairs]

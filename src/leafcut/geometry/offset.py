@@ -97,8 +97,9 @@ class _OffsetCheck:
         shapely.prepare(self.edge)
 
     def agrees(self, candidate: Polyline, ring: Points) -> bool:
-        """Return whether an offset path has the right distance everywhere, does not cross itself, and covers the
-        ring.
+        """Return whether an offset path has the right distance everywhere.
+
+        It must also cover the ring and must not cross itself.
         """
         if candidate.n_segments < 2:
             return False

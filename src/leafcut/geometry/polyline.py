@@ -210,9 +210,7 @@ class Polyline:
         return np.cumsum(self.lengths).tolist(), self.lengths.tolist()
 
     def _locate(self, distance: float) -> tuple[int, float]:
-        """Return the segment at a distance from the start, and how far along this segment the point is, as a
-        fraction.
-        """
+        """Return the segment at a distance from the start, and the position on this segment as a fraction."""
         if self.closed and self.length > 0.0:
             distance %= self.length
         ends, lengths = self._distances
@@ -222,8 +220,9 @@ class Polyline:
         return index, min(max((distance - before) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
     def point_at(self, distance: float) -> tuple[float, float]:
-        """Return the point at a distance from the start, mm. Beyond the ends of an open polyline, return the closest
-        end.
+        """Return the point at a distance from the start, mm.
+
+        Beyond the ends of an open polyline, return the closest end.
         """
         index, share = self._locate(distance)
         return _along(self.segment(index), share)

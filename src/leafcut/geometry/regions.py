@@ -75,8 +75,9 @@ def _box_diagonal(shape: Any) -> float:
 
 
 def swept(shape: Any, radius: float, tolerance: float = 0.01) -> Any:
-    """Return the area that a disc sweeps when its centre moves over a shape (lines or polygons), within the chord
-    error.
+    """Return the area that a disc sweeps when its centre moves over a shape (lines or polygons).
+
+    The result is accurate to within the chord error.
     """
     return shape.buffer(radius, quad_segs=chords_per_quarter(radius, FINE * tolerance))
 
