@@ -363,7 +363,7 @@ class RingLinks:
 
 
 def _total_turn(ring: Ring, start: float, length: float) -> float:
-    """Return how much a ring turns in total over the given length, rad."""
+    """Return the total angle by which a ring turns over the given length, rad."""
     if length <= 0.0:
         return 0.0
     points = ring.stretch(start, start + length)

@@ -219,7 +219,7 @@ def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:
-    """Return how far the tool stays away from a corner, mm, if the next move starts before the tool stops.
+    """Return the maximum distance between the tool and a corner, mm, if the next move starts before the tool stops.
 
     With acceleration a and velocity v, slowing down and speeding up each take the time v / a. After half this time,
     each of the two moves is v² / 8a away from the corner. If the path turns by θ, the tool is then 2 sin(θ / 2) v² / 8a

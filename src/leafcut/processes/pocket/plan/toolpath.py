@@ -346,7 +346,10 @@ class ClearedArea:
         self.rules, self._steps = rules, np.zeros((0, 2, 2))
 
     def add_run(self, run: Polyline) -> DescentClearance:
-        """Add the area that a run clears. Return how far the area at its start had been cleared before."""
+        """Add the area that a run clears.
+
+        Return the state of the area at the start of the run before the run was added (`DescentClearance`).
+        """
         opened = self._descent_clearance(run.start)
         steps = segments(run.flattened(FINE * self.rules.tolerance))
         # As in verification, a plunge clears nothing.
