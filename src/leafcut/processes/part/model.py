@@ -128,7 +128,7 @@ class TabRules:
         return min(self.count, 2)
 
     def number_on(self, length: float, diameter: float) -> int:
-        """Return how many tabs fit on a tool path of `length` mm, but at most the requested number."""
+        """Return the number of tabs that fit on a tool path of `length` mm. This is at most the requested number."""
         return min(self.count, math.floor(length / (_SHARE * (self.width + diameter)) + 1e-9))
 
     def width_of_fewest(self, length: float, diameter: float) -> float:

@@ -87,7 +87,8 @@ class PartMilling(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Rate how well a drawing suits this process. Return None unless an outline surrounds holes or openings.
+        """Rate the suitability of a drawing for this process. Return None unless an outline surrounds holes or
+        openings.
 
         The rating is slightly lower than the rating of cutting. Milling therefore wins over drilling only for drawings
         that suit cutting on a beam or torch machine.
