@@ -124,7 +124,7 @@ def _follow_turns(
 
 
 def _descent_turns(length: float, drop: float, angle: float) -> int:
-    """Return how many turns descend by `drop` mm at the ramp angle, or 0 if the loop is too short."""
+    """Return the number of turns that descend by `drop` mm at the ramp angle, or 0 if the loop is too short."""
     turns = math.ceil(drop / (length * math.tan(angle)) - 1e-9) if length > SHORTEST else 0
     return turns if turns <= MOST_LOOPS else 0
 
