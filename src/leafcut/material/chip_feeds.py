@@ -67,9 +67,9 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
 def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: float) -> float:
     """Return the maximum power on a ramp or a helix, W, or 0 without a power limit.
 
-    The calculation is conservative. It assumes that the side of the tool cuts a slot as deep as the level everywhere,
-    although only the end of a ramp is so deep and a helix is only as deep as its pitch. The end of the tool cuts with
-    its full area.
+    The calculation is conservative. It assumes that the side of the tool cuts a slot as deep as the level everywhere.
+    In fact, only the end of a ramp reaches this depth, and a helix is only as deep as its pitch. The end of the tool
+    cuts with its full area.
 
     Parameters
     ----------

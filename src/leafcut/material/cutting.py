@@ -147,9 +147,9 @@ def cut(
 
 
 def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats]:
-    """Return how deep each move collides with the material, mm, for each kind of collision (rapid, shank, holder).
+    """Return the depth to which each move collides with material, mm, for each kind of collision.
 
-    The depth is 0 without a collision.
+    The kinds are rapid, shank and holder. The depth is 0 without a collision.
     """
     return {
         "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
