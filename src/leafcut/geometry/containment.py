@@ -97,9 +97,16 @@ def _conflict_point(a: Any, b: Any, kind: str) -> Point:
 
 
 def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return how many polygons surround each polygon, and the index of the innermost surrounding polygon, or -1.
+    """Count the polygons around each polygon.
 
     The polygons must not overlap or coincide (`find_conflicts`).
+
+    Returns
+    -------
+    depths
+        Number of polygons around each polygon.
+    parents
+        Index of the innermost surrounding polygon, or -1.
 
     Raises
     ------
@@ -112,10 +119,17 @@ def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.
 def enclosing_polygons(
     points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return how many polygons contain each point, and the index of the smallest of these polygons, or -1.
+    """Count the polygons that contain each point.
 
     With `areas` (mm², one per point), only polygons with a larger area count. A point on a polygon then does not count
     as inside this polygon or inside its holes.
+
+    Returns
+    -------
+    depths
+        Number of polygons around each point.
+    parents
+        Index of the smallest of these polygons, or -1.
     """
     depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)
     if not len(shapes) or not len(points):
