@@ -73,8 +73,8 @@ def shortest_path(
 class ObstacleMap:
     """Obstacles for a cutting head. Walls always block the head, and polygons only block it while they are `standing`.
 
-    The head keeps at least its radius as a distance from standing polygons, and its centre never crosses a wall. Paths
-    are cached for each set of standing polygons.
+    The head stays at least its radius away from standing polygons, and its centre never crosses a wall. Paths are
+    cached for each set of standing polygons.
     """
 
     def __init__(self, polygons: Mapping[int, Any], walls: Mapping[int, Any]) -> None:

@@ -153,7 +153,7 @@ def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) ->
 
 
 class PathsWithoutOverlaps(NamedTuple):
-    """Paths without overlaps, the index of the original path for each, and the positions of removed pieces."""
+    """Paths without overlaps, with the index of the source of each path, and the positions of removed pieces."""
 
     paths: list[tuple[Polyline, int]]
     removed: list[Point]
