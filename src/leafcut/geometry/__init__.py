@@ -1,1 +1,1 @@
-"""Plane geometry that several packages use."""
+"""Plane geometry that several packages share."""

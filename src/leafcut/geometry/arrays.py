@@ -1,4 +1,4 @@
-"""Type aliases of arrays and points for signatures."""
+"""Type aliases for arrays and points in signatures."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ Point3 = tuple[float, float, float]
 Points = NDArray[np.float64]
 #: Numbers of any shape.
 Floats = NDArray[np.float64]
-#: Node or cluster numbers for kernels, such as orders and tours.
+#: Numbers of nodes or clusters in kernels, such as orders and tours.
 Ints = NDArray[np.int32]
 #: Row indices for NumPy.
 Indices = NDArray[np.int64]
-#: Mask of selected rows.
+#: Mask that selects rows.
 Mask = NDArray[np.bool_]
 
 

@@ -1,8 +1,8 @@
-"""Fit as few lines and arcs as possible to a closed line of noisy points, with sharp corners.
+"""Fit as few lines and arcs as possible to a closed line of noisy points, and keep sharp corners.
 
-The line is divided into pieces, each of which becomes a line or an arc. The cost of a piece is the sum of the squared
-distances of its points from the best line or circle, in units of the noise, plus a fixed fee. Dynamic programming finds
-the cheapest division (Perez and Vidal, "Optimum polygonal approximation of digitized curves", Pattern Recognition
+The line is divided into pieces, and each piece becomes a line or an arc. The cost of a piece is the sum of the squared
+distances between its points and the best line or circle, in units of the noise, plus a fixed fee. Dynamic programming
+finds the cheapest division (Perez and Vidal, "Optimum polygonal approximation of digitized curves", Pattern Recognition
 Letters 15 (1994), for lines). Neighbouring pieces end where their lines or circles meet.
 """
 
@@ -18,19 +18,19 @@ from leafcut.geometry.arrays import Floats, Points
 from leafcut.geometry.polyline import Polyline
 
 #: Fees of a line (3 parameters) and an arc (4 parameters). Each parameter costs about the logarithm of the number of
-#: points (Schwarz, "Estimating the dimension of a model", 1978), here for some thousand points.
+#: points (Schwarz, "Estimating the dimension of a model", 1978). The values are for a few thousand points.
 LINE_FEE, ARC_FEE = 20.0, 26.0
-#: Maximum number of points of a piece in the search; longer pieces are merged afterwards.
+#: Maximum number of points per piece in the search. Longer pieces are merged afterwards.
 WINDOW = 320
-#: Number of piece starts evaluated at a time, to fit into the processor's cache.
+#: Number of piece starts that are evaluated together. Their data fit into the processor's cache.
 _BLOCK = 48
-#: A piece of at most this number of points between two lines may be a rounded corner. The piece becomes tangent to both
-#: lines, unless that costs more than the second value, in squares of the noise. A tangent arc has two parameters fewer,
-#: and each parameter is worth about 12.
+#: A piece between two lines may be a rounded corner if it has at most this number of points. The piece becomes tangent
+#: to both lines, unless this costs more than the second value, in squares of the noise. A tangent arc has two
+#: parameters fewer, and each parameter is worth about 12.
 FILLET_POINTS, FILLET_WORTH = 400, 24.0
-#: A radius is as likely as the best radius if its additional cost is at most this, in squares of the noise.
+#: Maximum additional cost of a radius that is as likely as the best radius, in squares of the noise.
 EQUALLY_LIKELY = 1.0
-#: If a point is farther than the first value from its line or arc, in point distances, the piece is divided at lower
+#: If a point is farther from its line or arc than the first value, in point distances, the piece is divided at lower
 #: fees. The second value is the lowest share of the fees.
 MAX_DISTANCE, LEAST_SHARE = 0.6, 0.1
 #: Maximum distance of an intersection from the points at which two pieces meet, in point distances.
@@ -39,9 +39,9 @@ _TINY = 1e-12
 
 
 class _Piece(NamedTuple):
-    """A line or an arc through the points `first` … `beyond` - 1.
+    """A line or an arc through the points from `first` to `beyond` - 1.
 
-    (x, y) is the centre of an arc, or a point on a line. (dx, dy) is the direction of a line.
+    For an arc, (x, y) is the centre. For a line, (x, y) is a point on the line and (dx, dy) is its direction.
     """
 
     first: int
@@ -55,10 +55,19 @@ class _Piece(NamedTuple):
 
 
 def best_fit(points: Points, noise: Floats) -> Polyline | None:
-    """Fit lines and arcs to a closed line of points; return None if they form no closed path.
+    """Fit lines and arcs to a closed line of points, in O(n · `WINDOW`).
 
-    `points` is float64[n, 2] with a spacing of about one unit (one pixel). The first point is not repeated at the end.
-    `noise` is float64[n], the standard deviation of each point in the same unit. O(n · `WINDOW`).
+    Parameters
+    ----------
+    points
+        float64[n, 2], with a spacing of about one unit (one pixel). The first point is not repeated at the end.
+    noise
+        Standard deviation of each point in the same unit, float64[n].
+
+    Returns
+    -------
+    path
+        The fitted path, or None if the lines and arcs do not form a closed path.
     """
     if len(points) < 3:
         return None
@@ -82,7 +91,7 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
 
 
 def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, share: float) -> list[_Piece]:
-    """Fit a single piece to a run of points; if it is inaccurate, fit several pieces at lower fees."""
+    """Fit a single piece to a run of points. If the piece is inaccurate, fit several pieces at lower fees instead."""
     whole = _fit_piece(points, weights, first, beyond)
     run = points[first:beyond]
     if len(run) < 6 or share < LEAST_SHARE or float(np.abs(_distances(whole, run)).max()) <= MAX_DISTANCE:
@@ -94,7 +103,7 @@ def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, s
 
 
 def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
-    """Return the index of the first point of each piece in the cheapest division of an open line."""
+    """Find the cheapest division of an open line. Return the index of the first point of each piece."""
     n = len(points)
     window = min(WINDOW, n)
     padded = np.concatenate([points, np.repeat(points[-1:], window, axis=0)])
@@ -119,9 +128,9 @@ def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
 
 
 def _merge(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
-    """Remove cuts that divide a single line or arc.
+    """Remove cuts inside a single line or arc.
 
-    Such cuts arise where a piece exceeds the window, and where the ring was opened.
+    Such cuts appear where a piece exceeds the window, and where the closed line was opened.
     """
     cuts = list(cuts)
     k = 1
@@ -141,7 +150,7 @@ def _piece_cost(points: Points, weights: Floats, first: int, beyond: int) -> flo
 
 
 def _piece_costs(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
-    """Return the costs of pieces of 1, 2, 3 … points for each row of `points`, float64[rows, points, 2]."""
+    """Return the costs of pieces with 1, 2, 3 … points for each row of `points`, float64[rows, points, 2]."""
     m = moments(points, weights)
     total = np.cumsum(weights, axis=1)
     straight, off = line_error(m), circle_error(m)[0]
@@ -178,7 +187,7 @@ def _circle(piece: _Piece) -> Polyline | None:
 
 
 def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
-    """Replace each piece between two lines with an arc tangent to both, if the arc fits the points nearly as well."""
+    """Replace a piece between two lines with an arc tangent to both lines, if this fits the points nearly as well."""
     result: list[_Piece] = []
     for k, piece in enumerate(pieces):
         before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]
@@ -194,7 +203,7 @@ def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> li
 
 
 def _fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
-    """Return the arc tangent to both lines, or None if it does not fit the points."""
+    """Return the arc tangent to both lines, or None if the arc does not fit the points."""
     cross = before.dx * after.dy - before.dy * after.dx
     corner = [] if before.radius or after.radius else _intersections(before, after)
     if not corner or abs(cross) < 0.1:
@@ -242,9 +251,9 @@ def _length(points: Points, piece: _Piece) -> float:
 def _likely_value(cost: Callable[[float], float], low: float, high: float) -> float:
     """Return the middle of the range of values that are about as likely as the best value.
 
-    `cost` returns the squared error of a value, in squares of the noise. The best value is found with 64 steps on a
-    logarithmic scale, then by ternary search. Values whose cost is at most `EQUALLY_LIKELY` higher are within one
-    standard deviation. The middle of their range minimises the error.
+    `cost` returns the squared error of a value, in squares of the noise. The search tries 64 steps on a logarithmic
+    scale, then refines the best value by ternary search. A value whose cost is at most `EQUALLY_LIKELY` higher is
+    within one standard deviation. The middle of the range of these values minimises the error.
     """
     samples: list[float] = np.geomspace(low, high, 64).tolist()
     costs = [cost(step) for step in samples]
@@ -278,7 +287,7 @@ def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
 
 
 def _joint(points: Points, first: _Piece, second: _Piece) -> list[tuple[float, float]]:
-    """Return the point at which two pieces meet, or both ends of a line that connects the pieces."""
+    """Return the point where two pieces meet, or both end points of a line that connects the pieces."""
     a, b = points[first.beyond - 1], points[second.first % len(points)]
     middle = 0.5 * (a + b)
     for line, arc in ((first, second), (second, first)):
@@ -303,7 +312,7 @@ def _touches(line: _Piece, arc: _Piece) -> bool:
 
 
 def _covers_a_pixel_centre(a: Points, b: Points, tip: tuple[float, float]) -> bool:
-    """Return whether a triangle contains a pixel centre. Then the traced line would have passed around its tip."""
+    """Return whether a triangle contains a pixel centre. If so, the traced line would have passed around the tip."""
     corners = np.array([a, b, tip])
     low, high = np.ceil(corners.min(axis=0) - 0.5) + 0.5, np.floor(corners.max(axis=0) - 0.5) + 0.5
     xs, ys = np.arange(low[0], high[0] + 0.5), np.arange(low[1], high[1] + 0.5)
@@ -377,7 +386,7 @@ def _bulge(points: Points, piece: _Piece, start: tuple[float, float], end: tuple
 
 
 class Moments(NamedTuple):
-    """Means and central moments of x, y and z = x² + y² of the first n points of each row, for every n."""
+    """Means and central moments of x, y and z = x² + y² for the first n points of each row, for every n."""
 
     x: Floats
     y: Floats
@@ -392,7 +401,7 @@ class Moments(NamedTuple):
 def moments(points: Floats, weights: Floats) -> Moments:
     """Return the moments of the first 1, 2, 3 … points of each row of `points`, float64[rows, n, 2].
 
-    The points should lie near the origin to preserve precision.
+    The points should be close to the origin, because this preserves precision.
     """
     x, y = points[..., 0], points[..., 1]
     z = x * x + y * y
@@ -419,13 +428,13 @@ def moments(points: Floats, weights: Floats) -> Moments:
 
 
 def line_error(m: Moments) -> Floats:
-    """Return the mean squared distance from the best line, which is the smaller eigenvalue of the covariance matrix."""
+    """Return the mean squared distance from the best line. This is the smaller eigenvalue of the covariance matrix."""
     half = 0.5 * (m.xx + m.yy)
     return np.maximum(half - np.sqrt(0.25 * (m.xx - m.yy) ** 2 + m.xy**2), 0.0)
 
 
 def circle_error(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the approximate mean squared distance from the best circle, the coordinates of its centre, and its radius.
+    """Fit a circle, and return the approximate mean squared distance, the centre (x and y), and the radius.
 
     The centre is relative to the mean of the points.
 

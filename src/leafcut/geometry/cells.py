@@ -1,4 +1,4 @@
-"""A grid of square cells for finding nearby points quickly."""
+"""A grid of square cells for looking up nearby points quickly."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from leafcut.geometry.arrays import Indices, Points
 
 
 class Cells:
-    """Square cells that cover a box (minimum x and y, maximum x and y, mm), numbered row by row.
+    """Square cells that cover a box and are numbered row by row.
 
-    `side` is the side length of a cell, mm. `margin` is the number of extra cells on each side of the box, and also the
-    maximum `reach` of `around`.
+    The box is given by minimum x and y, then maximum x and y, mm. `side` is the side length of a cell, mm. `margin` is
+    the number of extra cells on each side of the box. `around` must not use a larger `reach` than this.
     """
 
     def __init__(self, bounds: tuple[float, float, float, float], side: float, margin: int) -> None:
@@ -27,7 +27,7 @@ class Cells:
         return cells
 
     def around(self, cells: Indices, reach: int) -> Indices:
-        """Return the sorted numbers of all cells at most `reach` rows and columns away from the given cells."""
+        """Return the sorted numbers of all cells within `reach` rows and columns of the given cells."""
         cells, offsets = np.unique(cells), np.arange(-reach, reach + 1)
         for step in (1, self.wide):
             cells = np.unique(cells[:, None] + step * offsets)
@@ -39,7 +39,7 @@ class Cells:
 
 
 def number_points(points: Points, side: float) -> Indices:
-    """Number the points, int64[n]. Points that round to the same multiples of `side`, mm, share a number."""
+    """Number the points, int64[n]. If points round to the same multiples of `side`, mm, they share a number."""
     if not len(points):
         return np.zeros(0, np.int64)
     column, row = np.round(points / side).astype(np.int64).T

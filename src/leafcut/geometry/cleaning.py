@@ -1,4 +1,4 @@
-"""Clean paths: remove segments that are too short, arcs beyond a half circle, and arcs with a huge radius."""
+"""Clean paths: remove very short segments, split arcs beyond a half circle, and replace arcs with a huge radius."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import numpy as np
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 
-#: Vertices closer than this coincide, mm: a hundredth of a machine's resolution.
+#: Maximum distance between vertices that coincide, mm. This is a hundredth of a machine's resolution.
 SAME = 1e-5
-#: Bulge of a half circle, with a tolerance for rounding.
+#: Bulge of a half circle, plus a tolerance for rounding.
 _HALF = 1.0 + 1e-9
-#: Distance below which two points may be rounded to the same point, mm: the diagonal of one step of an inch program
+#: Distance below which two points may round to the same point, mm. This is the diagonal of one step in an inch program
 #: with four decimals.
 LEAST_STEP = 0.0037
-#: Maximum arc radius, mm. Larger arcs become lines, because controllers reject them and no real part has them.
+#: Maximum arc radius, mm. Larger arcs become lines, because controllers reject them and real parts do not have them.
 LARGEST_RADIUS = 5000.0
-#: Maximum chord error of such lines, mm.
+#: Maximum chord error of lines that replace arcs with a huge radius, mm.
 FLAT = 0.002
 
 
 def cleaned_path(path: Polyline) -> Polyline | None:
-    """Remove segments of length 0, and split arcs larger than a half circle. Return None if no segment remains.
+    """Remove segments of length 0, and split arcs larger than a half circle. Return None if no segment is left.
 
-    An arc with a radius above `LARGEST_RADIUS` is replaced with lines within `FLAT` mm. A full circle drawn as a single
-    arc with equal ends cannot be recovered, because its bulge is not defined.
+    Arcs with a radius above `LARGEST_RADIUS` become lines, with a chord error of at most `FLAT` mm. If a full circle is
+    drawn as a single arc with equal ends, it is lost, because its bulge is undefined.
     """
     if np.abs(path.bulges).max(initial=0.0) > _HALF:
         path = _split_large_arcs(path)
@@ -48,7 +48,6 @@ def cleaned_path(path: Polyline) -> Polyline | None:
 
 
 def _split_large_arcs(path: Polyline) -> Polyline:
-    """Split every arc larger than a half circle into two arcs."""
     rows: list[tuple[float, float, float]] = []
     for s in path.segments():
         if abs(s.bulge) <= _HALF:
@@ -64,7 +63,10 @@ def _split_large_arcs(path: Polyline) -> Polyline:
 
 
 def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
-    """Replace arcs with a radius above `LARGEST_RADIUS` with lines within `tolerance` mm. Return the new path."""
+    """Replace arcs with a radius above `LARGEST_RADIUS` by lines that stay within `tolerance` mm.
+
+    Return the new path.
+    """
     if not any(s.is_arc and s.radius > LARGEST_RADIUS for s in path.segments()):
         return path
     rows: list[tuple[float, float, float]] = []
@@ -80,7 +82,7 @@ def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
 
 
 def without_short_steps(path: Polyline) -> Polyline:
-    """Remove from an open path all segments so short that the program would round them to a single point."""
+    """Remove all segments of an open path that are so short that a program would round both ends to the same point."""
     lengths, rows = path.lengths, path.vertices
     if lengths.min(initial=math.inf) >= LEAST_STEP:
         return path
@@ -96,10 +98,10 @@ def without_short_steps(path: Polyline) -> Polyline:
 
 
 def counter_clockwise(path: Polyline) -> Polyline:
-    """Return a closed path in counter-clockwise direction; an open path is unchanged."""
+    """Return a closed path in counter-clockwise direction. An open path does not change."""
     return path.reversed() if path.area < 0.0 else path
 
 
 def ends_of(paths: Sequence[Polyline]) -> Points:
-    """Return the start and end of each path, alternating, float64[2n, 2]."""
+    """Return the start and end points of all paths, alternating, float64[2n, 2]."""
     return np.array([end for path in paths for end in (path.start, path.end)]).reshape(-1, 2)

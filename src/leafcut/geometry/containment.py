@@ -1,4 +1,4 @@
-"""Nesting and intersections of outlines. An index of bounding boxes handles thousands of outlines."""
+"""Find nested and intersecting outlines. An index of bounding boxes makes this fast even for thousands of outlines."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from leafcut.geometry.index import query_pairs
 from leafcut.geometry.polyline import COINCIDENT
 from leafcut.message import Message
 
-#: Maximum number of touching pairs of outlines in a valid sheet: a base value, plus a number per outline.
+#: Maximum number of touching pairs of outlines in a valid sheet: a base value, plus a number for each outline.
 MOST_MEETING, MEETING_PER_SHAPE = 20_000, 8
 
 
 class Conflict(NamedTuple):
-    """Two outlines whose edges meet, the kind of conflict (``same``, ``overlap`` or ``touch``), and a position."""
+    """Two outlines whose edges meet, with a position and the kind of conflict (``same``, ``overlap`` or ``touch``)."""
 
     first: int
     second: int
@@ -29,10 +29,13 @@ class Conflict(NamedTuple):
 
 
 def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Conflict]:
-    """Return the pairs of polygons whose edges come within `same` mm of each other, and the kind of conflict.
+    """Find all pairs of polygons whose edges come within `same` mm of each other.
 
-    ``overlap``: neither polygon lies inside the other, and they share more than an edge. ``touch``: edges or corners
-    meet, from outside or inside. ``same``: one outline is drawn twice; `first` is the earlier copy.
+    Each pair has one of these kinds:
+
+    - ``overlap``: neither polygon lies inside the other, and they share more than an edge.
+    - ``touch``: edges or corners meet, from outside or inside.
+    - ``same``: an outline is drawn twice. `first` is the earlier copy.
 
     Raises
     ------
@@ -71,9 +74,9 @@ def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Confl
 
 
 def _exact_copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
-    """Return exact copies of shapes as conflicts, and the indices of the other shapes.
+    """Return a conflict for each exact copy of a shape, and the indices of all other shapes.
 
-    A drawing that was exported twice contains thousands of copies. Comparing all their pairs would be slow.
+    A drawing that was exported twice contains thousands of copies, and comparing all pairs of them would be slow.
     """
     first: dict[bytes, int] = {}
     copies = []
@@ -94,9 +97,16 @@ def _conflict_point(a: Any, b: Any, kind: str) -> Point:
 
 
 def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the number of polygons around each polygon, and the index of the innermost of them, or -1.
+    """Count the polygons around each polygon.
 
-    The polygons must neither overlap nor coincide (`find_conflicts`).
+    The polygons must not overlap or coincide (`find_conflicts`).
+
+    Returns
+    -------
+    depths
+        Number of polygons around each polygon.
+    parents
+        Index of the innermost surrounding polygon, or -1.
 
     Raises
     ------
@@ -109,10 +119,17 @@ def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.
 def enclosing_polygons(
     points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the number of polygons around each point, and the index of the smallest of them, or -1.
+    """Count the polygons that contain each point.
 
-    With `areas` (mm², one per point), only polygons with a larger area count. Thus a point of a polygon does not count
-    as inside that polygon, or as inside its holes.
+    With `areas` (mm², one per point), only polygons with a larger area count. A point on a polygon then does not count
+    as inside this polygon or inside its holes.
+
+    Returns
+    -------
+    depths
+        Number of polygons around each point.
+    parents
+        Index of the smallest of these polygons, or -1.
     """
     depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)
     if not len(shapes) or not len(points):

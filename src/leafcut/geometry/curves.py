@@ -1,4 +1,4 @@
-"""Convert B-splines, Bézier curves and ellipses to points or to a few arcs, within a tolerance."""
+"""Convert B-splines, Bézier curves and ellipses to points or to a small number of arcs, within a tolerance."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from leafcut.geometry.arrays import Floats, Point, Points
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline
 
-#: Maximum degree; the effort grows with its square.
+#: Maximum degree. The effort grows with the square of the degree.
 MAX_DEGREE = 25
 #: Maximum number of points of a curve.
 MAX_POINTS = 200_000
-#: Number of chords per knot span in the first pass, and maximum number.
+#: Number of chords per knot span in the first pass, and the maximum number.
 SAMPLE_CHORDS, MOST_CHORDS = 8, 1024
 
-#: Maximum plausible coordinate, mm; larger curves would take hours.
+#: Maximum plausible coordinate, mm. Larger curves would take hours.
 FARTHEST = 1e6
 
-#: Callback that receives the number of points of a curve before they are processed. It may raise an error to refuse the
+#: Callback that receives the number of points of a curve before they are processed. It can raise an error to refuse the
 #: curve.
 Spend = Callable[[int], None]
 #: Maximum difference between the half axes of a circle, mm (or a millionth of their length).
@@ -31,21 +31,26 @@ ROUND = 1e-3
 
 
 def allow_any_number(_: int) -> None:
-    """Accept any number of points. This is the default of `spend`."""
+    """Accept any number of points. This function is the default for `spend`."""
 
 
 def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats | None, tolerance: float) -> Points:
-    """Return points along a B-spline, which is rational if `weights` are given; the chord error is about `tolerance`.
+    """Return points along a B-spline, with a chord error of about `tolerance`. With `weights`, the spline is rational.
 
-    Only the domain of the spline, knots[degree] … knots[n], is evaluated, so knots need not be repeated at the ends.
+    The function only evaluates the domain of the spline, knots[degree] … knots[n]. The knots therefore do not need to
+    be repeated at the ends.
 
-    `control` is float64[n, 2 or 3]; the third coordinate is ignored. `knots` is float64[n + degree + 1],
-    non-decreasing.
+    Parameters
+    ----------
+    control
+        Control points, float64[n, 2 or 3]. The third coordinate is ignored.
+    knots
+        Non-decreasing knots, float64[n + degree + 1].
 
     Raises
     ------
     PlanError
-        The numbers define no spline.
+        The numbers do not define a spline.
 
     Source: Piegl and Tiller, The NURBS Book, 2nd edition, equations 2.5 and 4.1; evaluated by de Boor's algorithm.
     """
@@ -76,9 +81,9 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
 
 
 def _chords_needed(sample: Floats, tolerance: float) -> Floats:
-    """Return the number of chords for each knot span, a power of two.
+    """Return the number of chords for each knot span, which is a power of two.
 
-    The chord error decreases with the square of the number of chords.
+    The chord error decreases with the square of this number.
     """
     middles = 0.5 * (sample[:, :-2] + sample[:, 2:])
     # The height over a chord of two steps is four times the height over one step.
@@ -90,7 +95,7 @@ def _chords_needed(sample: Floats, tolerance: float) -> Floats:
 
 
 def _evaluate(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np.int64], count: int) -> Floats:
-    """Return equally spaced points of each knot span, computed by de Boor's algorithm, float64[spans, count + 1, 2]."""
+    """Evaluate equally spaced points in each knot span by de Boor's algorithm, float64[spans, count + 1, 2]."""
     start, end = knots[spans], knots[spans + 1]
     t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, count + 1)
     d = [np.repeat(homogeneous[spans - degree + j][:, None, :], count + 1, axis=1) for j in range(degree + 1)]
@@ -104,7 +109,7 @@ def _evaluate(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np
 
 
 def bezier_points(control: Floats, tolerance: float) -> Points:
-    """Return points along a Bézier curve, float64[n, 2]; `control` contains its control points."""
+    """Return points along the Bézier curve with the control points `control`, float64[n, 2]."""
     degree = len(control) - 1
     knots = np.repeat([0.0, 1.0], degree + 1)
     return spline_points(control, degree, knots, None, tolerance)
@@ -113,15 +118,15 @@ def bezier_points(control: Floats, tolerance: float) -> Points:
 def ellipse_path(
     center: Point, u: Point, v: Point, start: float, sweep: float, tolerance: float, spend: Spend = allow_any_number
 ) -> Polyline:
-    """Return the curve centre + u·cos(t) + v·sin(t) as arcs, for t from `start` over `sweep` (rad).
+    """Return arcs along the curve centre + u·cos(t) + v·sin(t), where t runs from `start` over `sweep` (rad).
 
-    A full turn gives a closed path. If u and v have equal lengths and are perpendicular, the result is an exact
-    circular arc. Otherwise its arcs lie within `tolerance` mm of the ellipse.
+    A full turn gives a closed path. If u and v are perpendicular and have equal lengths, the result is an exact
+    circular arc. Otherwise, the arcs stay within `tolerance` mm of the ellipse.
 
     Raises
     ------
     PlanError
-        A coordinate is out of range; also any error of `spend`.
+        A coordinate is out of range. `spend` may also raise an error.
     """
     cross = u[0] * v[1] - u[1] * v[0]
     even, odd = math.hypot(u[0] + v[1], u[1] - v[0]) / 2.0, math.hypot(u[0] - v[1], u[1] + v[0]) / 2.0
@@ -148,12 +153,12 @@ def ellipse_path(
 def fit_arcs_to_curve(points: Points, tolerance: float, closed: bool, spend: Spend = allow_any_number) -> Polyline:
     """Fit arcs to points that lie within a quarter of `tolerance` of a curve.
 
-    In a closed curve, the last point equals the first point.
+    If the curve is closed, the last point must equal the first point.
 
     Raises
     ------
     PlanError
-        A coordinate is out of range; also any error of `spend`.
+        A coordinate is out of range. `spend` may also raise an error.
     """
     if not np.abs(points).max(initial=0.0) <= FARTHEST:
         raise PlanError("coordinates or radius out of range")

@@ -1,4 +1,4 @@
-"""Fit a few lines and arcs to points along a curve."""
+"""Fit a small number of lines and arcs to points along a curve."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 
-#: Maximum bulge of a fitted arc: slightly more than a half circle, so that the fit is well-conditioned.
+#: Maximum bulge of a fitted arc. It slightly exceeds a half circle, so that the fit is well-conditioned.
 MAX_BULGE = 1.05
-#: Bulge below which a fitted arc becomes a line: over 100 mm, such an arc rises by half a micrometre.
+#: Minimum bulge of a fitted arc. An arc with a smaller bulge becomes a line: over 100 mm, it rises by half a
+#: micrometre.
 FLAT = 1e-5
 
 
 def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline:
-    """Fit lines and arcs that pass within `tolerance` of all points and of the midpoints of their chords.
+    """Fit lines and arcs that stay within `tolerance` of all points and of the midpoints between neighbouring points.
 
-    The algorithm is greedy: it always takes the longest line or arc that ends at a point and stays within the
-    tolerance. A closed line starts at its sharpest corner. O(n log n).
+    The greedy algorithm always uses the longest line or arc that ends at a point and stays within the tolerance. A
+    closed line starts at its sharpest corner. The run time is O(n log n).
 
-    `points` is float64[n, 2], mm, dense in curves. A closed line does not repeat its first point at the end.
+    `points` is float64[n, 2], mm. Curves need closely spaced points. A closed line does not repeat its first point.
     """
     if closed:
         points = np.roll(points, -_sharpest_corner(points), axis=0)
@@ -37,7 +38,6 @@ def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline
 
 
 def _sharpest_corner(points: Points) -> int:
-    """Return the index of the point of a closed line at which the direction changes most."""
     forward = np.roll(points, -1, axis=0) - points
     backward = np.roll(forward, 1, axis=0)
     cross = backward[:, 0] * forward[:, 1] - backward[:, 1] * forward[:, 0]
@@ -46,9 +46,9 @@ def _sharpest_corner(points: Points) -> int:
 
 
 def _longest_segment(points: Points, start: int, tolerance: float, last: int) -> tuple[int, float]:
-    """Fit the longest possible line or arc to the points `start` to `last`. Return its end index and its bulge.
+    """Fit the longest possible line or arc to the points from `start` to `last`. Return its end index and its bulge.
 
-    The end is found by doubling and bisection.
+    The function finds the end by doubling and bisection.
     """
     good, bulge = start + 1, 0.0
     step, bad = 2, last + 1
@@ -70,7 +70,10 @@ def _longest_segment(points: Points, start: int, tolerance: float, last: int) ->
 
 
 def _fitted_bulge(points: Points, tolerance: float) -> float | None:
-    """Return the bulge of an arc from the first to the last point that fits all points between them, or None."""
+    """Return the bulge of an arc from the first to the last point that fits all other points.
+
+    Return None if no arc fits.
+    """
     start, chord = points[0], points[-1] - points[0]
     length = float(np.hypot(*chord))
     if length <= tolerance:
@@ -93,7 +96,7 @@ def _fitted_bulge(points: Points, tolerance: float) -> float | None:
 
 
 def _rise(along: NDArray[np.float64], off: NDArray[np.float64], length: float) -> float:
-    """Return the height of the arc above its chord, computed from the point nearest to the chord's bisector."""
+    """Return the height of the arc above its chord, computed from the point closest to the perpendicular bisector."""
     k = int(np.argmin(np.abs(along - 0.5 * length)))
     x, y = float(along[k]) - 0.5 * length, float(off[k])
     if y == 0.0:

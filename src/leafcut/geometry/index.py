@@ -1,4 +1,4 @@
-"""Find pairs of shapes that are close to each other, with an index of bounding boxes (shapely's STRtree)."""
+"""Find pairs of shapes that are close to each other, using an index of bounding boxes (shapely's STRtree)."""
 
 from __future__ import annotations
 
@@ -13,25 +13,26 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.message import Message
 
-#: Maximum number of pairs in a valid drawing: a base value, plus a number per shape.
+#: Maximum number of pairs in a valid drawing: a base value, plus a number for each shape.
 MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
-#: Number of shapes per query of the index. It is small in crowded drawings, so that too many pairs are detected early.
+#: Number of shapes per query of the index. In crowded drawings, a small number detects too many pairs early.
 _MIN_BATCH, _MAX_BATCH = 16, 4096
-#: Batch sizes of `NearLines`: lines per query, and pairs evaluated at a time.
+#: Batch sizes of `NearLines`: lines per query, and pairs that are evaluated together.
 _LINES, _PAIRS = 256, 500_000
-#: Relative accuracy of the distances of boxes and points. If a distance is closer to the limit, GEOS measures the pair.
+#: Relative accuracy of the distances between boxes and points. If a distance is closer to the limit, GEOS measures the
+#: pair.
 _ACCURACY = 1e-9
 
 
 def query_pairs(
     shapes: Any, targets: Any, description: str, predicate: str, distance: float | None = None
 ) -> Iterator[tuple[Indices, Indices]]:
-    """Yield pairs (index in `shapes`, index in `targets`) that satisfy a shapely predicate, in batches.
+    """Yield batches of pairs (index in `shapes`, index in `targets`) that satisfy a shapely predicate.
 
     Raises
     ------
     PlanError
-        There are more pairs than in any valid drawing; the message contains `description`.
+        There are more pairs than in any valid drawing. The message contains `description`.
     """
     tree: Any = shapely.STRtree(targets)
     options = {} if distance is None else {"distance": distance}
@@ -47,12 +48,12 @@ def query_pairs(
 
 
 def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArray[np.float64]]:
-    """Return all pairs i < j of points within a distance, and the distance of each pair.
+    """Return all pairs of points i < j that are within a distance of each other, and the distance of each pair.
 
     Raises
     ------
     PlanError
-        Hundreds of points lie at the same position.
+        Hundreds of points share the same position.
     """
     shapes = shapely.points(points)
     batches = [np.zeros((2, 0), dtype=np.int64)]
@@ -65,10 +66,10 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
 
 
 class NearLines:
-    """Index of short shapely lines and points that finds pairs close to each other.
+    """An index of short shapely lines and points that finds pairs close to each other.
 
-    For most pairs, the bounding boxes and three points of each line are sufficient. In crowded drawings, measuring all
-    distances between lines would take most of the time.
+    The bounding boxes and three points of each line are enough to decide most pairs. Measuring all distances between
+    lines would take most of the time in crowded drawings.
     """
 
     def __init__(self, lines: NDArray[np.object_]) -> None:
@@ -84,9 +85,9 @@ class NearLines:
         reach: float,
         is_candidate: Callable[[Indices, Indices], NDArray[np.bool_]] | None = None,
     ) -> Iterator[tuple[Indices, Indices]]:
-        """Yield pairs (index in this object, index in `targets`) of lines at most `reach` apart, in batches.
+        """Yield batches of pairs (index in this object, index in `targets`) of lines that are at most `reach` apart.
 
-        `is_candidate` returns a mask, bool[k], of the pairs to test, given both index arrays, int64[k].
+        `is_candidate` receives both index arrays, int64[k], and returns a mask, bool[k], of the pairs to test.
         """
         for start in range(0, len(targets.lines), _LINES):
             min_x, min_y, max_x, max_y = targets.boxes[start : start + _LINES].T
@@ -116,7 +117,7 @@ class NearLines:
 
 
 class ShapeIndex:
-    """Index of shapely polygons or lines of any size. A query measures only the distances of nearby edges."""
+    """An index of shapely polygons or lines of any size. A query only measures the distances of edges nearby."""
 
     def __init__(self, shapes: Any) -> None:
         self._shapes = np.array(shapes, dtype=object)
@@ -124,7 +125,10 @@ class ShapeIndex:
         self._tree = shapely.STRtree(self._shapes)
 
     def near(self, others: Any, distance: float) -> Indices:
-        """Return sorted pairs (index in `others`, index of a shape) that are within `distance` mm, int64[2, k]."""
+        """Return all pairs of shapes that are within `distance` mm of each other, sorted, int64[2, k].
+
+        A pair consists of an index in `others` and the index of a shape.
+        """
         others = np.asarray(others, dtype=object)
         min_x, min_y, max_x, max_y = shapely.bounds(others).T
         boxes = shapely.box(min_x - distance, min_y - distance, max_x + distance, max_y + distance)
@@ -134,7 +138,7 @@ class ShapeIndex:
 
 
 def unique_pairs(first: Indices, second: Indices) -> Indices:
-    """Return the sorted distinct pairs (first, second) of non-negative numbers, int64[k, 2]."""
+    """Return the distinct pairs (first, second) of non-negative numbers in sorted order, int64[k, 2]."""
     stride = int(second.max(initial=0)) + 1
     keys = np.sort(first * stride + second)
     keys = keys[np.diff(keys, prepend=-1) > 0]
@@ -142,7 +146,7 @@ def unique_pairs(first: Indices, second: Indices) -> Indices:
 
 
 def component_numbers(n: int, first: Indices, second: Indices) -> Indices:
-    """Return the number of the connected component of each node 0 … n - 1; the pairs (first, second) are edges."""
+    """Return the connected component of each node 0 … n - 1 as a number. The pairs (first, second) are the edges."""
     parent = list(range(n))
 
     def root(k: int) -> int:

@@ -1,4 +1,4 @@
-"""Join open paths end to end into longer or closed paths."""
+"""Join open paths at their ends to form longer or closed paths."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import near_pairs
 from leafcut.geometry.polyline import Polyline
 
-#: Ends closer than this count as one point, mm: drawings are stored with 4 to 6 digits.
+#: Maximum distance between ends that count as the same point, mm. Drawings store 4 to 6 digits.
 EXACT = 1e-4
-#: Minimum angle between two paths at a common end, rad. At smaller angles, the paths overlap.
+#: Minimum angle between two paths at a common end, rad. At smaller angles, the paths would overlap.
 DOUBLED_BACK = 1e-3
 
 
 class Joined(NamedTuple):
-    """A path joined from several paths.
+    """A path that was joined from several paths.
 
-    `members` contains the indices of these paths in order. `gaps` contains the position and width of each closed gap.
+    `members` contains the indices of these paths, in order. `gaps` contains the position and the width of each gap that
+    was closed.
     """
 
     path: Polyline
@@ -33,9 +34,9 @@ class Joined(NamedTuple):
 
 @dataclass
 class Joining:
-    """Joined paths in drawing order, and the branches: positions where more than two ends meet.
+    """The joined paths in drawing order, and the branches, which are positions where more than two ends meet.
 
-    At a branch, the drawing order decides which ends are joined. This choice is a guess.
+    At a branch, the drawing order determines which ends are joined. This choice is a guess.
     """
 
     paths: list[Joined] = field(default_factory=list)
@@ -43,16 +44,16 @@ class Joining:
 
 
 def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
-    """Join open paths whose ends are within `tolerance` mm of each other, nearest first; O(n log n).
+    """Join open paths whose ends are within `tolerance` mm of each other, starting with the closest ends; O(n log n).
 
-    Coincident ends are joined before any gap is closed. If more than two ends meet, consecutive paths of the drawing
-    are joined first, then the paths with the sharpest corner. Thus touching outlines do not cross. Both ends of a
-    closed gap move to its middle. Closed paths remain unchanged.
+    Ends that coincide are joined before any gap is closed. If more than two ends meet, paths that are consecutive in
+    the drawing are joined first, followed by the paths with the sharpest corner. As a result, outlines that touch do
+    not cross. Both ends of a gap move to its middle. Closed paths do not change.
 
     Raises
     ------
     PlanError
-        Hundreds of ends lie at the same position.
+        Hundreds of ends share the same position.
     """
     result = Joining([Joined(p, [i], []) for i, p in enumerate(paths) if p.closed])
     members = [i for i, p in enumerate(paths) if not p.closed]
@@ -81,8 +82,9 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
 def _partners_of_ends(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
-    """Return the end to which each end is joined, or -1. The nearest pairs are joined first; equally near pairs are
-    joined in drawing order.
+    """Return the end that each end is joined to, or -1.
+
+    The closest pairs are joined first. Pairs at the same distance are joined in drawing order.
     """
     distance = np.where(gaps <= EXACT, 0.0, gaps)
     follow = np.abs(first // 2 - second // 2) == 1
@@ -102,7 +104,7 @@ def _partners_of_ends(
 def _angles(
     paths: Sequence[Polyline], first: Indices, second: Indices, exact: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Return the angle between the paths at each pair of ends, rad; π if no other end meets there."""
+    """Return the angle between the paths at each pair of ends, rad, or π if no other end meets there."""
     crowded = np.bincount(np.concatenate([first[exact], second[exact]]), minlength=2 * len(paths)) > 1
     directions = {end: _inward_direction(paths[end // 2], end % 2 == 1) for end in np.flatnonzero(crowded).tolist()}
     angles = np.full(len(first), np.pi)
@@ -117,7 +119,7 @@ def _inward_direction(path: Polyline, at_end: bool) -> Point:
 
 
 def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Point]:
-    """Return the positions where three or more ends meet, or where no free partner was left for an end."""
+    """Return all positions where three or more ends meet, or where an end has no free partner left."""
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
     exact = np.bincount(np.concatenate([first[close], second[close]]), minlength=len(ends))
@@ -126,10 +128,10 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
 
 
 def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
-    """Return the chains of joined paths, each as a list of ends, and whether the chain is closed.
+    """Return the chains of joined paths, and whether each chain is closed.
 
-    The list contains the end at which the chain enters each path. End 2i is the start of path i, and end 2i + 1 its
-    end.
+    A chain is a list of ends. Each entry is the end at which the chain enters a path. End 2i is the start of path i,
+    and end 2i + 1 is its end.
     """
     table = mate.tolist()
     done = [False] * (len(table) // 2)
@@ -152,7 +154,7 @@ def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
 
 
 def _assemble(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
-    """Return the path of a chain (`walk`, from `_chains`), and add the gaps that the path closes to `gaps`."""
+    """Build the path of a chain (`walk`, from `_chains`), and append each gap that the path closes to `gaps`."""
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):

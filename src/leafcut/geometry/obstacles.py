@@ -1,4 +1,4 @@
-"""Obstacles in the plane: find the moves that cross them, and the shortest paths around them.
+"""Obstacles in the plane: find moves that cross them, and find the shortest paths around them.
 
     map = ObstacleMap({0: part, 1: other}, walls={-1: clamp})
     map.path_around(a, b, {0}, radius=4.0)
@@ -21,32 +21,33 @@ from shapely.geometry.polygon import orient
 
 from leafcut.geometry.arrays import Floats, Indices, Point, Points
 
-#: Minimum depth at which a move crosses a polygon, mm, because moves may start at its edge and run along it.
+#: Minimum depth at which a move crosses a polygon, mm. Moves may start at the edge of a polygon and run along it.
 DEPTH = 0.1
-#: Distance of paths from corners, mm (an estimate; with a larger distance, paths would not fit between close polygons).
-#: Clearance in addition to the radius of the head, mm.
+#: Distance between paths and corners, mm. This is an estimate: with a larger distance, paths would not fit between
+#: polygons that are close together.
 MARGIN, CLEARANCE = 1.0, 0.02
 #: Tolerance for the distance of paths from polygons, mm.
 SLACK = 0.01
-#: Maximum number of candidate corners of a path. Maximum number of search rounds; each round adds the polygons on the
-#: path.
+#: Maximum number of candidate corners per path, and maximum number of search rounds. Each round adds the polygons on
+#: the path.
 MOST_CORNERS, MOST_ROUNDS = 120, 3
-#: An end of a path is enclosed if it has no exit from a disc of this radius around it, in radii of the head.
+#: Radius of the disc around an end of a path, in radii of the head. The end is enclosed if it has no exit from this
+#: disc.
 ENCLOSING = 2.0
 
-#: Key of a group of nodes: the number of a polygon, or a point and whether it is an end of the path.
+#: Key of a group of nodes: the number of a polygon, or a point with a flag that marks an end of the path.
 _Key: TypeAlias = int | tuple[Point, bool]
-#: Possible corners of paths, float64[n, 2], mm, with their key: the corners of a polygon, or a single point.
+#: Possible corners of paths, float64[n, 2], mm, with their key. They are the corners of a polygon, or a single point.
 _Nodes: TypeAlias = tuple[_Key, Points]
 
 
 def shortest_path(
     n: int, edges: Callable[[int], tuple[Indices, Floats]], start: int, ends: Collection[int]
 ) -> list[int] | None:
-    """Return the nodes of the shortest path from `start` to the nearest node of `ends`, or None if no path exists.
+    """Return the nodes of the shortest path from `start` to the closest of the nodes `ends`, or None if no path exists.
 
     `n` is the number of nodes. `edges` returns the neighbours of a node, int64[k], and their distances, float64[k]. An
-    infinite distance means that no edge exists.
+    infinite distance means that the nodes are not connected.
     """
     best, previous, queue = np.full(n, np.inf), dict[int, int](), [(0.0, start)]
     best[start] = 0.0
@@ -70,7 +71,7 @@ def shortest_path(
 
 
 class ObstacleMap:
-    """Obstacles for a cutting head. Walls always block the head; polygons block it only while they are `standing`.
+    """Obstacles for a cutting head. Walls always block the head, and polygons only block it while they are `standing`.
 
     The head stays at least its radius away from standing polygons, and its centre never crosses a wall. Paths are
     cached for each set of standing polygons.
@@ -95,14 +96,20 @@ class ObstacleMap:
         ] = {}
 
     def polygons_crossed(self, a: Point, b: Point) -> frozenset[int]:
-        """Return all polygons that a straight move crosses, standing or not, without walls."""
+        """Return all polygons that a straight move crosses. Walls are not included.
+
+        The result includes polygons that are not standing.
+        """
         if (a, b) not in self._crossed:
             hit = self._inner.query(shapely.LineString([a, b]), predicate="intersects")
             self._crossed[a, b] = frozenset(self._numbers[k] for k in hit.tolist()) - self._walls
         return self._crossed[a, b]
 
     def polygons_approached(self, a: Point, b: Point, radius: float) -> frozenset[int]:
-        """Return all polygons, standing or not, that a straight move crosses or approaches within a radius."""
+        """Return all polygons that a straight move crosses or approaches within a radius.
+
+        The result includes polygons that are not standing.
+        """
         if (a, b, radius) not in self._met:
             _, near = self._approaching_pairs(np.array([[a, b]]), np.array([[True, True]]), radius)
             self._met[a, b, radius] = self.polygons_crossed(a, b) | {self._numbers[k] for k in near.tolist()}
@@ -111,7 +118,8 @@ class ObstacleMap:
     def path_around(self, a: Point, b: Point, standing: set[int], radius: float) -> list[Point] | None:
         """Return the corners of a short path from `a` to `b`, or None if no path exists.
 
-        The path keeps `radius` mm from standing polygons, except within that radius of its ends, and crosses no wall.
+        The path never crosses a wall, and stays `radius` mm away from standing polygons. Within this radius of its
+        ends, it may come closer.
         """
         known = self._paths.setdefault((a, b, radius), [])
         for seen, stood, corners in known:
@@ -123,8 +131,9 @@ class ObstacleMap:
         return found
 
     def _find_path(self, a: Point, b: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point] | None:
-        """Return the corners of a path, or None if no path exists. Add all polygons that influence the path to
-        `seen`.
+        """Return the corners of a path, or None if no path exists.
+
+        The function adds all polygons that influence the path to `seen`.
         """
         met = self.polygons_approached(a, b, radius) if radius > 0.0 else self.polygons_crossed(a, b)
         seen |= met
@@ -164,7 +173,10 @@ class ObstacleMap:
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
     def _clear_points_nearby(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Move a point straight away from each standing polygon nearby, until it is clear. Return the moved points."""
+        """Move a point straight away from each standing polygon nearby until the point is clear.
+
+        Return all moved points.
+        """
         point, away = shapely.Point(place), list[Point]()
         for number in self._numbers_near(point, radius) if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self.shapes[number], point))[0]
@@ -178,10 +190,10 @@ class ObstacleMap:
     def _approaching_pairs(
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return pairs (line, polygon) where a line comes within `radius` mm of a polygon.
+        """Return pairs (line, polygon) for each line that comes within `radius` mm of a polygon.
 
-        `lines` is float64[n, 2, 2]. `ends`, bool[n, 2], marks the ends of the whole path. Within `radius` mm of such an
-        end, a line may come closer to a polygon.
+        `lines` is float64[n, 2, 2]. `ends`, bool[n, 2], marks the ends of the whole path. Within `radius` mm of these
+        ends, lines may come closer to a polygon.
         """
         step = lines[:, 1] - lines[:, 0]
         length = np.maximum(np.hypot(*step.T), 1e-12)
@@ -193,7 +205,10 @@ class ObstacleMap:
         return some[at], what
 
     def _passing_corners(self, number: int, radius: float) -> Points:
-        """Return the corners at which paths may turn around an obstacle: the convex corners of its enlarged outline."""
+        """Return the corners where paths can turn around an obstacle.
+
+        These are the convex corners of its enlarged outline.
+        """
         distance = max(MARGIN, radius + CLEARANCE)
         if (number, distance) not in self._corners:
             shape = self.shapes[number].simplify(0.25 * MARGIN)
@@ -204,11 +219,10 @@ class ObstacleMap:
         return self._corners[number, distance]
 
     def _obstacles_between_nodes(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
-        """Return rows (node, node, obstacle) for each obstacle that the straight line between two nodes crosses or
-        approaches.
+        """Find all obstacles that a straight line between two nodes crosses or approaches.
 
-        Rows are cached, because they do not depend on the standing polygons, and most of them do not depend on the ends
-        of the path.
+        Return a row (node, node, obstacle) for each of them. The rows are cached, because they do not depend on which
+        polygons are standing. Most rows do not depend on the ends of the path either.
         """
         pairs = [(i, j) for i in range(len(nodes)) for j in range(i, len(nodes))]
         keys = [(nodes[i][0], nodes[j][0], radius) for i, j in pairs]
@@ -235,7 +249,7 @@ class ObstacleMap:
     def _obstacles_on(
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return pairs (line, obstacle) where a line crosses or approaches an obstacle, sorted by line."""
+        """Return pairs (line, obstacle) for each line that crosses or approaches an obstacle, sorted by line."""
         # A line between corners is within the radius of each polygon that it crosses. Walls require no distance.
         both = ends.any(axis=1) | (radius <= DEPTH)
         some, others = np.flatnonzero(both), np.flatnonzero(~both)
@@ -250,9 +264,9 @@ class ObstacleMap:
     def _shortest(
         self, nodes: Sequence[_Nodes], standing: set[int], radius: float, seen: set[int]
     ) -> tuple[list[Point] | None, set[int]]:
-        """Return the shortest unblocked path from the first node to the second, and an empty set.
+        """Return the shortest unblocked path from the first node to the second node, and an empty set.
 
-        If there is no such path, return None and the obstacles that block a line.
+        If no such path exists, return None and the obstacles that block a line.
         """
         places = np.concatenate([of for _, of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
@@ -271,7 +285,8 @@ class ObstacleMap:
 
 
 def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
-    """Return all pairs of an index below n and an index below m, int64[2, k]. If `same`, return all pairs i ≠ j of
-    indices below n.
+    """Return all pairs of an index below n and an index below m, int64[2, k].
+
+    If `same`, return all pairs i ≠ j of indices below n.
     """
     return np.array(np.triu_indices(n, 1) if same else np.indices((n, m)).reshape(2, -1))

@@ -1,4 +1,4 @@
-"""Offset closed paths while preserving arcs, for kerf compensation, clearance and spacing."""
+"""Offset closed paths and keep their arcs. Kerf compensation, clearance and spacing use these offsets."""
 
 from __future__ import annotations
 
@@ -15,21 +15,25 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.geometry.regions import FINE, chords_per_quarter
 
-#: GEOS moves the points of shallow concave parts by up to this share of the distance (its `simplifyFactor`).
+#: Maximum share of the distance by which GEOS moves the points of shallow concave parts (its `simplifyFactor`).
 GEOS_SLACK = 0.01
 
 
 def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Polyline]:
-    """Return the boundary of the area inside a closed path after growing it by `distance` mm on all sides.
+    """Grow the area inside a closed path by `distance` mm on all sides, and return its new boundary.
 
-    At outward corners, the boundary follows an arc around the corner, as if a round tool of that radius swept the area.
-    Lines stay lines and arcs stay arcs if every element of the path has a parallel. Otherwise the boundary is computed
-    with chords (shapely's buffer), and arcs are fitted to them. Both kinds of result are checked: each point is at the
-    given distance from the path, within `tolerance`.
+    At outward corners, the boundary follows an arc around the corner, as if a round tool of this radius had swept the
+    area. If every element of the path has a parallel, lines stay lines and arcs stay arcs. Otherwise, shapely's buffer
+    computes the boundary with chords, and arcs are fitted to these chords. In both cases, the result is checked: each
+    point must be at the given distance from the path, within `tolerance`.
 
-    A negative distance shrinks the area. The direction of the path does not matter. The resulting paths are closed and
-    sorted, largest first. Outer boundaries are counter-clockwise; holes enclosed by growing are clockwise. The list is
-    empty if no area remains.
+    A negative distance shrinks the area. The direction of the path does not matter.
+
+    Returns
+    -------
+    paths
+        Closed paths, largest first, or an empty list if no area remains. Outer boundaries are counter-clockwise. Holes
+        that are enclosed by growing are clockwise.
 
     Raises
     ------
@@ -52,7 +56,7 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
 
 
 def _fit_ring(ring: Points, check: _OffsetCheck, tolerance: float) -> Polyline:
-    """Fit lines and arcs to a ring of chords; return it unchanged if no arcs fit."""
+    """Fit lines and arcs to a ring of chords. If no arcs fit, return the chords."""
     moved = check.moved_to_distance(ring)
     for points, reach in ((moved, 0.5), (moved, 0.2), (ring, 0.2)):
         candidate = fit_arcs(points, reach * tolerance, closed=True)
@@ -62,7 +66,7 @@ def _fit_ring(ring: Points, check: _OffsetCheck, tolerance: float) -> Polyline:
 
 
 def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Iterator[Points]:
-    """Yield the rings of the buffered region, largest first, float64[n, 2]; the first point is not repeated."""
+    """Yield the rings of the buffered region, largest first, float64[n, 2]. The first point is not repeated."""
     grown = region.buffer(distance, quad_segs=chords_per_quarter(abs(distance), fine))
     pieces = [p for p in getattr(grown, "geoms", [grown]) if not p.is_empty]
     rings = [(r, sign) for p in pieces for r, sign in ((p.exterior, 1.0), *((i, -1.0) for i in p.interiors))]
@@ -78,7 +82,7 @@ def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Itera
 
 
 class _OffsetCheck:
-    """Check of offset paths against the original path, which is given as fine chords."""
+    """Checks offset paths against the original path, which is represented by fine chords."""
 
     def __init__(self, path: Polyline, distance: float, tolerance: float) -> None:
         self.distance, self.tolerance = distance, tolerance
@@ -93,8 +97,9 @@ class _OffsetCheck:
         shapely.prepare(self.edge)
 
     def agrees(self, candidate: Polyline, ring: Points) -> bool:
-        """Return whether an offset path has the right distance everywhere, does not cross itself, and covers the
-        ring.
+        """Return whether an offset path has the right distance everywhere.
+
+        It must also cover the ring and must not cross itself.
         """
         if candidate.n_segments < 2:
             return False
@@ -110,7 +115,7 @@ class _OffsetCheck:
         return bool(shapely.dwithin(candidate_ring, shapely.points(expected), max_distance).all())
 
     def moved_to_distance(self, ring: Points) -> Points:
-        """Move the points of a ring to the exact distance from the nearest point of the path."""
+        """Move each point of a ring to the exact distance from the closest point of the path."""
         points = shapely.points(ring)
         lines = shapely.shortest_line(self.edge, points)
         feet = shapely.get_coordinates(shapely.get_point(lines, 0))
@@ -124,7 +129,7 @@ class _OffsetCheck:
 
 
 class Element(NamedTuple):
-    """A line or arc of a parallel. `turn` is the angle of an arc, positive counter-clockwise; it is 0 for a line."""
+    """A line or arc of a parallel. `turn` is the angle of an arc, positive counter-clockwise, or 0 for a line."""
 
     start: Point
     end: Point
@@ -134,12 +139,12 @@ class Element(NamedTuple):
 
 
 def parallel(path: Polyline, distance: float, tolerance: float) -> Polyline | None:
-    """Return the parallel at `distance` mm to the right of a closed path (negative: to its left), or None.
+    """Return the parallel at `distance` mm to the right of a closed path. A negative distance is to the left.
 
-    It is built element by element, so lines stay lines and arcs stay arcs. The caller checks it.
-    Gaps at corners are closed by arcs around the corner, and overlaps are cut at the intersection. The result is None
-    if an element has no parallel (an arc with a radius below the distance), or if two neighbours do not meet. The
-    result may still cross itself. Ends closer than `tolerance` mm coincide.
+    The parallel is built element by element, so lines stay lines and arcs stay arcs. Arcs around the corners close
+    gaps, and overlaps are cut at the intersection. The result is None if an element has no parallel, such as an arc
+    with a radius below the distance, or if two neighbours do not meet. The result may cross itself, so the caller must
+    check it. Ends closer than `tolerance` mm coincide.
     """
     shifted = [_shifted_element(s, distance) for s in path.segments() if s.start != s.end]
     if len(shifted) < 2 or any(e is None for e in shifted):
@@ -191,7 +196,7 @@ def _shifted_element(s: Segment, distance: float) -> Element | None:
 
 
 def _direction(e: Element, at_end: bool) -> Point:
-    """Return the direction of travel at the start or the end of an element; the vector is not normalised."""
+    """Return the direction of travel at the start or the end of an element. The vector is not normalised."""
     if e.turn == 0.0:
         return (e.end[0] - e.start[0], e.end[1] - e.start[1])
     x, y = e.end if at_end else e.start
@@ -205,7 +210,7 @@ def _turn(a: Point, b: Point) -> float:
 
 
 def _nearest_intersection(a: Element, b: Element) -> Point | None:
-    """Return the intersection of two elements nearest to their common end, or None if they do not intersect."""
+    """Return the intersection of two elements that is closest to their common end, or None if they do not intersect."""
     reference = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
     if a.turn == 0.0 and b.turn == 0.0:
         points = _line_line(a, b)
@@ -254,9 +259,10 @@ def _circle_circle(a: Element, b: Element) -> list[Point]:
 
 
 def _trimmed_bulge(e: Element) -> float | None:
-    """Return the bulge of an element trimmed at its ends, or None if nothing remains of an arc.
+    """Return the bulge of an element after trimming its ends, or None if nothing is left of an arc.
 
-    If a line is trimmed beyond its own start, its direction is reversed. The distance check of the caller detects this.
+    If a line is trimmed beyond its own start, its direction is reversed. The caller detects this with its distance
+    check.
     """
     if e.turn == 0.0:
         return 0.0

@@ -1,7 +1,8 @@
-"""`Polyline`: connected lines and circular arcs, open or closed, for contours, leads and cuts.
+"""`Polyline`: a path of connected lines and circular arcs, open or closed, for contours, leads and cuts.
 
-An arc is given by its bulge, as in DXF (LWPOLYLINE, group code 42). The bulge is the tangent of a quarter of the arc's
-angle, positive counter-clockwise: 0 is a straight line, 1 a half circle. A full circle consists of two half circles.
+The bulge of an arc defines its shape, as in DXF (LWPOLYLINE, group code 42). The bulge is the tangent of a quarter of
+the arc's angle, and is positive counter-clockwise. It is 0 for a straight line and 1 for a half circle. A full circle
+consists of two half circles.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from numpy.typing import ArrayLike, NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
 
-#: Maximum bulge of a straight line: over a metre, the arc rises by less than a nanometre.
+#: Maximum bulge of a straight line. An arc with this bulge rises by less than a nanometre per metre.
 STRAIGHT = 1e-9
-#: Lines closer than this coincide, mm.
+#: Maximum distance between lines that coincide, mm.
 COINCIDENT = 0.01
 
 
 class Segment(NamedTuple):
-    """A line or arc from `start` to `end`, mm. For a line, `bulge` is 0, and `center` and `radius` are NaN."""
+    """A line or arc from `start` to `end`, mm. A line has the bulge 0, and its `center` and `radius` are NaN."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -36,19 +37,20 @@ class Segment(NamedTuple):
 
     @property
     def is_arc(self) -> bool:
-        """Whether the segment is an arc. The arc is counter-clockwise if `bulge` is positive."""
+        """Whether the segment is an arc. An arc with a positive `bulge` is counter-clockwise."""
         return self.bulge != 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """A path of lines and arcs, stored as vertices with the bulge of the segment that starts at each vertex.
+    """A path of lines and arcs. Each vertex is stored with the bulge of the segment that starts there.
 
     Attributes
     ----------
     vertices
         float64[n, 3]: x and y in mm, and the bulge to the next vertex. A closed polyline does not repeat its first
-        vertex; its last bulge belongs to the segment back to the first vertex. The last bulge of an open polyline is 0.
+        vertex, and its last bulge belongs to the segment back to the first vertex. The last bulge of an open polyline
+        is 0.
     """
 
     vertices: NDArray[np.float64]
@@ -63,8 +65,9 @@ class Polyline:
 
     @classmethod
     def of_points(cls, points: ArrayLike, closed: bool = False) -> Polyline:
-        """Create a polyline of straight lines through n points (x and y in mm). If it is closed, a last point that
-        repeats the first point is dropped.
+        """Create a polyline of straight lines through n points (x and y in mm).
+
+        If the polyline is closed and the last point repeats the first point, the last point is dropped.
         """
         xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
         if closed and len(xy) > 1 and np.array_equal(xy[0], xy[-1]):
@@ -91,7 +94,7 @@ class Polyline:
 
     @cached_property
     def bulges(self) -> Points:
-        """Bulge of each segment, float64[m]; 0 for a segment that is straight except for rounding."""
+        """Bulge of each segment, float64[m]. It is exactly 0 if a segment is straight except for rounding."""
         bulges = self.vertices[: self.n_segments, 2]
         return np.where(np.abs(bulges) < STRAIGHT, 0.0, bulges)
 
@@ -113,7 +116,7 @@ class Polyline:
 
     @cached_property
     def area(self) -> float:
-        """Area inside a closed polyline, mm²; it is negative if the polyline is clockwise, and 0 if it is open."""
+        """Area inside a closed polyline, mm². It is negative if the polyline is clockwise, and 0 if it is open."""
         if not self.closed:
             return 0.0
         x0, y0, x1, y1 = self._ends.T
@@ -130,7 +133,7 @@ class Polyline:
         return float(np.sum(0.5 * (x0 * y1 - x1 * y0) + 0.5 * radius**2 * (angle - np.sin(angle))))
 
     def segment(self, index: int) -> Segment:
-        """Return the segment at an index; negative indices count from the end."""
+        """Return the segment at an index. Negative indices count from the end."""
         return self._segments[index]
 
     @cached_property
@@ -148,12 +151,12 @@ class Polyline:
 
     @property
     def end(self) -> tuple[float, float]:
-        """End point, mm; for a closed polyline, its start point."""
+        """End point, mm. For a closed polyline, this is the start point."""
         return self.start if self.closed else (float(self.vertices[-1, 0]), float(self.vertices[-1, 1]))
 
     @cached_property
     def extents(self) -> tuple[float, float, float, float]:
-        """Minimum x and y, then maximum x and y, including arcs, mm."""
+        """Minimum x and y, followed by maximum x and y, mm. Arcs are taken into account."""
         blocks = [self.vertices[:, :2]]
         arcs = np.flatnonzero(self.bulges).tolist() if self.vertices[:, 2].any() else []
         for s in map(self.segment, arcs):
@@ -171,7 +174,7 @@ class Polyline:
         return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
     def flattened(self, tolerance: float = 0.01) -> Points:
-        """Return points along the polyline, float64[k, 2], where the chord error of arcs is at most `tolerance` mm.
+        """Return points along the polyline, float64[k, 2]. The chord error of arcs is at most `tolerance` mm.
 
         For a closed polyline, the first point is repeated at the end.
         """
@@ -182,7 +185,7 @@ class Polyline:
         return np.concatenate(points)
 
     def reversed(self) -> Polyline:
-        """Return the polyline in reverse direction; a closed polyline still starts at the same vertex."""
+        """Return the polyline in reverse direction. A closed polyline still starts at the same vertex."""
         xy = self.vertices[::-1, :2]
         if self.closed:
             xy = np.roll(xy, 1, axis=0)
@@ -203,11 +206,11 @@ class Polyline:
 
     @cached_property
     def _distances(self) -> tuple[list[float], list[float]]:
-        """Distance from the start of the path to the end of each segment, and length of each segment, mm."""
+        """Distance from the start of the path to the end of each segment, and the length of each segment, mm."""
         return np.cumsum(self.lengths).tolist(), self.lengths.tolist()
 
     def _locate(self, distance: float) -> tuple[int, float]:
-        """Return the segment at a distance from the start, and the fraction of the segment before that point."""
+        """Return the segment at a distance from the start, and the position on this segment as a fraction."""
         if self.closed and self.length > 0.0:
             distance %= self.length
         ends, lengths = self._distances
@@ -217,13 +220,17 @@ class Polyline:
         return index, min(max((distance - before) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
     def point_at(self, distance: float) -> tuple[float, float]:
-        """Return the point at a distance from the start, mm. Beyond an end of an open polyline, return that end."""
+        """Return the point at a distance from the start, mm.
+
+        Beyond the ends of an open polyline, return the closest end.
+        """
         index, share = self._locate(distance)
         return _along(self.segment(index), share)
 
     def direction_at(self, distance: float) -> tuple[float, float]:
-        """Return the direction of travel, as a unit vector, at a distance from the start, mm. At a vertex, return the
-        direction of the following segment.
+        """Return the direction of travel at a distance from the start, mm, as a unit vector.
+
+        At a vertex, this is the direction of the following segment.
         """
         index, share = self._locate(distance)
         s = self.segment(index)
@@ -237,7 +244,7 @@ class Polyline:
     def piece(self, start: float, end: float) -> Polyline:
         """Return the open polyline between two distances from the start, mm, where `start` ≤ `end`.
 
-        In a closed polyline, `end` may exceed the length: the piece then continues past the start for up to one more
+        In a closed polyline, `end` may exceed the length. The piece then continues past the start for up to one more
         round.
         """
         if not self.closed:
@@ -263,7 +270,7 @@ class Polyline:
 
 
 def joined(*pieces: Polyline) -> Polyline:
-    """Concatenate open polylines, each of which starts at the end of the previous polyline."""
+    """Concatenate open polylines. Each polyline must start where the previous polyline ends."""
     rows = [p.vertices[:-1] for p in pieces if p.n_segments]
     ends = [p for p in pieces if p.n_segments]
     if not ends:
@@ -293,13 +300,14 @@ def _along(s: Segment, share: float) -> tuple[float, float]:
     return (s.center[0] + s.radius * math.cos(angle), s.center[1] + s.radius * math.sin(angle))
 
 
-#: Maximum number of chords per arc, so that a very small tolerance does not exhaust the memory.
+#: Maximum number of chords per arc. The limit prevents a tiny tolerance from exhausting the memory.
 MAX_CHORDS = 2000
 
 
 def _chords(s: Segment, tolerance: float) -> Points:
-    """Return the end points of the chords of an arc, float64[k, 2]. The chord error, r·(1 − cos(step/2)), is at most
-    `tolerance`.
+    """Return the end points of the chords of an arc, float64[k, 2].
+
+    The chord error, r·(1 − cos(step/2)), is at most `tolerance`.
     """
     turn = 4.0 * math.atan(s.bulge)
     step = 2.0 * math.acos(max(1.0 - tolerance / s.radius, 0.0)) if s.radius > 0.0 else math.pi

@@ -1,6 +1,6 @@
-"""Create regions of the plane from paths, as shapely polygons, and offset these regions.
+"""Create regions of the plane from paths, as shapely polygons, and offset them.
 
-Offsets allow for the chord error of arcs.
+The offsets take the chord error of arcs into account.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 
-#: Chord error of walls and offsets, and of their checks, as a share of the tolerance.
+#: Chord error of walls and offsets, and of the checks, as a share of the tolerance.
 FINE = 0.125
-#: Minimum length of a slot as wide as the tool, in tool radii; anything shorter is the tip of a corner.
+#: Minimum length of a slot as wide as the tool, in tool radii. A shorter area is the tip of a corner.
 LONG = 0.05
 
 
@@ -30,7 +30,8 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
     Raises
     ------
     PlanError
-        A path crosses itself, or an island touches the outline or another island; `name` identifies the region.
+        A path crosses itself, or an island touches the outline or another island. The message names the region
+        (`name`).
     """
     fine = FINE * tolerance
     shape = shapely.Polygon(outline.flattened(fine), [island.flattened(fine) for island in islands])
@@ -42,17 +43,17 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
 
 
 def shrink(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Shrink a polygon, so that each remaining point is at least `distance` mm from the original edge."""
+    """Shrink a polygon so that each remaining point is at least `distance` mm away from the original edge."""
     fine = FINE * tolerance
     # The arcs of a buffer consist of chords, which are closer to the edge by the chord error.
     return shape.buffer(-(distance + fine), quad_segs=chords_per_quarter(distance, fine))
 
 
 def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Return the area in which the centre of a tool is at least a distance, mm, from the edge of a polygon.
+    """Return the area in which the centre of a tool is at least a distance, mm, away from the edge of a polygon.
 
-    If a passage is as wide as the tool, within the tolerance, the area there is a strip along the centre line, half a
-    tolerance wide on each side. The tool then touches both walls.
+    If a passage is exactly as wide as the tool, within the tolerance, the tool touches both walls. The area there is a
+    strip along the centre line that extends half a tolerance to each side.
     """
     centres = shrink(shape, distance, tolerance)
     slack = 0.5 * tolerance
@@ -74,12 +75,15 @@ def _box_diagonal(shape: Any) -> float:
 
 
 def swept(shape: Any, radius: float, tolerance: float = 0.01) -> Any:
-    """Return the area swept by a disc whose centre moves over a shape (lines or polygons), within the chord error."""
+    """Return the area that a disc sweeps when its centre moves over a shape (lines or polygons).
+
+    The result is accurate to within the chord error.
+    """
     return shape.buffer(radius, quad_segs=chords_per_quarter(radius, FINE * tolerance))
 
 
 def chords_per_quarter(radius: float, fine: float) -> int:
-    """Return the number of chords per quarter circle for a chord error of `fine` mm."""
+    """Return the number of chords per quarter circle that keeps the chord error within `fine` mm."""
     step = 2.0 * math.acos(max(1.0 - fine / max(radius, fine), 0.0))
     return min(max(math.ceil(0.5 * math.pi / step), 4), 256)
 
@@ -90,5 +94,5 @@ def polygons(shape: Any) -> list[Any]:
 
 
 def as_polyline(points: Any, closed: bool = False) -> Polyline:
-    """Return a polyline of straight lines through points (float64[n, 2], or shapely coordinates)."""
+    """Create a polyline of straight lines through points (float64[n, 2], or shapely coordinates)."""
     return Polyline.of_points(np.asarray(points, dtype=np.float64)[:, :2], closed)

@@ -1,4 +1,4 @@
-"""Convert the strokes of a drawing to outlines: join the strokes and remove duplicates."""
+"""Convert the strokes of a drawing to outlines by joining strokes and removing duplicates."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from leafcut.geometry.joining import Joined, Joining, join
 from leafcut.geometry.polyline import COINCIDENT, Polyline
 from leafcut.message import Message
 
-#: Chord error of outlines when they are checked, mm.
+#: Chord error of outlines during checks, mm.
 CHORDS = 0.01
-#: Maximum number of chords of all outlines together.
+#: Maximum total number of chords of all outlines.
 MOST_CHORDS = 20_000_000
-#: Maximum --join-tolerance that a message proposes, mm. Accidental gaps are smaller. The ends of a hole's centre cross
-#: are farther apart; joined, they would form a diamond.
+#: Maximum --join-tolerance that a message suggests, mm. Accidental gaps are smaller. The ends of the centre mark of a
+#: hole are farther apart. If they were joined, they would form a diamond.
 WIDEST_PROPOSED_JOIN = 0.5
 _FULL = 2.0 * np.pi
 
 
 @dataclass
 class TidiedOutlines(Joining):
-    """Outlines joined from strokes, the branches of the drawing, and the positions of removed duplicates."""
+    """Outlines that were joined from strokes, the branches of the drawing, and the positions of removed duplicates."""
 
     doubles: list[Point] = field(default_factory=list)
 
 
 def join_advice(number: int, paths: Sequence[Polyline]) -> str:
-    """Return advice on the open path `paths[number]` for a message: the nearest end of any path, and a remedy.
+    """Return advice for a message about the open path `paths[number]`. The advice names the nearest end and a remedy.
 
-    The nearest end may be the other end of the same path.
+    The nearest end may belong to the same path.
     """
     ends = ends_of(paths)
     own_ends = slice(2 * number, 2 * number + 2)
@@ -60,12 +60,14 @@ def join_advice(number: int, paths: Sequence[Polyline]) -> str:
 
 
 def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlines:
-    """Join strokes to outlines. Strokes that do not form closed outlines are joined again after duplicates are removed.
+    """Join strokes to outlines.
+
+    If strokes do not form closed outlines, duplicates are removed and the remaining strokes are joined again.
 
     Raises
     ------
     PlanError
-        Hundreds of ends or lines lie at the same position.
+        Hundreds of ends or lines share the same position.
     """
     first = join(strokes, tolerance)
     sound = [joined for joined in first.paths if strokes[joined.members[0]].closed]
@@ -96,7 +98,7 @@ def _source_strokes(joined: Joined, pieces: Sequence[tuple[Polyline, int]], loos
 
 
 def polygons(paths: Sequence[Polyline]) -> Any:
-    """Return closed paths as shapely polygons, with arcs approximated by chords.
+    """Convert closed paths to shapely polygons. Chords replace the arcs.
 
     Raises
     ------
@@ -117,14 +119,14 @@ def polygons(paths: Sequence[Polyline]) -> Any:
 
 
 def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
-    """Return, for each closed path, whether it crosses itself or encloses no area."""
+    """Return whether each closed path crosses itself or encloses no area."""
     shapes = polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= COINCIDENT * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
 
 
 def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
-    """Return for each open stroke whether it lies on an outline, and no other stroke continues from its ends."""
+    """Return whether each open stroke lies on an outline and has no other stroke that continues from its ends."""
     if not loose or not outlines:
         return [False] * len(loose)
     lines: Any = shapely.linearrings(
@@ -151,18 +153,18 @@ def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) ->
 
 
 class PathsWithoutOverlaps(NamedTuple):
-    """Paths without overlaps, the index of the source of each path, and the positions of the removed pieces."""
+    """Paths without overlaps, with the index of the source of each path, and the positions of removed pieces."""
 
     paths: list[tuple[Polyline, int]]
     removed: list[Point]
 
 
 def without_overlaps(paths: Sequence[Polyline]) -> PathsWithoutOverlaps:
-    """Return open paths with one copy of every repeated line and arc, unless two neighbours share it; O(n log n).
+    """Keep a single copy of every repeated line and arc in open paths, unless two neighbours share it; O(n log n).
 
-    Overlapping lines are split at each other's ends, so that duplicates match exactly. Then one copy of each piece is
-    kept. If an odd number of ends would meet at a point, an outline needs a duplicate, which is restored.
-    Closed paths, and open paths without overlap, are unchanged. All other paths are returned in pieces.
+    Overlapping lines are split at each other's ends, so that duplicates match exactly. Then a single copy of each piece
+    is kept. If this leaves an odd number of ends at a point, an outline needs the duplicate, so it is restored. Closed
+    paths and open paths without overlaps do not change. All other paths are returned in pieces.
     """
     table = _segments(paths)
     cuts = _split_positions(table)
@@ -185,7 +187,7 @@ def without_overlaps(paths: Sequence[Polyline]) -> PathsWithoutOverlaps:
 
 
 class _Segments(NamedTuple):
-    """Columns of lines and arcs: both ends, bulge, length, centre and radius (NaN for lines), and index of the path."""
+    """Lines and arcs in columns: both ends, bulge, length, centre and radius (NaN for lines), and index of the path."""
 
     a: Points
     b: Points
@@ -214,7 +216,7 @@ def _segments(paths: Sequence[Polyline]) -> _Segments:
 
 
 def _split_positions(table: _Segments) -> dict[int, list[float]]:
-    """Return the positions at which to split each overlapping segment, in ascending order, mm from its start."""
+    """Return the positions at which each overlapping segment is split, in mm from its start and in ascending order."""
     positions: dict[int, list[float]] = {}
     for first, second in (_line_pairs(table), _arc_pairs(table)):
         for i, j in ((first, second), (second, first)):
@@ -262,7 +264,7 @@ def _lines_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_
 
 
 def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
-    """Return the positions of both ends of segments `j` along segments `i` of the same line or circle, mm."""
+    """Return the positions of both ends of segments `j` along segments `i`, mm. Both lie on the same line or circle."""
     line = table.bulge[i] == 0.0
     with np.errstate(invalid="ignore"):
         direction = (table.b[i] - table.a[i]) / table.length[i][:, None]
@@ -308,7 +310,7 @@ def _arcs_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_]
 
 
 def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
-    """Return the indices of the pieces that repeat an earlier piece in the same or the opposite direction."""
+    """Return the indices of pieces that repeat an earlier piece, in the same or in the opposite direction."""
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
@@ -325,9 +327,9 @@ def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
 
 
 def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline]) -> set[int]:
-    """Return the duplicates to restore so that an even number of ends meets wherever three or more ends meet.
+    """Return the duplicates to restore, so that every point where three or more ends meet has an even number of ends.
 
-    Along every tree of duplicates, odd ends are connected in pairs (a T-join, computed from the leaves).
+    The function connects odd ends in pairs along every tree of duplicates (a T-join, computed from the leaves).
     """
     ends = ends_of([*(p for p, _ in pieces), *outlines])
     node = _end_numbers(ends)
@@ -365,8 +367,6 @@ def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outl
 
 
 def _end_numbers(ends: Points) -> Indices:
-    """Return a number for each end. Ends that are linked by distances of at most 2 · `COINCIDENT` have the same
-    number.
-    """
+    """Number the ends. Ends that are linked by distances of at most 2 · `COINCIDENT` get the same number."""
     first, second, _ = near_pairs(ends, 2.0 * COINCIDENT)
     return component_numbers(len(ends), first, second)

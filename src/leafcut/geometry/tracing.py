@@ -1,9 +1,9 @@
-"""Trace the outline of a region in a picture with subpixel accuracy: trace level lines, then fit lines and arcs to
-them.
+"""Trace the outline of a region in a picture with subpixel accuracy: trace level lines, then fit lines and arcs.
 
 A level line passes between two pixels at a position that is interpolated from their brightness (marching squares, the
-two-dimensional form of Lorensen and Cline, "Marching cubes", SIGGRAPH 1987). Without shades between dark and bright,
-the position of an edge between two pixel centres is unknown, and a straight edge becomes a staircase.
+two-dimensional form of Lorensen and Cline, "Marching cubes", SIGGRAPH 1987). If a picture has no shades between dark
+and bright, the exact position of an edge between two pixel centres is unknown. A straight edge then becomes a
+staircase.
 """
 
 from __future__ import annotations
@@ -17,33 +17,33 @@ from leafcut.geometry.best_fit import best_fit
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline
 
-#: Minimum number of points for smoothing. A shorter line surrounds only a pixel or two and is used unchanged.
+#: Minimum number of points for smoothing. A shorter line surrounds just a pixel or two and is not changed.
 FEW_POINTS = 10
-#: Maximum distance of a crossing from the middle between two pixels at an edge without shades, pixels.
+#: Maximum distance of a crossing from the midpoint between two pixels at an edge without shades, pixels.
 UNSHADED = 0.1
-#: Standard deviation of the distance between wall and crossing, pixels, without shades and with shades. Without shades,
+#: Standard deviation of the distance between the wall and a crossing, pixels, without and with shades. Without shades,
 #: the distance is uniformly distributed over one pixel. With shades, the edge is anti-aliased.
 NOISE_OF_STEPS, NOISE_OF_SHADES = 0.29, 0.1
 #: Maximum distance of accepted lines and arcs from the level line, pixels.
 FARTHEST = 1.0
-#: Maximum share of outliers among the points of a line, and minimum distance of an outlier, in multiples of its noise.
+#: Maximum share of outliers among the points of a line, and minimum distance of an outlier in multiples of its noise.
 MAX_OUTLIERS, OUTLIER = 0.03, 3.0
 #: Tolerance of arcs fitted to a smoothed line, pixels.
 FIT_TOLERANCE = 0.15
-#: Number of smoothing rounds, and both weights. Each round moves the points forwards and slightly more backwards, so
-#: that stairs vanish and circles keep their size. Source: Taubin, "A signal processing approach to fair surface
-#: design", SIGGRAPH 1995, section 3.
+#: Number of smoothing rounds, and both weights. Each round moves the points forwards and then slightly farther
+#: backwards. Stairs therefore vanish, while circles keep their size. Source: Taubin, "A signal processing approach to
+#: fair surface design", SIGGRAPH 1995, section 3.
 ROUNDS = 40
 FORTH, BACK = 0.5, -0.53
-#: Maximum distance by which smoothing moves a level line from its crossings, pixels.
+#: Maximum distance by which smoothing moves a level line away from its crossings, pixels.
 MAX_SHIFT = 0.5
 
 
 def level_lines(height: NDArray[np.float32]) -> list[Points]:
-    """Return the closed lines that separate values below 0 from the others, float64[n, 2].
+    """Return the closed lines that separate negative values from all other values, float64[n, 2].
 
     The first point of a line is not repeated at its end. Coordinates are in pixels from the upper left corner of the
-    picture, x to the right and y down. Outside the picture, all values count as 1.
+    picture, with x to the right and y down. Outside the picture, all values are treated as 1.
     """
     import contourpy
 
@@ -61,7 +61,7 @@ def level_lines(height: NDArray[np.float32]) -> list[Points]:
 
 
 def fitted_outline(line: Points) -> Polyline:
-    """Fit lines and arcs to a level line, within `FARTHEST` of the line; all lengths are in pixels."""
+    """Fit lines and arcs to a level line. They stay within `FARTHEST` of the line. All lengths are in pixels."""
     if len(line) < FEW_POINTS:
         return smoothed_outline(line)
     middle = line - 0.5
@@ -80,14 +80,14 @@ def fitted_outline(line: Points) -> Polyline:
 
 
 def smoothed_outline(line: Points) -> Polyline:
-    """Fit arcs to a smoothed level line. This is faster than `fitted_outline`, but rounds corners more."""
+    """Fit arcs to a smoothed level line. This is faster than `fitted_outline`, but it rounds corners more."""
     if len(line) < FEW_POINTS:
         return Polyline.of_points(line, closed=True)
     return fit_arcs(_smoothed(line), FIT_TOLERANCE, closed=True)
 
 
 def _smoothed(line: Points) -> Points:
-    """Remove the stairs from a level line; each point stays between its two pixels."""
+    """Remove the stairs from a level line. Each point stays between its two pixels."""
     # A point between two pixels of a row moves in x; a point between two pixels of a column moves in y.
     middle = line - 0.5
     in_row = np.abs(middle[:, 1] - np.round(middle[:, 1])) <= np.abs(middle[:, 0] - np.round(middle[:, 0]))

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: Tolerance for touching a rectangle, mm, for rounded coordinates only.
+#: Tolerance for touching a rectangle, mm. It only covers rounded coordinates.
 _TOUCH = 1e-9
 
 
 def widen_zones(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
-    """Enlarge rectangles (x0, y0, x1, y1; float64[k, 4]) on all sides by `distance` mm: one number, or one for each."""
+    """Enlarge rectangles (x0, y0, x1, y1; float64[k, 4]) on all sides by `distance` mm.
+
+    `distance` is a single number, or an array with a number for each rectangle.
+    """
     table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
     result: NDArray[np.float64] = table + np.multiply.outer(
         np.asarray(distance, dtype=np.float64), [-1.0, -1.0, 1.0, 1.0]
@@ -22,9 +25,9 @@ def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bo
     """Return a mask of the moves from `a` to `b` (float64[n, 2], mm) that touch any of the `zones` (float64[k, 4]).
 
     A segment and a rectangle are disjoint exactly if a line along an axis or along the segment separates them
-    (separating axis theorem for two convex shapes). With `dogleg`, the axes are not synchronised and the path is not
-    straight, so the whole rectangle between start and end is checked. A move with an unknown coordinate (NaN) touches
-    nothing.
+    (separating axis theorem for two convex shapes). With `dogleg`, the axes are not synchronised, so the actual path is
+    not straight. The whole rectangle between start and end is checked instead. A move with an unknown coordinate (NaN)
+    never touches a zone.
     """
     start, end = (np.asarray(p, dtype=np.float64).reshape(-1, 2) for p in (a, b))
     touched = np.zeros(len(start), dtype=bool)
@@ -44,7 +47,7 @@ def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bo
     return touched
 
 
-#: Distance at which a detour passes the corners of a rectangle, mm.
+#: Distance between a detour and the corners of a rectangle, mm.
 PASSING = 1.0
 
 
@@ -53,8 +56,7 @@ def path_around_zones(
 ) -> list[tuple[float, float]] | None:
     """Return the corners of the shortest path from `a` to `b` around all `zones`, or None if no path exists.
 
-    The path turns slightly outside the corners of the rectangles. `dogleg` has the same meaning as in
-    `touches_any_zone`.
+    The path turns slightly outside the corners of the rectangles. `dogleg` works as in `touches_any_zone`.
     """
     from leafcut.geometry.obstacles import shortest_path
 

@@ -1,1 +1,1 @@
-"""Material removal: swept areas, engagement and step-over, for planning and verification."""
+"""Compute the material that a program removes: swept areas, engagement and step-over, for planning and verification."""

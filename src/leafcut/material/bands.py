@@ -1,4 +1,4 @@
-"""Sort points into horizontal bands, so that kernels find nearby points quickly."""
+"""Sort points into horizontal bands, so that kernels can look up nearby points quickly."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from leafcut.kernels.bands import Bands, points_near_segments
 
 
 def sort_into_bands(points: Floats, side: float) -> Bands:
-    """Sort points, float64[n, 2], into bands of height `side`, mm.
+    """Sort points, float64[n, 2], into bands with a height of `side`, mm.
 
-    The bands are higher if there would be more bands than points.
+    If there would be more bands than points, the bands are higher.
     """
     x, y = points.T
     low, high = float(y.min()), float(y.max())
@@ -23,10 +23,21 @@ def sort_into_bands(points: Floats, side: float) -> Bands:
 
 
 def segments_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
-    """Find all pairs of a segment and a point that are no farther apart than the limit of the point.
+    """Find all pairs of a segment and a point whose distance is within the limit of the point.
 
-    Return the indices of the segments, in ascending order, and the indices of the points. `start` and `end` are
-    float64[m, 2], `points` is float64[n, 2], and `limits` is float64[n], all in mm.
+    Parameters
+    ----------
+    start, end
+        End points of the segments, float64[m, 2], mm.
+    points
+        Points, float64[n, 2], mm.
+    limits
+        Maximum distance of each point, float64[n], mm.
+
+    Returns
+    -------
+    segments, points
+        Indices of the segments, in ascending order, and indices of the points.
     """
     count, rows = np.zeros(len(start), np.int64), np.zeros(0, np.int64)
     if len(start) and len(points):

@@ -1,7 +1,7 @@
 """Compute the feed of a mill from its engagement.
 
-The feed is limited by power and by chip thickness: the chip must not be thicker than in a slot at the nominal feed of
-the tool.
+The feed is limited by power and by chip thickness. No chip may be thicker than in a slot at the nominal feed of the
+tool.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ if TYPE_CHECKING:
 
 
 def chip_thickness(engaged: Engaged, feed: Floats | float, rpm: Floats | float) -> Floats:
-    """Return the maximum chip thickness per revolution at each point, mm, for feeds in mm/s and speeds in rpm.
+    """Return the maximum chip thickness per revolution at each point, mm. Feeds are in mm/s and speeds in rpm.
 
-    The tool is treated as having a single tooth: h = f sin φ / n, where φ is the angle of the maximum thickness
-    (Altintas, Manufacturing Automation, 2nd ed., section 2.6).
+    The formula treats the tool as if it had a single tooth: h = f sin φ / n, where φ is the angle of the maximum
+    thickness (Altintas, Manufacturing Automation, 2nd ed., section 2.6).
     """
     return np.asarray(SECONDS_PER_MINUTE * engaged.chip * np.asarray(feed) / np.asarray(rpm))
 
 
 def removal_rate(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
-    """Return the material removal rate at each point, mm³/s, for feeds in mm/s."""
+    """Return the material removal rate at each point, mm³/s. Feeds are in mm/s."""
     depth = np.where(engaged.width <= limits.film, max(limits.depth, limits.film_depth), limits.depth)
     return np.asarray(engaged.width * depth * np.asarray(feed))
 
 
 def cutting_power(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
-    """Return the cutting power at each point, W, for feeds in mm/s; 0 without a cut or a power limit.
+    """Return the cutting power at each point, W, or 0 without a cut or a power limit. Feeds are in mm/s.
 
-    The mean chip thickness is f_z b / (r φ) for a tooth that is engaged over the angle φ and a cut of width b. This is
-    the mean of f_z sin θ over that angle.
+    If a tooth is engaged over the angle φ in a cut of width b, the mean chip thickness is f_z b / (r φ). This is the
+    mean of f_z sin θ over the angle φ.
     """
     feeds = np.broadcast_to(np.asarray(feed, dtype=float), engaged.width.shape)
     power = np.zeros(len(engaged.width))
@@ -54,7 +54,7 @@ def cutting_power(engaged: Engaged, feed: Floats | float, limits: FeedLimits) ->
 
 
 def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
-    """Return the maximum feed at each point, mm/s, within the limits of chip thickness, power and feed."""
+    """Return the maximum feed at each point, mm/s, that respects the limits for chip thickness, power and feed."""
     chip_limit = np.full(len(engaged.width), limits.feed)
     feed = np.minimum(chip_limit / np.maximum(engaged.chip, 1e-9), limits.most)
     if limits.material is not None:
@@ -65,10 +65,11 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
 
 
 def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: float) -> float:
-    """Return the maximum power of a ramp or a helix, W; 0 without a power limit.
+    """Return the maximum power on a ramp or a helix, W, or 0 without a power limit.
 
-    The side of the tool is assumed to cut a slot as deep as the level throughout. In fact, only the end of a ramp is
-    that deep, and a helix is only as deep as its pitch. The end of the tool cuts over its whole area.
+    The calculation is conservative. It assumes that the side of the tool cuts a slot as deep as the level everywhere.
+    In fact, only the end of a ramp reaches this depth, and a helix is only as deep as its pitch. The end of the tool
+    cuts with its full area.
 
     Parameters
     ----------
@@ -87,9 +88,9 @@ def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: fl
 
 
 def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
-    """Return the power of a straight plunge at `sink_rate` mm/s, W; 0 without a power limit.
+    """Return the power of a straight plunge at `sink_rate` mm/s, W, or 0 without a power limit.
 
-    The plunge is treated as the end of a ramp (`material.cutting_force.ramp_power`).
+    A plunge is treated like the end of a ramp (`material.cutting_force.ramp_power`).
     """
     if limits.material is None or not sink_rate > 0.0:
         return 0.0
@@ -100,31 +101,32 @@ def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
 
 
 def plunge_feed(limits: FeedLimits, feed: float) -> float:
-    """Return the plunge feed of a mill, mm/s: `feed`, or less if `feed` would exceed the power limit."""
+    """Return the plunge feed of a mill, mm/s. This is `feed`, or less if `feed` exceeds the power limit."""
     return _within_power(limits, feed, power_on_plunge(limits, feed))
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
-    """Return the feed on a ramp or helix with a slope of up to `angle`, rad: `feed`, or less to limit the power.
+    """Return the feed on a ramp or helix with a slope of up to `angle`, rad.
 
-    Feeds are in mm/s. The full feed is assumed to be horizontal, as on a flat ramp.
+    The power limit may reduce the given `feed`. Feeds are in mm/s. The calculation treats the full feed as horizontal,
+    as on a flat ramp.
     """
     power = power_on_ramp(limits, feed * math.cos(angle), feed * math.sin(angle), depth) / math.cos(angle)
     return _within_power(limits, feed, power)
 
 
 def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
-    """Reduce `feed` if the `power` that it requires, W, exceeds the limit."""
+    """Reduce `feed` if the `power` that it needs, W, exceeds the limit."""
     if limits.material is None or power <= limits.power:
         return feed
     return float(feed * feed_ratio(limits.material, limits.power / power))
 
 
 def minimum_around(values: Floats, length: Floats, reach: float) -> Floats:
-    """Return, for each segment of a path, the minimum of the values within `reach` mm before and after the segment.
+    """Return the minimum of the values within `reach` mm before and after each segment of a path.
 
-    Thus a feed is reduced before and after the position that requires the reduction. `length` contains the lengths of
-    the segments, mm.
+    A feed that depends on these values is reduced both before and after the critical position. `length` contains the
+    lengths of the segments, mm.
     """
     middles = np.cumsum(length) - 0.5 * length
     first, last = (

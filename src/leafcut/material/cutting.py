@@ -1,4 +1,4 @@
-"""Material removal of a program, move by move: volumes, depths, widths, air cutting, and rapids in material."""
+"""Simulate a program move by move, and measure volumes, depths, widths, air cuts, and rapids in material."""
 
 from __future__ import annotations
 
@@ -21,23 +21,24 @@ from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 if TYPE_CHECKING:
     from leafcut.kernels.sweep import CellRows, ToolShape
 
-#: Number of strips of the field. It does not depend on the number of threads, so that sums are reproducible.
+#: Number of strips of the field. It is independent of the number of threads, so that sums are reproducible.
 _STRIPS = 16
-#: Number of moves per batch; after each batch, cancellation is checked.
+#: Number of moves per batch. The simulation checks for cancellation after each batch.
 _BATCH = 200_000
-#: Maximum thickness of a layer that counts as a rounding error, mm, because heights have single precision.
+#: Maximum thickness of a layer that counts as a rounding error, mm. Heights have single precision.
 FILM = 1e-3
-#: Reduction of the tool radius for rapids, in cells, because a rapid may run along a finished wall.
+#: Reduction of the tool radius for rapids, in cells. A rapid may run along a finished wall.
 RAPID_INSET = 1.0
-#: A shank collides if successive cells are higher than the flutes over this length, in tool diameters. Gaps between
-#: these cells may have up to this size, in cells. Single higher cells, which remain along walls, do not count.
+#: A shank collides if successive cells are higher than the flutes over this length, in tool diameters. The gaps between
+#: these cells may have up to this size, in cells. Single higher cells do not count, because they often remain along
+#: walls.
 _SHANK_CELLS, _SHANK_GAP = 0.5, 2.0
-#: Uncertainty of the position of a wall, in cells, because a cell counts as cut if its centre is cut.
+#: Uncertainty of the position of a wall, in cells. A cell counts as cut if its centre is cut.
 _MARGIN = 1.0
 
 
 class Removed(NamedTuple):
-    """Material removed by each move, in columns of float64[m].
+    """The material that each move removes, in columns of float64[m].
 
     Attributes
     ----------
@@ -48,13 +49,14 @@ class Removed(NamedTuple):
     depth
         Maximum depth of cut, mm.
     left, right
-        Maximum distance of the cut from the path on the left and on the right side, mm; negative if the cut is only on
-        the other side.
+        Maximum distance of the cut from the path on the left and on the right, mm. It is negative if the cut is only on
+        the opposite side.
     over
-        Height of the material above the tip of the tool just before the move, within a margin around the tool, mm. It
-        is negative if all material is lower, and −∞ without a margin.
+        Height of the material above the tip of the tool just before the move, mm, measured within a margin around the
+        tool. The height is negative if all material is lower, and −∞ without a margin.
     shank, holder
-        Depth of shank and holder in the material, mm; 0 if they do not touch it, or if their shape is unknown.
+        Depth of the shank and the holder in the material, mm. It is 0 if they do not touch it, or if their shape is
+        unknown.
     """
 
     volume: Floats
@@ -86,8 +88,8 @@ def cut(
 ) -> Removed:
     """Cut material with the moves of a program, in order, and update the field.
 
-    A rapid also cuts material, but with a tool radius reduced by one cell (`RAPID_INSET`). The result does not depend
-    on the number of threads.
+    Rapids cut material as well, but with a tool radius that is one cell smaller (`RAPID_INSET`). The result does not
+    depend on the number of threads.
 
     Parameters
     ----------
@@ -96,12 +98,11 @@ def cut(
     margin
         Additional tool radius for `Removed.over`, mm.
     surrounding_height
-        Height of the material outside the field for `Removed.over`, mm; None for the floor of the field.
+        Height of the material outside the field for `Removed.over`, mm. None stands for the floor of the field.
     lowered
-        A second field with the same cells. It receives the new heights of the cells in which a rapid lowers the
-        material.
+        A second field with the same cells. It stores the new height of each cell that a rapid lowers.
     bodies
-        Sections of each tool above the flutes, by tool number; missing if the sections of a tool are unknown.
+        Sections of each tool above the flutes, by tool number. Tools with unknown sections are missing.
     """
     from leafcut.kernels.sweep import CellRows, ToolShape
 
@@ -146,8 +147,9 @@ def cut(
 
 
 def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats]:
-    """Return the depth of each move in the material, mm, by kind of collision (rapid, shank, holder); 0 without a
-    collision.
+    """Return the depth to which each move collides with material, mm, for each kind of collision.
+
+    The kinds are rapid, shank and holder. The depth is 0 without a collision.
     """
     return {
         "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
@@ -157,11 +159,11 @@ def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats
 
 
 def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
-    """Return the maximum chip thickness of each move as a share of the feed per tooth; 0 without a cut.
+    """Return the maximum chip thickness of each move as a share of the feed per tooth, or 0 without a cut.
 
-    At a distance d from the path of a tool with radius R, the chip thickness is √(1 − (d/R)²) times the feed per tooth.
-    The thickest chip is at the smallest d. For a one-sided cut of width a < R, this is the chip thinning formula 2
-    √(a/D (1 − a/D)) (Altintas, Manufacturing Automation, 2nd ed., section 2.6: h = c sin φ).
+    Consider a tool with radius R. At a distance d from its path, the chip thickness is √(1 − (d/R)²) times the feed per
+    tooth, so the thickest chip is at the smallest d. For a one-sided cut of width a < R, this equals the chip thinning
+    formula 2 √(a/D (1 − a/D)) (Altintas, Manufacturing Automation, 2nd ed., section 2.6: h = c sin φ).
     """
     # If the cut is on one side only, `left` or `right` is the negative distance from the path to the cut.
     nearest = np.maximum(np.maximum(-removed.left, -removed.right) - _MARGIN * cell, 0.0)
@@ -171,7 +173,7 @@ def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
 
 
 def cut_width(removed: Removed, radius: Floats, cell: float) -> Floats:
-    """Return the width of cut of each move perpendicular to its path, mm, at most the tool diameter."""
+    """Return the width of cut of each move perpendicular to its path, mm. It never exceeds the tool diameter."""
     swept = np.where(removed.cuts, removed.left + removed.right + cell, 0.0)
     width: Floats = np.minimum(np.maximum(swept, 0.0), 2.0 * radius)
     return width
@@ -180,10 +182,16 @@ def cut_width(removed: Removed, radius: Floats, cell: float) -> Floats:
 class _ToolRun(NamedTuple):
     """Successive moves with the same tool.
 
-    - `first`: index of the first move
-    - `low`, `high`: range of y that the tool touches in each move, float64[m], mm
-    - `shape`: profile of the tool
-    - `bodies`: sections of the tool above the flutes, one per row
+    Attributes
+    ----------
+    first
+        Index of the first move.
+    low, high
+        Range of y that the tool touches in each move, float64[m], mm.
+    shape
+        Profile of the tool.
+    bodies
+        Sections of the tool above the flutes, one per row.
     """
 
     first: int
@@ -226,7 +234,7 @@ def _body_part_rows(parts: Sequence[BodyPart]) -> Floats:
 def _shank_collides(
     moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float
 ) -> NDArray[np.bool_]:
-    """Return a mask of the moves in which the shank overlaps material in enough consecutive cells for a collision."""
+    """Return a mask of the moves in which the shank hits enough consecutive cells to count as a collision."""
     colliding = np.zeros(len(moves), dtype=np.bool_)
     hits = np.flatnonzero(cells > 0)
     if not len(hits):
@@ -247,7 +255,7 @@ def _shape_of_cutter(cutter: Cutter) -> tuple[float, ...]:
 
 
 def _tool_runs(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
-    """Yield runs of moves with the same tool as (start, end, tool). The length of a run is limited."""
+    """Yield runs of moves with the same tool as (start, end, tool). Long runs are divided."""
     if not len(tool):
         return
     changes = np.flatnonzero(np.diff(tool)) + 1

@@ -19,7 +19,7 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.work_material import WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Number of lips of a twist drill; each cuts half of the feed.
+#: Number of lips of a twist drill. Each lip cuts half of the feed.
 _LIPS = 2
 #: Torque of a twist drill, N·mm: K D² (a + b f), and its thrust, N: K D c f^d, with D and f in mm (Tungaloy).
 _TORQUE, _TORQUE_BY_FEED = 6.30, 168.4
@@ -28,7 +28,7 @@ _THRUST, _THRUST_FEED = 570.0, 0.85
 #: Ff = 0.7 D/2 f kc, "approximately". With 0.7, C45 needs 2470 N at 10 mm and 0.3 mm; the course Basic Drilling of
 #: Mitsubishi Materials (mmc-permanent.learnways.com) gives 2500 N.
 _THRUST_SHARE = 0.7
-#: Share of the spindle power that reaches the tool (estimate for belts and gears; manufacturers state 0.7 to 0.8).
+#: Share of the spindle power that reaches the tool (an estimate for belts and gears; manufacturers state 0.7 to 0.8).
 DRIVE_EFFICIENCY = 0.75
 #: W per N·mm/s.
 _WATT = 0.001
@@ -37,9 +37,9 @@ _WATT = 0.001
 def mean_chip(feed_per_tooth: Floats | float, width: Floats | float, diameter: float) -> Floats:
     """Return the mean chip thickness hm of a one-sided milling cut, mm.
 
-    hm = f_z (1 − cos φ) / φ for a tooth that is engaged over the angle φ, with cos φ = 1 − 2 ae/D. This is the mean of
-    f_z sin φ (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At full width, it is 2 f_z / π. For narrow
-    cuts, it approaches f_z √(ae/D), the formula used in catalogues. `width` is ae, mm, limited to the diameter.
+    A tooth is engaged over the angle φ, where cos φ = 1 − 2 ae/D. The mean of f_z sin φ is hm = f_z (1 − cos φ) / φ
+    (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At full width, hm is 2 f_z / π. For narrow cuts, it
+    approaches f_z √(ae/D), the formula used in catalogues. `width` is ae, mm. It is limited to the diameter.
     """
     share = np.clip(np.asarray(width, dtype=float) / diameter, 1e-12, 1.0)
     angle = 2.0 * np.arcsin(np.sqrt(share))  # arccos(1 − 2 share), accurate for small shares
@@ -52,12 +52,12 @@ def specific_force(material: WorkMaterial, chip: Floats | float) -> Floats:
 
 
 def milling_power(material: WorkMaterial, rate: Floats | float, chip: Floats | float) -> Floats:
-    """Return the power of a milling cut, W, for a material removal rate, mm³/s, and a mean chip thickness, mm."""
+    """Return the power of a milling cut, W, from the material removal rate, mm³/s, and the mean chip thickness, mm."""
     return np.asarray(_WATT * np.asarray(rate) * specific_force(material, chip))
 
 
 def feed_ratio(material: WorkMaterial, power_ratio: Floats | float) -> Floats:
-    """Return the factor by which the feed changes if the power of a cut changes by `power_ratio`.
+    """Return the factor by which the feed changes when the power of a cut changes by `power_ratio`.
 
     The power is proportional to f^(1 − mc), because kc is proportional to h^−mc.
     """
@@ -71,11 +71,12 @@ def ramp_power(
     side_chip: Floats | float,
     end_chip: Floats | float,
 ) -> Floats:
-    """Return the power of a mill on a sloped descent, W: the sum of the power at its side and at its end.
+    """Return the power of a mill on a sloped descent, W. This is the power at its side plus the power at its end.
 
-    Side and end have different chip thicknesses; for both, P = kc(h) Q. The chip thickness at the end is the descent
-    per tooth. On a flat ramp, this chip is much thinner and requires a higher specific force. The removal by the end is
-    calculated with the smaller of both chip thicknesses, because the boundary of the end is not known for every shape.
+    Both follow P = kc(h) Q, but with different chip thicknesses. At the end of the tool, the chip thickness is the
+    descent per tooth. On a flat ramp, this chip is much thinner and needs a higher specific force. The removal by the
+    end is calculated with the smaller of both chip thicknesses, because the boundary of the end is not known for every
+    shape.
 
     Parameters
     ----------
@@ -91,12 +92,12 @@ def ramp_power(
 
 
 def spindle_torque(power: Floats | float, rpm: Floats | float) -> Floats:
-    """Return the torque, N·mm, for a power, W, and a spindle speed, rpm: P / ω."""
+    """Return the torque, N·mm, at a power, W, and a spindle speed, rpm: P / ω."""
     return np.asarray(np.asarray(power) / (_WATT * math.tau / SECONDS_PER_MINUTE * np.asarray(rpm)))
 
 
 def drilling_power(torque: Floats | float, rpm: Floats | float, efficiency: float = 1.0) -> Floats:
-    """Return the power, W, for a torque, N·mm, and a spindle speed, rpm: M ω / η."""
+    """Return the power, W, at a torque, N·mm, and a spindle speed, rpm: M ω / η."""
     turning = _WATT * math.tau / SECONDS_PER_MINUTE
     return np.asarray(np.asarray(torque) * turning * np.asarray(rpm) / efficiency)
 
@@ -104,10 +105,10 @@ def drilling_power(torque: Floats | float, rpm: Floats | float, efficiency: floa
 def drilling_torque(
     material: WorkMaterial, diameter: float, feed: Floats | float, point_angle: float = math.radians(118)
 ) -> Floats:
-    """Return the torque of a drill, N·mm, at a feed in mm per revolution.
+    """Return the torque of a drill, N·mm. The feed is in mm per revolution.
 
-    If the material has a `WorkMaterial.drill_constant`, the measured formula applies. Otherwise M = kc f D² / 8, where
-    the chip thickness is f/2 sin κ per lip, and κ is half the point angle.
+    If the material has a `WorkMaterial.drill_constant`, the measured formula applies. Otherwise, M = kc f D² / 8. The
+    chip thickness per lip is f/2 sin κ, where κ is half the point angle.
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * diameter**2 * (_TORQUE + _TORQUE_BY_FEED * np.asarray(feed)))
@@ -117,10 +118,10 @@ def drilling_torque(
 def drilling_thrust(
     material: WorkMaterial, diameter: float, feed: Floats | float, point_angle: float = math.radians(118)
 ) -> Floats:
-    """Return the thrust of a drill, N, at a feed in mm per revolution.
+    """Return the thrust of a drill, N. The feed is in mm per revolution.
 
-    If the material has a `WorkMaterial.drill_constant`, the measured formula applies. Otherwise F = 0.7 kc f D/2, which
-    is a good approximation for a drill with a thinned web. A drill without a thinned web needs up to twice as much.
+    If the material has a `WorkMaterial.drill_constant`, the measured formula applies. Otherwise, F = 0.7 kc f D/2. This
+    is a good approximation for a drill with a thinned web. Without a thinned web, the thrust is up to twice as high.
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * _THRUST * diameter * np.asarray(feed) ** _THRUST_FEED)

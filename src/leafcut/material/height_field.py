@@ -1,4 +1,4 @@
-"""Material as a height field: the height of each cell of a grid, seen from above."""
+"""Material as a height field, which stores the height of each cell of a grid seen from above."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
 
-#: Maximum number of cells. A cell takes 4 bytes, and 8 bytes during verification.
+#: Maximum number of cells. Each cell takes 4 bytes, and 8 bytes during verification.
 MOST_CELLS = 64_000_000
-#: Target number of cells if the cell size is not given.
+#: Target number of cells if no cell size is given.
 USUAL_CELLS = 4_000_000
 #: Default cell size as a share of the smallest tool diameter.
 SHARE_OF_TOOL = 0.025
-#: Maximum cell size, as a share of the smallest tool diameter, for a large stock whose cells fit into memory. Larger
+#: Maximum cell size of a large stock whose cells fit into memory, as a share of the smallest tool diameter. Larger
 #: cells would miss cuts.
 COARSEST = 0.2
 #: Minimum default cell size, mm.
@@ -26,7 +26,7 @@ FINEST = 0.01
 
 @dataclass(frozen=True)
 class StockBlock:
-    """A block of material, given by its lowest and its highest corner, mm."""
+    """A block of material, defined by its lowest and its highest corner, mm."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
@@ -41,10 +41,18 @@ class StockBlock:
 
 @dataclass(eq=False)
 class HeightField:
-    """Heights of material in square cells, float32[rows, columns], mm: rows by ascending y, columns by ascending x.
+    """The height of the material in square cells.
 
-    Where the height is below the floor, the material was cut through. `x` and `y` are the centre of the first cell, and
-    `cell` is the side length of a cell, mm.
+    Attributes
+    ----------
+    heights
+        Height of each cell, float32[rows, columns], mm. Rows are sorted by ascending y, and columns by ascending x.
+    x, y
+        Centre of the first cell, mm.
+    cell
+        Side length of a cell, mm.
+    floor
+        Height of the floor, mm. If a cell is below the floor, the material was cut through.
     """
 
     heights: NDArray[np.float32]
@@ -55,9 +63,9 @@ class HeightField:
 
     @classmethod
     def of_block(cls, block: StockBlock, cell: float) -> HeightField:
-        """Convert a block to a height field. The last cells of a row or column may extend beyond the block.
+        """Convert a block to a height field. The last cell of a row or column may extend beyond the block.
 
-        Raises PlanError for more than `MOST_CELLS` cells.
+        Raises PlanError if there would be more than `MOST_CELLS` cells.
         """
         columns, rows = (max(math.ceil((block.high[k] - block.low[k]) / cell - 1e-9), 1) for k in range(2))
         if columns * rows > MOST_CELLS:
@@ -81,7 +89,7 @@ class HeightField:
         return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
 
     def contains(self, ends: Floats, margins: Floats) -> NDArray[np.bool_]:
-        """Return a mask of the moves, float64[m, 6], that stay inside the field, at least a margin from its rim, mm."""
+        """Return a mask of the moves, float64[m, 6], that stay inside the field and keep a margin from its rim, mm."""
         half = 0.5 * self.cell
         inside = np.ones(len(ends), dtype=np.bool_)
         for axis, first, count in ((0, self.x, self.heights.shape[1]), (1, self.y, self.heights.shape[0])):
@@ -91,7 +99,7 @@ class HeightField:
         return inside
 
     def cells_between(self, low: tuple[float, float], high: tuple[float, float]) -> tuple[slice, slice]:
-        """Return the rows and columns of the cells whose centres lie in a rectangle, mm."""
+        """Return the rows and columns of all cells whose centre lies inside a rectangle, mm."""
         spans = []
         for start, first, last, size in zip((self.y, self.x), low[::-1], high[::-1], self.heights.shape, strict=True):
             edges = math.ceil((first - start) / self.cell), math.floor((last - start) / self.cell) + 1
@@ -99,7 +107,7 @@ class HeightField:
         return spans[0], spans[1]
 
     def heights_around(self, x: float, y: float, radius: float) -> tuple[NDArray[np.float32], Floats]:
-        """Return a view of the heights around a disc, and the distance of each cell from the centre of the disc, mm."""
+        """Return a view of the heights around a disc, and the distance from each cell to the centre of the disc, mm."""
         rows, columns = self.cells_between((x - radius, y - radius), (x + radius, y + radius))
         across = self.x + self.cell * np.arange(columns.start, columns.stop) - x
         up = self.y + self.cell * np.arange(rows.start, rows.stop) - y
@@ -114,7 +122,7 @@ class HeightField:
         )
 
     def height_at(self, x: float, y: float) -> float:
-        """Return the height of the material at a position, mm; outside the field, the height of the floor."""
+        """Return the height of the material at a position, mm. Outside the field, this is the height of the floor."""
         column, row = round((x - self.x) / self.cell), round((y - self.y) / self.cell)
         rows, columns = self.heights.shape
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor
@@ -129,8 +137,8 @@ def usual_cell(
 ) -> float:
     """Return the default cell size of a height field, mm, in steps of 0.01 mm.
 
-    The size is a share of the smallest tool diameter. If that gives too many cells, the size increases up to a fifth of
-    the diameter. It increases further only if the cells would not fit into memory.
+    The size is a share of the smallest tool diameter. If this results in too many cells, the size grows up to a fifth
+    of the diameter. It only grows further if the cells would not fit into memory.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
     preferred = max(share * smallest, math.sqrt(area / cells))

@@ -1,4 +1,6 @@
-"""Cutting loads of each segment of a motion: chip thickness, width of cut, removed volume, and distance to material."""
+"""Cutting loads for each segment of a motion: chip thickness, width of cut, removed volume, and distance to
+material.
+"""
 
 from __future__ import annotations
 
@@ -22,22 +24,22 @@ from leafcut.model.tool import MILLS, Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Minimum slope of a cut that counts as a descent into the material.
+#: Minimum slope of a cut that counts as a descent into material.
 _LEVEL = 0.001
 #: Tools whose feed depends on the chip thickness.
 MILLING = (*MILLS, ToolKind.SLOT_MILL)
 
 
-#: Assumed height of unknown material above the highest position of the program, mm.
+#: Height of unknown material above the highest position of the program, mm. This is an assumption.
 _ABOVE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class StockBefore:
-    """The material before a program.
+    """The material before a program runs.
 
-    `field` contains the heights of the material, and `beside` is the height of the material around the field, mm.
-    `known` is true if the user described the stock.
+    `field` contains the heights of the material. `beside` is the height of the material around the field, mm. `known`
+    is true if the user has described the stock.
     """
 
     field: HeightField
@@ -47,14 +49,14 @@ class StockBefore:
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Loads of each straight segment of a program's motion.
+    """The loads on each straight segment of a program's motion.
 
     Attributes
     ----------
     moves, removed
-        The segments, and the material that each of them removes.
+        The segments, and the material that each segment removes.
     feed, rpm
-        Feed, mm/s, 0 for rapids, and spindle speed, rpm.
+        Feed, mm/s, which is 0 for rapids, and spindle speed, rpm.
     share
         Maximum chip thickness as a share of the feed per tooth.
     width, rate
@@ -105,7 +107,7 @@ class Loads:
 
     @cached_property
     def descent_speed(self) -> Floats:
-        """Downward speed of each segment, mm/s; 0 if it does not descend."""
+        """Downward speed of each segment, mm/s, or 0 if the segment does not descend."""
         ends = self.moves.ends
         drop = np.maximum(ends[:, 2] - ends[:, 5], 0.0)
         return np.divide(self.feed * drop, self.length, out=np.zeros_like(drop), where=self.length > 0)
@@ -129,19 +131,19 @@ class Loads:
     def cuts_of(self, number: int) -> NDArray[np.bool_]:
         """Return a mask of the segments in which a tool mills.
 
-        If the tool only descends, return a mask of its ramps and helices. If it has none of these, return a mask of its
-        plunges.
+        If the tool never mills, return a mask of its ramps and helices. If the tool has no ramps or helices either,
+        return a mask of its plunges.
         """
         of_tool = self.moves.tool == number
         kinds = (np.asarray(pieces & of_tool) for pieces in (self.mills, self.sinks, self.plunges))
         return next((pieces for pieces in kinds if pieces.any()), np.zeros(len(of_tool), dtype=np.bool_))
 
     def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
-        """Return the power of each segment at the tool, W; 0 without a cut.
+        """Return the power of each segment at the tool, W, or 0 without a cut.
 
-        In a plunge, the end of the tool removes everything, and the chip thickness is the descent per tooth. On a ramp
-        or a helix, the end removes at most its whole area times the descent, and the side removes the remainder. The
-        formulas are in `material.cutting_force`.
+        In a plunge, the end of the tool removes all the material, and the chip thickness is the descent per tooth. On a
+        ramp or a helix, the end removes at most its full area times the descent, and the side removes the remainder.
+        The formulas are in `material.cutting_force`.
         """
         turns = self.rpm > 0
         mills, sinks, plunges = self.mills & turns, self.sinks & turns, self.plunges & turns
@@ -167,7 +169,7 @@ class Loads:
         return power
 
     def spindle_ratio(self, limit: ToolLimits, diameter: float) -> Floats:
-        """Return the factor by which the feed of each segment may increase until power or torque reaches its limit."""
+        """Return the factor by which the feed of each segment can increase before power or torque reaches its limit."""
         spindle = limit.spindle
         if spindle is None:
             return np.full(len(self.feed), math.inf)
@@ -186,11 +188,16 @@ def largest_stock(
     threads: int = 1,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> HeightField:
-    """Return the largest possible stock around the cuts of a program, without material in the way of its rapids.
+    """Return the largest possible stock around the cuts of a program that leaves its rapids free of material.
 
-    The program is assumed to be safe: the space above a rapid is empty from the start, or an earlier cut cleared it to
-    that depth. All other space may contain material. With `dogleg`, only the end point of a rapid in several axes is
-    considered. Raises PlanError if there would be too many cells.
+    This function assumes that the program is safe: the space above a rapid is either empty from the start, or an
+    earlier cut has cleared it down to this depth. All other space may contain material. With `dogleg`, only the end
+    point of a rapid in several axes counts.
+
+    Raises
+    ------
+    PlanError
+        There would be too many cells.
     """
     low, high = moves.extent(~moves.rapid, cutters)
     bottom = float(low[2]) - _ABOVE
@@ -215,9 +222,9 @@ def compute_loads(
     threads: int = 1,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> Loads:
-    """Return the loads of each segment of a path in the stock. The given stock is not changed.
+    """Compute the loads on each segment of a path. The given stock does not change.
 
-    Raises PlanError for too many segments.
+    Raises PlanError if there are too many segments.
     """
     field = stock.field.copy()
     numbered = replace(path, line=np.arange(len(path), dtype=np.int32))
@@ -235,9 +242,9 @@ def compute_loads(
 
 
 def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
-    """Return the limits of each milling tool, from the tool library or from the heaviest cut in the program.
+    """Return the limits of each milling tool, either from the tool library or from the heaviest cut in the program.
 
-    Tools without cuts or with an unknown spindle speed are left out. A spindle limit needs the number of teeth.
+    Tools without cuts or with an unknown spindle speed are left out. A spindle limit requires the number of teeth.
     """
     limits: dict[int, ToolLimits] = {}
     chip = loads.chip
@@ -259,5 +266,5 @@ def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> di
 
 
 def has_known_chip(tool: Tool) -> bool:
-    """Return whether the tool library gives a feed and a speed, which define the chip thickness of the tool."""
+    """Return whether the tool library defines the chip thickness of a tool by its feed and speed."""
     return tool.feed > 0 and tool.spindle_rpm > 0 and not tool.assumed

@@ -1,4 +1,4 @@
-"""Convert a triangle mesh to a height field, which contains its upper surface seen from above."""
+"""Convert a triangle mesh to a height field of its upper surface."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from leafcut.errors import PlanError
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.model.mesh import Mesh
 
-#: Maximum total number of cells below all triangles; it limits the run time to minutes.
+#: Maximum total number of cells below all triangles, which limits the run time to minutes.
 _MAX_VISITS = 10_000_000_000
-#: A triangle belongs to the floor of a solid if it is no higher than this above the lowest point, mm.
+#: Maximum height of a triangle on the floor of a solid above the lowest point of the solid, mm.
 _FLAT = 0.01
 
 
@@ -23,9 +23,13 @@ def block_of_mesh(mesh: Mesh) -> StockBlock:
 def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
     """Convert a solid to a height field with cells of side length `cell`, mm.
 
-    A cell has the height of the solid at its centre; outside the solid, it has the height of the floor. The space below
-    an overhang counts as material (`overhang`). Raises PlanError if there would be too many cells, or too many
-    triangles per cell.
+    A cell has the height of the solid at its centre, or the height of the floor outside the solid. The space below an
+    overhang counts as material (`overhang`).
+
+    Raises
+    ------
+    PlanError
+        There would be too many cells, or too many triangles per cell.
     """
     field = HeightField.of_block(block_of_mesh(mesh), cell)
     field.heights[:] = field.floor
@@ -34,7 +38,7 @@ def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
 
 
 def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
-    """Raise each cell to the highest triangle above its centre. Raises PlanError for too many triangles per cell."""
+    """Raise each cell to the highest triangle above its centre. Raises PlanError if a cell has too many triangles."""
     from leafcut.kernels.surface import raise_cell_middles
 
     cell = field.cell
@@ -50,8 +54,9 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
 
 
 def overhang(mesh: Mesh) -> float:
-    """Return the downward-facing area of a solid above its floor, mm²; a height field treats the space below as
-    material.
+    """Return the downward-facing area of a solid above its floor, mm².
+
+    A height field treats the space below this area as material.
     """
     a, b, c = (mesh.triangles[:, k] for k in range(3))
     cross = np.cross(b - a, c - a)

@@ -1,4 +1,7 @@
-"""Compute the area that a pocket path removes by sweeping the tool along it, independently of path planning."""
+"""Compute the area that a pocket path removes by sweeping the tool along the path.
+
+This does not depend on path planning.
+"""
 
 from __future__ import annotations
 
@@ -17,22 +20,22 @@ from leafcut.model.pocket import Pocket, PocketPath, PocketRules
 if TYPE_CHECKING:
     from leafcut.material.engagement import Engaged
 
-#: Number of steps that are swept together; it limits memory use.
+#: Number of steps that are swept together, which limits the memory use.
 _BATCH = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """Effect of a path on a pocket: the swept area, the remaining area, and gouges.
+    """The effect of a path on a pocket.
 
     Attributes
     ----------
     pocket, reachable, centres
         shapely geometry: the pocket, the area that the tool can clear, and the allowed tool centres.
     swept
-        Area swept by the tool.
+        Area that the tool sweeps.
     gouges
-        Cuts beyond the walls that are deeper than the tolerance.
+        Cuts that go beyond the walls by more than the tolerance.
     uncovered
         Reachable area that remains, without films thinner than the tolerance.
     """
@@ -48,10 +51,14 @@ class Removal:
 def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     """Sweep a disc with the diameter of the tool along all feed moves of a path.
 
-    Each chord (accurate to an eighth of the tolerance) is swept separately, and the resulting capsules are united. A
-    buffer of the whole line would round its concave corners. Gouges are computed from the exact distance between path
-    and walls: a path at the right distance has no gouges, not even slivers. Raises PlanError if the outline or the
-    islands of the pocket cross themselves or touch.
+    Each chord is swept separately and is accurate to an eighth of the tolerance. The union of the resulting capsules is
+    the swept area. A buffer of the whole line would round its concave corners. Gouges are computed from the exact
+    distance between the path and the walls. A path at the correct distance therefore has no gouges, not even slivers.
+
+    Raises
+    ------
+    PlanError
+        The outline and the islands of the pocket cross themselves or touch.
     """
     shape = pocket.region(rules.tolerance)
     centres = tool_centres(shape, rules.radius, rules.tolerance)
@@ -65,7 +72,10 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
 
 
 def engaged_tool_path(path: PocketPath, rules: PocketRules) -> tuple[ToolSteps, Engaged]:
-    """Return the tool path in small steps, and the engagement at each step. During the entry, the engagement is 0."""
+    """Sample the tool path in small steps, and return the engagement at each step.
+
+    The engagement is 0 during the entry.
+    """
     from leafcut.material.engagement import engagement  # loads kernels, which are not needed if a file is refused
 
     tool_path = steps_along_path(path, rules)
@@ -73,7 +83,7 @@ def engaged_tool_path(path: PocketPath, rules: PocketRules) -> tuple[ToolSteps, 
 
 
 def entry_mask(path: PocketPath, tool_path: ToolSteps) -> NDArray[np.bool_]:
-    """Return a mask of the points on entry loops, along which the tool descends."""
+    """Return a mask of the points on entry loops, which the tool follows while it descends."""
     entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[tool_path.piece]
     return entered
 
@@ -81,14 +91,14 @@ def entry_mask(path: PocketPath, tool_path: ToolSteps) -> NDArray[np.bool_]:
 def reported_width(rules: PocketRules) -> float:
     """Return the minimum width of cut, mm, that is reported as wider than the step-over.
 
-    It exceeds the step-over by a margin, because curves change the width slightly. The margin is half the step-over, or
-    half the difference to a full-width cut if this is less.
+    Curves change the width slightly, so this width exceeds the step-over by a margin. The margin is half the step-over
+    or half the difference to a full-width cut, whichever is less.
     """
     return rules.step_over + 0.5 * min(rules.step_over, rules.tool_diameter - rules.step_over)
 
 
 def _steps(path: PocketPath, rules: PocketRules) -> Floats:
-    """Return the chords of a path, float64[n, 2, 2], mm. A section without motion is a chord of length 0."""
+    """Return the chords of a path, float64[n, 2, 2], mm. A section without motion becomes a chord of length 0."""
     fine, chords = FINE * rules.tolerance, [np.zeros((0, 2, 2))]
     for piece in path.pieces:
         points = piece.path.flattened(fine)
@@ -99,12 +109,12 @@ def _steps(path: PocketPath, rules: PocketRules) -> Floats:
 
 
 def cleared_area(steps: Floats, rules: PocketRules) -> Any:
-    """Return the area that a tool clears along straight steps, accurate to an eighth of the tolerance."""
+    """Return the area that a tool clears along straight steps. The result is accurate to an eighth of the tolerance."""
     return swept_area(steps, rules.radius, chords_per_quarter(rules.radius, FINE * rules.tolerance))
 
 
 def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
-    """Return the steps whose bounding box comes within a tool diameter of the bounding box of the given points."""
+    """Return the steps whose bounding box is within a tool diameter of the bounding box of the given points."""
     corners = places.reshape(-1, 2)
     low, high = corners.min(axis=0) - rules.tool_diameter, corners.max(axis=0) + rules.tool_diameter
     near: Floats = steps[((steps.max(axis=1) >= low) & (steps.min(axis=1) <= high)).all(axis=1)]
@@ -114,7 +124,8 @@ def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
 def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
     """Return the area that a disc sweeps along all steps.
 
-    The areas of the steps (capsules) are united, because a buffer of the whole line would round its concave corners.
+    The result is the union of the areas of the steps (capsules), because a buffer of the whole line would round its
+    concave corners.
     """
     # GEOS cannot buffer a line of length 0, so a point replaces it.
     moving = (steps[:, 0] != steps[:, 1]).any(axis=1)
@@ -127,7 +138,7 @@ def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
 
 
 def _gouges(shape: Any, steps: Floats, rules: PocketRules) -> Any:
-    """Return the area cut beyond the walls by more than the tolerance."""
+    """Return the area that is cut beyond the walls by more than the tolerance."""
     lines, walls = shapely.linestrings(steps), shape.boundary
     shapely.prepare(shape)
     shapely.prepare(walls)

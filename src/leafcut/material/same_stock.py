@@ -1,4 +1,4 @@
-"""Compare the remaining stock of two programs cell by cell, as height fields."""
+"""Compare the stock that two programs leave, cell by cell, using height fields."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 from leafcut.material.height_field import HeightField
 
-#: Side length, in cells, of the squares in which differing cells are grouped.
+#: Side length of the squares in which differing cells are grouped, in cells.
 _TILE = 64
-#: Side length, in cells, of the squares from which regions of cells are built.
+#: Side length of the squares that make up regions of cells, in cells.
 _SQUARE = 8
 
 
 class StockDifference(NamedTuple):
     """A difference between two height fields.
 
-    The largest difference is at the position `x`, `y`, between the heights `before` and `after`, mm. `cells` is the
-    number of differing cells.
+    The largest difference is at `x`, `y`, where the heights are `before` and `after`, mm. `cells` is the number of
+    cells that differ.
     """
 
     x: float
@@ -32,10 +32,14 @@ class StockDifference(NamedTuple):
 def stock_differences(before: HeightField, after: HeightField, tolerance: float) -> list[StockDifference]:
     """Return the differences between two height fields with the same cells, sorted by descending number of cells.
 
-    A cell is compared with the range of heights that the other field has in this cell and its eight neighbours. The
-    cell differs if its height is more than `tolerance` mm outside this range. Thus a wall that moved by less than a
-    cell counts as equal. Neighbouring cells are reported together. Raises ValueError if the fields have different
-    cells.
+    Each cell is compared with the heights of the other field in this cell and in its eight neighbours. The cell differs
+    if its height is more than `tolerance` mm outside the range of these heights. A wall that has moved by less than a
+    cell therefore counts as equal. Neighbouring cells are reported together.
+
+    Raises
+    ------
+    ValueError
+        The fields have different cells.
     """
     wrong = differing_cells(before, after, tolerance)
     rows, columns = np.nonzero(wrong)
@@ -61,9 +65,9 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
 
 
 def connected_regions(cells: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
-    """Return connected groups of cells, largest first; each is an array of rows and columns, int64[k, 2].
+    """Return connected groups of cells, largest first. Each group is an array of rows and columns, int64[k, 2].
 
-    Squares of `_SQUARE` cells that touch each other belong to the same group.
+    The cells are combined into squares of `_SQUARE` cells. Squares that touch each other belong to the same group.
     """
     positions = np.argwhere(cells)
     squares: dict[tuple[int, int], list[int]] = {}

@@ -1,4 +1,4 @@
-"""The stock of a job as coarse cells for display, and all moves that cut the stock."""
+"""The stock of a job as coarse cells for display, and all moves that cut this stock."""
 
 from __future__ import annotations
 
@@ -25,20 +25,21 @@ from leafcut.model.toolpath import Toolpath
 
 #: Number of cells along the longer side.
 CELLS = 512
-#: Maximum length of segments of cuts, as a share of the smallest tool diameter, and maximum number of such segments.
+#: Maximum length of the segments of cuts, as a share of the smallest tool diameter, and maximum number of these
+#: segments.
 _PIECE, _PIECES = 0.5, 400_000
 #: Maximum number of moves of a displayed program.
 _MOST_MOVES = 1_000_000
-#: Margin of a block around the cuts, as a share of its longer side; minimum and maximum of this margin, mm; thickness
+#: Margin of a block around the cuts, as a share of its longer side. Minimum and maximum of this margin, mm. Thickness
 #: of the block below the cuts, mm.
 _BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
-#: Minimum thickness of the block, as a share of its longer side; a thinner block would look like a foil.
+#: Minimum thickness of the block, as a share of its longer side. A thinner block would look like a sheet of foil.
 _THICK = 0.03
 #: Maximum number of displayed collisions.
 _MOST_COLLISIONS = 500
 #: Number of positions along a move that are compared with the block.
 _PLACES = 65
-#: Displayed thickness of a surface whose lower side is unknown: share of its longer side, and minimum, mm.
+#: Displayed thickness of a surface whose lower side is unknown, as a share of its longer side, and its minimum, mm.
 _SURFACE_THICK, _LEAST_THICK = 0.03, 1.0
 #: Maximum distance between plunges in the same hole, mm.
 _SAME = 1e-3
@@ -47,8 +48,8 @@ _SAME = 1e-3
 class Collision(NamedTuple):
     """A collision of a tool with material.
 
-    `kind` names the colliding part of the tool, or a rapid. `row` is the row of the toolpath. Position and depth are in
-    mm.
+    `kind` names the part of the tool that collides, or a rapid. `row` is the row in the toolpath. The position and the
+    depth are in mm.
     """
 
     kind: str
@@ -61,7 +62,7 @@ class Collision(NamedTuple):
 class Solid:
     """The stock before and after a job, and the moves of the job.
 
-    Positions are relative to `origin` and rounded to single precision for drawing. The moves change the stock from
+    Positions are relative to `origin`, and are rounded to single precision for drawing. The moves change the stock from
     `before` to `after`.
 
     Attributes
@@ -71,8 +72,8 @@ class Solid:
     held
         Mask of the cells that fixtures cover, bool[rows, columns].
     width, chip
-        Width of cut and maximum chip thickness of each move, float64[m], as shares of the tool diameter and of the feed
-        per tooth.
+        Width of cut as a share of the tool diameter, and maximum chip thickness as a share of the feed per tooth, for
+        each move, float64[m].
     """
 
     origin: tuple[float, float]
@@ -90,7 +91,7 @@ class Solid:
 
 
 def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
-    """Return the block of material for the display of a job.
+    """Return the block of material that the display of a job shows.
 
     Raises PlanError if the block is unknown, and OptionError if a tool has no diameter.
     """
@@ -111,12 +112,12 @@ def _cutters_and_block(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cut
 
 
 def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
-    """Cut the stock of a job with a toolpath, for display with coarse cells.
+    """Cut the stock of a job with a toolpath, using coarse cells for display.
 
     Raises
     ------
     PlanError
-        The stock is unknown or not cut, or there are too many moves.
+        The stock is unknown or is not cut at all, or there are too many moves.
     OptionError
         A tool has no diameter.
     """
@@ -167,7 +168,7 @@ def _shifted_block(block: StockBlock, origin: tuple[float, float]) -> StockBlock
 
 
 def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
-    """Return a block that encloses the cuts below Z0 with a margin. Raises PlanError if no cut goes below Z0."""
+    """Return a block that encloses all cuts below Z0 and adds a margin. Raises PlanError if no cut goes below Z0."""
     ends = moves.ends
     cutting = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
     if not cutting.any():
@@ -209,9 +210,9 @@ def _collisions(
 def _position_in_block(
     move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Clip a move to a block, and return the middle of the clipped move, relative to the origin.
+    """Clip a move to a block, and return the midpoint of the clipped move, relative to the origin.
 
-    If the whole move is outside the block, return its lower end.
+    If the whole move lies outside the block, return its lower end.
     """
     share = np.linspace(0.0, 1.0, _PLACES)[:, None]
     points = move[:3] + share * (move[3:] - move[:3])
@@ -222,7 +223,7 @@ def _position_in_block(
 
 
 def _block_of_surface(mesh: Mesh, stock: ShownStock) -> StockBlock:
-    """Return the bounding box of a surface and its fixtures. Raises PlanError if it has no width."""
+    """Return the bounding box of a surface and its fixtures. Raises PlanError if the box has no width."""
     low, high = mesh.low, mesh.high
     floor = float(low[2])
     if not mesh.closed or low[2] >= high[2]:
@@ -242,10 +243,15 @@ def _field_of_surface(
     moves: StraightMoves,
     cutters: dict[int, Cutter],
 ) -> tuple[HeightField, NDArray[np.bool_]]:
-    """Convert a surface to a height field with the cells of a block. Also return a mask of the cells with fixtures.
+    """Convert a surface to a height field with the cells of a block.
 
-    The block and the moves are relative to `origin`. If the surface is a finished part, the holes that the moves drill
-    are filled. Raises PlanError if there would be too many cells, or too many triangles per cell.
+    Also return a mask of the cells that fixtures cover. The block and the moves are relative to `origin`. If the
+    surface is a finished part, the holes that the moves drill are filled.
+
+    Raises
+    ------
+    PlanError
+        There would be too many cells, or too many triangles per cell.
     """
     moved = replace(mesh, triangles=mesh.triangles - (*origin, 0.0))
     field = HeightField.of_block(block, cell)
@@ -268,7 +274,7 @@ def _field_of_surface(
 
 
 def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: dict[int, Cutter]) -> None:
-    """Fill the open holes below straight plunges, up to the lowest point of their rim."""
+    """Fill open holes below straight plunges. Each hole is filled up to the lowest point of its rim."""
     ends = moves.ends
     plunging = ~moves.rapid & (ends[:, 0] == ends[:, 3]) & (ends[:, 1] == ends[:, 4]) & (ends[:, 5] < ends[:, 2])
     if not plunging.any():

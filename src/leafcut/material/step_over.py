@@ -16,27 +16,28 @@ from leafcut.material.bands import sort_into_bands
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps, steps_along_path
 from leafcut.model.pocket import PocketPath, PocketRules
 
-#: Maximum distance between neighbouring passes, in tool diameters. Uncut area between more distant passes is reported
-#: elsewhere.
+#: Maximum distance between neighbouring passes, in tool diameters. Passes farther apart leave uncut area, which is
+#: reported elsewhere.
 FARTHEST = 1.5
 #: Maximum angle between two neighbouring passes, rad.
 SIDE_BY_SIDE = math.radians(30.0)
 #: Maximum relative difference between the radii of discs that touch the same passes.
 _EQUAL = 1e-4
-#: Maximum distance between ends of steps that count as one point, mm.
+#: Maximum distance between the ends of steps that count as a single point, mm.
 _SAME = 1e-5
 #: Maximum distance between points that count as equal, mm.
 _SAME_POINT = 1e-4
-#: Range of the effect of a change, in maximum distances between neighbours: a change affects the neighbour of a point,
-#: and the corner of that neighbour.
+#: How far a change reaches, in maximum distances between neighbours. A change affects the neighbour of a point, and the
+#: corner of this neighbour.
 _REACHES = 2
-#: Number of gaps that are compared with the region at once.
+#: Number of gaps that are compared with the region at the same time.
 _BATCH = 512
 
 
 class PassGaps(NamedTuple):
-    """Maximum distances between neighbouring passes, mm. `core` applies where two fronts of passes meet, and
-    `step_over` everywhere else.
+    """The maximum distances between neighbouring passes, mm.
+
+    `core` applies where two fronts of passes meet. `step_over` applies everywhere else.
     """
 
     step_over: float
@@ -44,39 +45,40 @@ class PassGaps(NamedTuple):
 
 
 def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
-    """Return the largest distances between neighbouring passes, mm; 0 if no pass has a neighbour.
+    """Return the largest distances between neighbouring passes, mm, or 0 if no pass has a neighbour.
 
-    At each point of the path, on both sides, a disc that touches the pass at this point grows until it touches another
-    point of the path. This other point belongs to the neighbouring pass. Its height above the tangent of the pass is
-    the gap, which a machinist measures perpendicular to the pass. If the disc touches a corner of the neighbour, the
-    gap is measured from the sides of that corner.
+    On both sides of each point of the path, a disc touches the pass and grows until it touches another point of the
+    path. This second point belongs to the neighbouring pass. Its height above the tangent of the first pass is the gap,
+    just as a machinist would measure it perpendicular to the pass. If the disc touches a corner of the neighbouring
+    pass, the gap is measured from the sides of that corner.
 
-    The step-over is the maximum, over all points, of the gap on the closer side. The pass was planned next to that
-    neighbour, or next to the wall, which has no gap. On the other side, two fronts may meet, such as the two sides of a
-    last ring, or passes along the walls of a narrow channel. If the gap between two fronts is less than two step-overs,
-    no additional full pass fits into it. It is reported as `core`, and is at most as wide as the tool if everything is
-    cleared. Wider gaps count as step-over. Thus the result for rings is the distance between the rings, whatever
-    remains in the middle, and the result for parallel lines is the distance between the lines.
+    Each point has a gap on both sides, and only the smaller gap counts. The planner placed the pass next to the closer
+    neighbour, or next to the wall, which has no gap. The step-over is the maximum of these smaller gaps. On the farther
+    side, two fronts may meet, such as the two sides of a last ring or passes along the walls of a narrow channel. If
+    the gap between two fronts is less than two step-overs, no full pass fits between them. Such a gap is reported as
+    `core`. If everything is cleared, it is at most as wide as the tool. Wider gaps count as step-over. For rings, the
+    result is therefore the distance between the rings, no matter how much remains in the middle. For parallel lines, it
+    is the distance between the lines.
 
-    Between straight lines, the gap is their distance; between offset rings, it is their offset; along a spiral, it is
+    Between straight lines, the gap is their distance. Between offset rings, it is their offset. Along a spiral, it is
     the pitch. The diagonal between the corners of two rings is longer (1.41 times at a right angle), as in all offset
-    pockets. The diagonal does not count, because the corner of one ring is at the offset from both sides of the other
-    ring. If a corner is rounded and the rings do not come closer, the gap is larger. The two sides of a corner of one
-    pass are not neighbours. The mean distance of sides that diverge by more than `SIDE_BY_SIDE` is half of their
-    maximum distance.
+    pockets. This diagonal does not count, because the corner of each ring is at the offset from both sides of the
+    neighbouring ring. If a corner is rounded and the rings do not come closer, the gap is larger. The two sides of a
+    corner of the same pass are not neighbours. If two sides diverge by more than `SIDE_BY_SIDE`, their mean distance is
+    half of their maximum distance.
 
-    The distance to a wall is not a gap; if it is too large, uncovered area is reported instead. A disc does not count
-    if its centre, or the line to its centre, is outside the allowed tool centres: passes on both sides of an island are
-    not neighbours. Between passes more than `FARTHEST` diameters apart, there is uncovered area.
+    The distance to a wall is not a gap. If it is too large, it shows up as uncovered area instead. A disc is ignored if
+    its centre, or the line to its centre, is outside the allowed tool centres. Passes on both sides of an island are
+    therefore not neighbours. If passes are more than `FARTHEST` diameters apart, uncovered area lies between them.
 
-    The accuracy is limited by the chords of arcs and the steps of the path, to some hundredths of a percent.
+    The chords of arcs and the steps of the path limit the accuracy to some hundredths of a percent.
 
     Parameters
     ----------
     centres
         shapely geometry of the allowed tool centres.
     passes
-        Mask of the points whose neighbours are searched; None for all.
+        Mask of the points whose neighbours are searched, or None for all points.
     """
     sides = _sides(path, centres, rules, passes)
     if sides is None:
@@ -87,9 +89,7 @@ def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 
 
 def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
-    """Return the points of a path, float64[n, 2], at which the distance to the nearest neighbouring pass exceeds the
-    step-over.
-    """
+    """Return the points of a path, float64[n, 2], that are more than the step-over away from the nearest pass."""
     sides = _sides(path, centres, rules, passes)
     if sides is None:
         return np.zeros((0, 2))
@@ -102,12 +102,18 @@ def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
 
 
 class _Sides(NamedTuple):
-    """The sides of steps on which there is a neighbouring pass.
+    """The sides of steps that have a neighbouring pass.
 
-    - `rows`: row of each side in `discs`
-    - `gap`: gap on this side, mm
-    - `nearer`: smaller gap of both sides of the step, mm
-    - `is_lost`: mask of the sides on which a whole pass is missing
+    Attributes
+    ----------
+    rows
+        Row of each side in `discs`.
+    gap
+        Gap on this side, mm.
+    nearer
+        The smaller gap of both sides of the step, mm.
+    is_lost
+        Mask of the sides on which a full pass is missing.
     """
 
     discs: _Discs
@@ -138,7 +144,10 @@ def _sides(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np
 
 
 class _Discs:
-    """Discs between neighbouring passes: first the discs on the left of each step, then those on the right."""
+    """Discs between neighbouring passes.
+
+    The discs on the left of each step come first, followed by the discs on the right.
+    """
 
     def __init__(self, start: Floats, middle: Floats, touch: Floats, centres: Any, rules: PocketRules) -> None:
         self.corners = np.stack([start, middle, touch], axis=1)
@@ -146,9 +155,9 @@ class _Discs:
         shapely.prepare(self.region)
 
     def widest(self, rows: Indices, sizes: Floats, both: bool) -> float:
-        """Return the largest of the `sizes` for which the disc lies in the region; 0 if no disc does.
+        """Return the largest of the `sizes` whose disc lies in the region, or 0 if no disc does.
 
-        With `both`, the disc on the other side of the step must also lie in the region.
+        With `both`, the disc on the opposite side of the step must lie in the region, too.
         """
         order = np.argsort(-sizes)
         rows, sizes = rows[order], sizes[order]
@@ -165,7 +174,10 @@ class _Discs:
         return (rows + len(self.corners) // 2) % len(self.corners)
 
     def fits(self, rows: Indices) -> NDArray[np.bool_]:
-        """Return a mask of the discs that lie in the region, together with the line from the step to their centre."""
+        """Return a mask of the discs that lie in the region.
+
+        The line from the step to the centre of the disc must lie in the region, too.
+        """
         fits: NDArray[np.bool_] = shapely.covers(self.region, shapely.linestrings(self.corners[rows]))
         return fits
 
@@ -173,10 +185,10 @@ class _Discs:
 def _measured_from_sides(
     path: ToolSteps, moving: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats
 ) -> Floats:
-    """Return the heights of the neighbours, measured from the sides of a corner if the neighbour is a corner.
+    """Return the height of each neighbour. At a corner, measure the height from the sides of the corner.
 
-    A height is never increased. `moving` contains the rows of the steps. The other arrays contain the left sides of all
-    steps, followed by the right sides. A height of 0 means that there is no parallel neighbour.
+    This never increases a height. `moving` contains the rows of the steps. The other arrays contain the left sides of
+    all steps, followed by the right sides. A height of 0 means that the side has no parallel neighbour.
     """
     ends, starts = path.xy[moving], path.xy[moving] - path.step[moving, None] * path.chord[moving]
     steps, node = len(moving), number_points(np.concatenate([ends, starts, path.xy]), _SAME)
@@ -203,7 +215,7 @@ def _measured_from_sides(
 def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
     """Return a mask of the corners at which the direction of the steps changes.
 
-    The steps at the same corner are consecutive.
+    Steps that meet at the same corner are consecutive.
     """
     new = np.append(True, corner[1:] != corner[:-1])
     group = np.cumsum(new) - 1
@@ -215,11 +227,14 @@ def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
 def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
     """Find the neighbour of each point on the side of its normal.
 
-    Return three arrays:
-
-    - height of the neighbour above the tangent, float64[n], mm; 0 without a neighbour
-    - row of the neighbour in `candidates`, int64[n]
-    - radius of the disc between the passes, float64[n], mm
+    Returns
+    -------
+    height
+        Height of the neighbour above the tangent, float64[n], mm, or 0 without a neighbour.
+    row
+        Row of the neighbour in `candidates`, int64[n].
+    radius
+        Radius of the disc between the passes, float64[n], mm.
     """
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)
@@ -231,9 +246,9 @@ def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRul
 
 
 class WidePlaceFinder:
-    """Finds the points of a path at which the distance to the nearest neighbouring pass exceeds the step-over.
+    """Finds the points of a path whose distance to the nearest neighbouring pass exceeds the step-over.
 
-    After a change of the path, it searches only near the change.
+    If the path has changed since the last call, the finder only searches near the change.
     """
 
     def __init__(self, centres: Any, rules: PocketRules) -> None:

@@ -1,4 +1,4 @@
-"""`StockCut`: the material that a program removes, and the remaining stock."""
+"""`StockCut`: the material that a program removes, and the stock that is left."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from leafcut.model.tool import Tool
 
 @dataclass(frozen=True)
 class ToolCut:
-    """Effect of one tool on the stock.
+    """The effect of one tool on the stock.
 
-    The data of `tool` come from the tool library or from the comments of the program. `cut_s` and `air_s` are the times
-    at feed in material and in the air, s. `deepest_mm` and `widest_mm` are the maximum depth and width of cut.
+    The data of `tool` come from the tool library or from the comments in the program. `cut_s` is the time at feed in
+    material, and `air_s` is the time at feed in the air, s. `deepest_mm` and `widest_mm` are the maximum depth and
+    width of cut.
     """
 
     tool: Tool
@@ -30,7 +31,7 @@ class ToolCut:
 
 @dataclass(frozen=True)
 class RapidCut:
-    """A rapid in material: the line of the program, and the depth of the rapid in the material, mm."""
+    """A rapid in material, with its line in the program and its depth in the material, mm."""
 
     line: int
     depth_mm: float
@@ -38,7 +39,7 @@ class RapidCut:
 
 @dataclass(frozen=True)
 class BodyCut:
-    """A move in which the shank or holder (`body`) of a tool is in material.
+    """A move that takes the shank or the holder (`body`) of a tool into material.
 
     `line` is the line of the program, `tool` is the tool number, and `depth_mm` is the depth in the material, mm.
     """
@@ -51,21 +52,21 @@ class BodyCut:
 
 @dataclass(frozen=True, eq=False)
 class StockCut:
-    """The material that a program removes, and the remaining stock.
+    """The material that a program removes, and the stock that is left.
 
     Attributes
     ----------
     block, derived
         The stock before the first cut, and whether it was derived from the cuts.
     tools
-        The tools in the order of first use.
+        The tools in the order of their first use.
     rapids, collisions
-        Rapids in material, by line, and moves with a shank or holder in material, by line and tool.
+        Rapids in material, by line. Moves with a shank or holder in material, by line and tool.
     same_as, differences
-        The program to compare with (None for none), and the differences in the remaining stock, sorted by descending
-        number of cells. `before` is the height that the other program leaves.
+        The program for comparison, or None, and the differences in the stock, sorted by descending number of cells.
+        `before` is the height that the program for comparison leaves.
     part
-        File of the part that was the stock before the program; "" for a block.
+        File of the part that served as stock, or "" for a block.
     """
 
     program: str

@@ -1,4 +1,4 @@
-"""Convert a toolpath to straight moves of the tool tip: expand cycles, approximate arcs by chords, and divide cuts."""
+"""Convert a toolpath to straight moves of the tool tip: expand cycles, replace arcs with chords, and divide cuts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from leafcut.model.turns import AXES, Turns, turns_of
 
 #: Maximum distance between chords and their arcs, as a share of a cell or of the smallest tool diameter.
 _OF_CELL, _OF_TOOL = 0.05, 0.01
-#: Maximum number of moves, so that they fit into memory together with the material.
+#: Maximum number of moves that fit into memory together with the material.
 MOST_MOVES = 20_000_000
 
 
@@ -32,7 +32,7 @@ class StraightMoves:
     ends
         Start and end, float64[m, 6], mm.
     row
-        Row of `path` for each move, int64[m].
+        Row in `path` for each move, int64[m].
     rapid
         Whether the move is a rapid, bool[m].
     tool
@@ -40,7 +40,7 @@ class StraightMoves:
     path
         The toolpath with expanded cycles.
     unknown
-        Rows of `path` with an unknown start coordinate, which is replaced with the coordinate of the end. Rows with an
+        Rows of `path` whose start has an unknown coordinate. The coordinate of the end replaces it. Rows with an
         unknown end are left out.
     """
 
@@ -64,7 +64,7 @@ class StraightMoves:
     def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
         """Return the lowest and the highest corner of the box that the tools sweep in the selected moves, mm.
 
-        The heights of the corners are heights of the tool tip.
+        The heights of the corners refer to the tool tip.
         """
         numbers, tool_index = np.unique(self.tool[selected], return_inverse=True)
         radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[tool_index.ravel()]
@@ -76,8 +76,17 @@ class StraightMoves:
 def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> StraightMoves:
     """Convert a toolpath to straight moves.
 
-    `max_deviation` is the maximum chord error of arcs, mm. `max_length` is the maximum length of the segments of cuts
-    in the plane, mm; rapids are not divided. Raises PlanError if there would be more moves than `MOST_MOVES`.
+    Parameters
+    ----------
+    max_deviation
+        Maximum chord error of arcs, mm.
+    max_length
+        Maximum length of the segments of cuts in the plane, mm. Rapids are never divided.
+
+    Raises
+    ------
+    PlanError
+        There would be more than `MOST_MOVES` moves.
     """
     path = expand(path)
     is_motion = np.isin(path.kind, [int(k) for k in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
@@ -121,21 +130,24 @@ def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
 
 
 def undivided_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMoves:
-    """Return the undivided moves of the cutting tools; moves of other tools, such as probes, are left out."""
+    """Return the moves of the cutting tools without dividing them.
+
+    Moves of other tools, such as probes, are left out.
+    """
     return straight_moves(path, _OF_TOOL * smallest_tool(cutters), math.inf).of_tools(cutters)
 
 
 def moves_in_cells(
     path: Toolpath, cutters: Mapping[int, Cutter], cell: float, max_length: float = math.inf
 ) -> StraightMoves:
-    """Return the moves of the cutting tools with the accuracy of a height field with cells of side `cell`, mm."""
+    """Return the moves of the cutting tools, accurate enough for a height field with cells of side `cell`, mm."""
     return straight_moves(path, _OF_CELL * cell, max_length).of_tools(cutters)
 
 
 def _move_onto_arcs(position: Floats, turns: Turns, arc: NDArray[np.int64], share: Floats) -> None:
-    """Move points onto their arcs, each to the given share of the sweep.
+    """Move points onto their arcs. `share` is the position of each point as a share of the sweep.
 
-    `position` contains the points, float64[n, 3], and `arc` the index of each arc, or -1 for a point on a line.
+    `position` contains the points, float64[n, 3]. `arc` contains the index of each arc, or -1 for a point on a line.
     Changes: position.
     """
     curved = np.flatnonzero(arc >= 0)

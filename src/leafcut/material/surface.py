@@ -1,4 +1,4 @@
-"""A mesh seen from above: safe crossing heights, and the upper and lower ends of holes in it."""
+"""A mesh seen from above: safe heights for crossing it, and the upper and lower ends of its holes."""
 
 from __future__ import annotations
 
@@ -11,20 +11,27 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
 
-#: Number of tiles along the longer side of a part. A tile takes 8 bytes, and all tiles take half a megabyte. Dogleg
-#: rapids need fewer tiles, because every tile of the box between two positions must be checked.
+#: Number of tiles along the longer side of a part. A tile takes 8 bytes, so all tiles together take half a megabyte.
+#: Dogleg rapids need fewer tiles, because every tile in the box between two positions must be checked.
 TILES, TILES_DOGLEG = 256, 64
-#: Minimum size of a tile, mm, and maximum number of tiles within the radius of a tool; both limit the run time.
+#: Minimum size of a tile, mm, and maximum number of tiles within the radius of a tool. Both limit the run time.
 FINEST_TILE, MOST_IN_REACH = 0.2, 24
 #: Distance between the tool and the rim of a hole, mm, and number of points on the rim.
 RIM, RIM_PLACES = 0.1, 24
 
 
 class SafeTiles(NamedTuple):
-    """Square tiles with their minimum crossing heights.
+    """Square tiles, each with the minimum height at which a tool may cross it.
 
-    `heights`, float64[rows, columns], mm, has rows by ascending y; its values are −∞ without material. `x` and `y` are
-    the lower left corner of the first tile, and `side` is the side length of a tile, mm.
+    Attributes
+    ----------
+    heights
+        Minimum heights, float64[rows, columns], mm, with rows by ascending y. Tiles without material have the height
+        −∞.
+    x, y
+        Lower left corner of the first tile, mm.
+    side
+        Side length of a tile, mm.
     """
 
     heights: NDArray[np.float64]
@@ -34,14 +41,14 @@ class SafeTiles(NamedTuple):
 
 
 class HoleRims(NamedTuple):
-    """The surface around holes, float64[n] each, mm.
+    """The surface around several holes, float64[n] each, mm.
 
     Attributes
     ----------
     top
         Height of the highest point of the rim and the centre.
     lowest
-        Height of the lowest point of the upper surface on the rim; −∞ if part of the rim has no material below it.
+        Height of the lowest point of the upper surface on the rim, or −∞ if some of the rim has no material below it.
     under
         Height of the lowest point of all triangles below the rim.
     """
@@ -60,7 +67,7 @@ def safe_tiles(
 ) -> SafeTiles:
     """Return the minimum heights at which a tool tip may cross a surface.
 
-    The heights are exact. Horizontally, obstacles are enlarged to whole tiles, by up to two tiles.
+    The heights are exact. Horizontally, obstacles are enlarged to whole tiles, which adds up to two tiles.
 
     Parameters
     ----------
@@ -74,7 +81,7 @@ def safe_tiles(
         Number of tiles along the longer side.
     bodies
         Radius of each section above the flutes, and the minimum height of the tool tip above the surface for this
-        section, mm. This height is negative if the section is farther above the tip than its clearance.
+        section, mm. This height is negative if the distance from the tip to the section exceeds the clearance.
     """
     from leafcut.kernels.surface import maximum_within_reach, raise_whole_cells, reach_in_cells
 
@@ -95,9 +102,9 @@ def safe_tiles(
 
 
 def hole_rims(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> HoleRims:
-    """Return the surface around holes at positions `xy`, float64[n, 2], for tools with the given radii, float64[n].
+    """Return the surface around holes at the positions `xy`, float64[n, 2], for tools with the given radii, float64[n].
 
-    The centre and the rim just outside the tool are evaluated, because a hole may be open in the mesh.
+    The function evaluates the centre and the rim just outside the tool, because a hole may be open in the mesh.
     """
     from leafcut.kernels.surface import heights_at
 

@@ -1,4 +1,6 @@
-"""Sample a tool's path through a pocket in small steps, to measure engagement and step-over and to draw it."""
+"""Sample the path of a tool through a pocket in small steps, in order to measure its engagement and step-over and to
+draw it.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,7 @@ from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
 
 #: Maximum length of a step as a share of the tool diameter.
 STEP = 0.05
-#: Maximum angle of a step along an arc, rad; the chord error is then one eight-hundredth of the radius.
+#: Maximum angle of a step along an arc, rad. The chord error is then one eight-hundredth of the radius.
 BEND = 0.1
 #: Maximum change of direction between chords of a curve, rad.
 STRAIGHT_ON = math.radians(4.0)
@@ -24,24 +26,24 @@ STRAIGHT_ON = math.radians(4.0)
 class ToolSteps:
     """Points along the feed moves of a path, in cutting order.
 
-    There is a point at the end of each step and at the start of each section after a plunge. Each corner has two
-    points, so that both directions are evaluated there.
+    There is a point at the end of each step, and at the start of each section after a plunge. A corner has two points,
+    so that both directions are evaluated.
 
     Attributes
     ----------
     xy
         Position, float64[n, 2], mm.
     back, ahead
-        Unit tangents of the incoming and the outgoing path, float64[n, 2]; `back` is NaN after a plunge. They differ
-        only at corners; between chords of a curve, both are the mean direction.
+        Unit tangents of the incoming and the outgoing path, float64[n, 2]. They differ only at corners. Between chords
+        of a curve, both are the mean direction. `back` is NaN after a plunge.
     chord
-        Direction (unit vector) of the step that ends at the point, or of the outgoing path if the step has length 0,
-        float64[n, 2].
+        Unit vector of the step that ends at the point, float64[n, 2]. If the step has length 0, this is the direction
+        of the outgoing path.
     step
-        Length of the step that ends at the point, float64[n], mm; 0 after a plunge and for the outgoing point of a
+        Length of the step that ends at the point, float64[n], mm. It is 0 after a plunge and at the outgoing point of a
         corner.
     run
-        Number of the run, int64[n]; a run is a series of feed moves without a retract.
+        Number of the run, int64[n]. A run is a series of feed moves without a retract.
     piece
         Number of the section of the path, int64[n].
     """
@@ -59,15 +61,16 @@ class ToolSteps:
 
 
 def step_length(rules: PocketRules) -> float:
-    """Return the length of a step, mm, at most `STEP` diameters.
+    """Return the length of a step, mm, which is at most `STEP` diameters.
 
-    Discs one step apart leave cusps of height step²/8r between them, which is at most half the tolerance.
+    Discs that are one step apart leave cusps between them. The height of these cusps, step²/8r, is at most half the
+    tolerance.
     """
     return min(STEP * rules.tool_diameter, math.sqrt(4.0 * rules.radius * rules.tolerance))
 
 
 def steps_along_path(path: PocketPath, rules: PocketRules) -> ToolSteps:
-    """Sample the path of the tool in steps; all points and tangents on arcs are exact."""
+    """Sample the path of the tool in steps. All points and tangents on arcs are exact."""
     steps, parts, run, last = step_length(rules), [], -1, None
     for number, piece in enumerate(path.pieces):
         starts_run = last is None or math.dist(last[0], piece.path.start) > SAME_PLACE
@@ -92,7 +95,7 @@ def steps_along_path(path: PocketPath, rules: PocketRules) -> ToolSteps:
 
 @dataclass(frozen=True, eq=False)
 class _Chords:
-    """Chords of a section: start points, vectors, and tangents at both ends, float64[m, 2] each."""
+    """Chords of a section, with start points, vectors, and tangents at both ends, float64[m, 2] each."""
 
     start: Points
     vector: Points
@@ -101,7 +104,7 @@ class _Chords:
 
     @classmethod
     def of(cls, path: Polyline, max_step: float) -> _Chords:
-        """Return the chords of a path; lines are not divided, and arcs are divided into steps."""
+        """Return the chords of a path. Arcs are divided into steps, and lines are not divided."""
         if not path.bulges.any():
             points = path.flattened()
             vector = np.diff(points, axis=0)
@@ -130,8 +133,9 @@ def _arc(s: Segment, max_step: float) -> _Chords:
 
 
 def _steps(line: _Chords, max_step: float, arrival: Floats | None, run: int, piece: int, start: Point) -> ToolSteps:
-    """Return the steps of a section of a path. `arrival` is the direction in which the tool arrives, or None after a
-    plunge.
+    """Divide a section of a path into steps.
+
+    `arrival` is the direction in which the tool arrives, or None after a plunge.
     """
     length = np.hypot(line.vector[:, 0], line.vector[:, 1])
     before = np.full((1, 2), np.nan) if arrival is None else arrival[None]

@@ -1,1 +1,1 @@
-"""The tool, feeds and entries of end mills, which all milling processes share."""
+"""End mills, their feeds, and their entry moves. All milling processes use these modules."""

@@ -1,4 +1,4 @@
-"""Clamps on the table, given as keep-out zones. Work is refused if the mill would hit a clamp."""
+"""Clamps on the table, defined as keep-out zones. A job is refused if the mill would hit a clamp."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from leafcut.model.cutter import discs_of
 from leafcut.model.tool import Tool
 from leafcut.processes.zones import crossing_heights, parse_zones
 
-#: Overlaps with a zone up to this size, mm, are left to verification, which knows the exact path.
+#: Maximum overlap with a zone that is ignored here, mm. The verification checks it later against the exact path.
 ROUNDING = 0.05
 
 
 class Clamp(NamedTuple):
-    """A clamp: the text of its zone, its area, and the lowest height at which a tool may cross it, mm."""
+    """A clamp, with the text of its zone, its area, and the minimum height at which a tool can cross it, mm."""
 
     text: str
     area: shapely.Polygon
@@ -26,7 +26,7 @@ class Clamp(NamedTuple):
 
 
 def clamps_of(keep_out: Sequence[str], clearance: float) -> list[Clamp]:
-    """Return the clamps of ``--keep-out``; `clearance` is the height of zones without their own height, mm."""
+    """Parse the clamps of ``--keep-out``. A zone without its own height gets the height `clearance`, mm."""
     areas = [shapely.box(*zone) for zone in parse_zones(keep_out).tolist()]
     return [*map(Clamp, keep_out, areas, crossing_heights(keep_out, clearance).tolist())]
 
@@ -34,10 +34,20 @@ def clamps_of(keep_out: Sequence[str], clearance: float) -> list[Clamp]:
 def refuse_clamped(
     name: str, centres: shapely.Geometry, floor: float, tool: Tool, radius: float, clamps: Sequence[Clamp]
 ) -> None:
-    """Raise PlanError if a tool, its shank or its holder hits a clamp.
+    """Raise PlanError if a tool, its shank or its holder would hit a clamp.
 
-    `centres` is the area or the path of the tool's centre, `floor` is the lowest height of its tip, and `radius` is the
-    radius of its flutes, mm. The message states the work, the zone, and the missing tool length or distance.
+    The message names the work and the zone. It also gives the tool length or the distance that is missing.
+
+    Parameters
+    ----------
+    name
+        Name of the work for the message.
+    centres
+        Area or path of the tool centre.
+    floor
+        Lowest height of the tool tip, mm.
+    radius
+        Radius of the flutes, mm.
     """
     for clamp in clamps:
         away = float(shapely.distance(centres, clamp.area)) + ROUNDING

@@ -1,4 +1,4 @@
-"""Entry moves by which an end mill descends to a level: a ramp along its path, a helix, or a plunge."""
+"""Entry moves. An end mill descends to a level by a ramp along its path, by a helix, or by a plunge."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.toolpath import Arc, ToolpathBuilder
 from leafcut.processes.milling.mill import MillingData
 
-#: Height above the material at which a ramp or helix starts, mm.
+#: Height above the material at which a ramp or a helix starts, mm.
 ABOVE = 0.5
-#: Candidate radii of a helix, in tool radii; at 1 or more, a core would remain.
+#: Candidate helix radii, in tool radii. A helix with a radius of 1 or more would leave a core.
 HELIX_RADII = (0.9, 0.75, 0.6, 0.5)
-#: Number of candidate directions from the start of the path to the centre of a helix.
+#: Number of directions in which to look for the centre of a helix.
 HELIX_DIRECTIONS = 24
-#: Maximum number of legs of a ramp; if more were needed, the tool plunges.
+#: Maximum number of legs of a ramp. If a ramp needs more, the tool plunges.
 MOST_LEGS = 24
-#: Maximum number of turns along a loop; if more were needed, the tool plunges.
+#: Maximum number of turns along a loop. If the tool needs more, it plunges.
 MOST_LOOPS = 400
-#: Minimum length of an arc, mm; shorter arcs become lines, because rounding makes their direction ambiguous.
+#: Minimum length of an arc, mm. Shorter arcs become lines, because rounding could reverse their direction.
 SHORTEST_ARC = 0.01
-#: Minimum length of a move, mm; shorter moves are omitted.
+#: Minimum length of a move, mm. Shorter moves are skipped.
 SHORTEST = 1e-6
-#: Kinds of entry to try for each requested kind, in order.
+#: Kinds of entry to try, in order, for each requested kind.
 _FALLBACKS = {"ramp": ("ramp", "helix"), "helix": ("helix", "ramp"), "plunge": (), "predrilled": ()}
-#: Tolerance for positions on the boundary of a region, mm.
+#: Tolerance for points on the boundary of a region, mm.
 TOUCH = 1e-6
 
 
 @dataclass(frozen=True)
 class Descent:
-    """An entry move at a position, from the height `top` to the height `bottom`, mm.
+    """An entry move from the height `top` to the height `bottom`, mm.
 
-    The `kind` of the entry may differ from the requested kind (`asked`).
+    If the requested entry does not fit, the actual `kind` differs from the requested kind (`asked`).
     """
 
     kind: str
@@ -58,11 +58,18 @@ def enter_level(
     climb: bool,
     ring: Polyline | None = None,
 ) -> Descent:
-    """Lower the tool at the start of `path` to `bottom`, mm, from the top of the material (`top`) or above.
+    """Lower the tool to `bottom`, mm, at the start of `path`. If neither a ramp nor a helix fits, the tool plunges.
 
-    A ramp goes back and forth along the path and ends at its start. If the path starts with a closed `ring` that is
-    shorter than the ramp, the tool descends in turns along the ring. A helix is next to the path, inside `allowed`
-    (shapely geometry of tool centres). If neither ramp nor helix fits, the tool plunges.
+    A ramp goes back and forth along the path and ends at the start of the path. If the path starts with a closed `ring`
+    that is shorter than the ramp, the tool spirals down along this ring instead. A helix lies next to the path, inside
+    the area `allowed`.
+
+    Parameters
+    ----------
+    top
+        Height of the top of the material, mm. The tool starts at this height or above it.
+    allowed
+        Possible tool centres as a shapely geometry.
     """
     start, asked = path.start, data.entry
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
@@ -93,7 +100,8 @@ def descend_along_loop(
 ) -> Descent:
     """Lower the tool along a closed loop in as many turns as needed.
 
-    If the requested entry is neither ramp nor helix, or if the loop is too short, enter as in `enter_level`.
+    If the requested entry is neither a ramp nor a helix, or if the loop is too short, this function falls back to
+    `enter_level`.
     """
     turns = _descent_turns(loop.length, min(builder.position[2], top + ABOVE) - bottom, data.entry_angle)
     if data.entry not in ("ramp", "helix") or not turns:
@@ -116,15 +124,15 @@ def _follow_turns(
 
 
 def _descent_turns(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns for a descent by `drop` mm at the ramp angle, or 0 if the loop is too short."""
+    """Return the number of turns that descend by `drop` mm at the ramp angle, or 0 if the loop is too short."""
     turns = math.ceil(drop / (length * math.tan(angle)) - 1e-9) if length > SHORTEST else 0
     return turns if turns <= MOST_LOOPS else 0
 
 
 def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns along a ring that replace a ramp.
+    """Return the number of turns along a ring that can replace a ramp.
 
-    Return 0 if the ring is longer than the ramp, or much too short.
+    Return 0 if the ring is longer than the ramp or much too short.
     """
     turns = _descent_turns(length, drop, angle)
     return turns if 1 < turns <= MOST_LEGS else 0
@@ -134,7 +142,7 @@ def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
 
 
 def _ramp_legs(path: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
-    """Return the number of legs of a ramp (even), and the length of each leg, mm; None if the path is too short."""
+    """Return the number of legs of a ramp, which is even, and their length, mm, or None if the path is too short."""
     needed = drop / math.tan(angle)
     if not path.length > 0.0:
         return None
@@ -158,7 +166,7 @@ def _ramp(
 
 
 def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
-    """Return the centre and the radius, mm, of the widest helix through `start` that fits into the allowed region.
+    """Return the centre and radius, mm, of the widest helix that passes through `start` and fits into `allowed`.
 
     Return None if no helix fits.
     """
@@ -183,7 +191,7 @@ def _helix(
     feed: float,
     climb: bool,
 ) -> None:
-    """Descend in half circles. They are counter-clockwise for climb milling: the uncut material is on the right."""
+    """Descend in half circles. For climb milling, they run counter-clockwise, so the uncut material is on the right."""
     (high, low), (centre, radius) = heights, circle
     halves = 2 * max(math.ceil((high - low) / (2.0 * math.pi * radius * math.tan(angle)) - 1e-9), 1)
     across = (2.0 * centre[0] - start[0], 2.0 * centre[1] - start[1])
@@ -197,7 +205,10 @@ def _helix(
 
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
-    """Cut along an open path, at the current height, or at a constant slope between two `heights` (start, end), mm."""
+    """Cut along an open path at the current height.
+
+    With `heights` (start, end), mm, cut at a constant slope instead.
+    """
     path = without_short_steps(path)
     length, gone = path.length, 0.0
     level = builder.position[2]

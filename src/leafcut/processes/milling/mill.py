@@ -1,4 +1,4 @@
-"""Choose the end mill of a job and its feeds: from the tool library, or assumed with cautious cutting data."""
+"""Select the end mill of a job and its feeds, either from the tool library or from conservative cutting data."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.options import JobOptions, MillingOptions, Settings
 from leafcut.processes.spindle_moves import check_spindle_heights
 
-#: Surface speed of high-speed steel end mills, m/min: the low end of workshop tables for milling (mild steel 25 … 35,
-#: stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % because end and side cut simultaneously.
-#: For carbide, it is three times as high.
+#: Surface speed of high-speed steel end mills, m/min. The values are the low end of workshop tables for milling (mild
+#: steel 25 … 35, stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % because end and side cut
+#: simultaneously. Carbide allows three times the speed.
 SURFACE_SPEEDS = {"mild_steel": 20.0, "stainless_304": 8.0, "aluminium": 60.0, "brass": 40.0, "plastic": 40.0}
-#: Names of materials with the same cutting data.
+#: Other names of materials that share the same cutting data.
 _NAMES = {
     "steel": "mild_steel",
     "stainless": "stainless_304",
@@ -37,9 +37,9 @@ _NAMES = {
 #: diameters, up to 0.05 mm for a 10 mm mill (Iscar, solid end mills, recommended cutting parameters).
 FEED_PER_TOOTH, MOST_PER_TOOTH = 0.01, 0.05
 #: A spindle is refused if all its speeds differ from the suitable speed by more than the factor `MOST_OFF`, because the
-#: tool would break or burn. An assumed speed above `FAST` times the suitable speed causes a warning.
+#: tool would break or burn. The program warns if it assumes a speed above `FAST` times the suitable speed.
 MOST_OFF, FAST = 2.0, 1.5
-#: Assumed number of teeth (slot mills have two).
+#: Assumed number of teeth (slot mills have two teeth).
 TEETH = 2
 #: Default plunge rate, relative to the feed: a plunging end mill cuts with its centre, where the cutting speed is 0.
 PLUNGE_PART = 1.0 / 3.0
@@ -47,14 +47,14 @@ PLUNGE_PART = 1.0 / 3.0
 
 @dataclass(frozen=True)
 class MillingData:
-    """The tool, its plunge rate, mm/s, and the kind and the angle, rad, of its entry into a level.
+    """An end mill, its plunge rate, mm/s, and the kind and angle, rad, of its entry moves.
 
     Attributes
     ----------
     air_feed
-        Feed at depth in air, mm/s; it is used only if it is above the feed of the tool.
+        Feed for moves at depth that do not cut, mm/s. It is only used if it exceeds the feed of the tool.
     limits
-        Limits of feeds that depend on the load. If None, the plunge rate limits the vertical speed on a ramp.
+        Limits for feeds that depend on the load. If None, the plunge rate limits the vertical speed on a ramp.
     """
 
     tool: Tool
@@ -65,18 +65,18 @@ class MillingData:
     limits: FeedLimits | None = None
 
     def ramp_feed(self, depth: float) -> float:
-        """Return the feed along a ramp or a helix into material that is `depth` mm deep, mm/s."""
+        """Return the feed for a ramp or a helix into material with a depth of `depth` mm, in mm/s."""
         feed = min(self.tool.feed, self.plunge_feed / math.sin(self.entry_angle))
         return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
 
     @property
     def straight_feed(self) -> float:
-        """Feed of a plunge into material, limited by the power of the spindle, mm/s."""
+        """Feed for a plunge into material, mm/s. The spindle power may limit it."""
         return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
 def library_mill_for(library: ToolLibrary | None, settings: Settings, depth: float | None) -> Tool | None:
-    """Return the end mill of a library that the settings select (see `library_mill`), or None without a library."""
+    """Return the end mill that the settings select (see `library_mill`), or None without a library."""
     if library is None:
         return None
     job, number = settings.job, settings.of(MillingOptions).tool_number
@@ -84,7 +84,7 @@ def library_mill_for(library: ToolLibrary | None, settings: Settings, depth: flo
 
 
 def assumed_number(options: MillingOptions, mill: Tool | None, tool: Tool) -> list[Issue]:
-    """Return a note if neither the tool library nor an option states the number of the end mill."""
+    """Return a note if the number of the end mill is neither in the tool library nor given as an option."""
     if mill is not None or options.tool_number is not None:
         return []
     words = Message("{} is assumed: load it under this number, or give --tool-number", tool.label)
@@ -94,12 +94,18 @@ def assumed_number(options: MillingOptions, mill: Tool | None, tool: Tool) -> li
 def library_mill(
     library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
 ) -> Tool:
-    """Select an end mill of a library by its number, or else by the diameter `asked`, mm; otherwise, return the only
-    end mill.
+    """Select an end mill from a library.
 
-    `depth` is the greatest depth to mill, mm. Raises OptionError if the library lacks the requested number, or if it
-    has several end mills and neither number nor diameter is given. Raises PlanError if the library has no end mill, or
-    if the tool is not an end mill, has another diameter, or is too short.
+    The number takes precedence over the diameter `asked`, mm. If neither is given, the library must contain exactly one
+    end mill. `depth` is the maximum milling depth, mm.
+
+    Raises
+    ------
+    OptionError
+        The library does not contain the requested number. Or it contains several end mills, and neither a number nor a
+        diameter is given.
+    PlanError
+        The library contains no end mill, or the tool is not an end mill, has a different diameter, or is too short.
     """
     tool = _mill_by_number(library, number) if number is not None else _mill_by_diameter(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
@@ -164,11 +170,17 @@ def add_cutting_data(
     diameter: float,
     machine: Machine,
 ) -> tuple[Tool, list[Issue]]:
-    """Return the end mill with its feed and speed, and issues about assumptions.
+    """Return the end mill with its feed and speed, and issues about assumed values.
 
-    Feed and speed come from options, or else from the library, or else from tables for high-speed steel mills in the
-    material. Raises OptionError if the tables lack the material; PlanError if speed or feed is out of the range of the
-    machine, or if no speed is given and the spindle cannot run at a suitable speed.
+    Options take precedence over the library. If neither gives a value, tables for high-speed steel mills provide it.
+
+    Raises
+    ------
+    OptionError
+        The tables do not contain the material.
+    PlanError
+        The machine cannot run at this speed or feed. Or no speed is given, and the spindle cannot reach a suitable
+        speed.
     """
     tool = mill or Tool(number or 1, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
     asked_rpm, asked_feed = job.spindle_speed or tool.spindle_rpm, job.feed or tool.feed
@@ -225,7 +237,7 @@ def add_cutting_data(
 
 
 def _material_with_data(material: str) -> str:
-    """Return the name of a material in `SURFACE_SPEEDS`. Raises OptionError if there are no data for it."""
+    """Return the name of the material in `SURFACE_SPEEDS`. Raises OptionError if the table does not contain it."""
     key = "_".join(material.lower().replace("-", " ").split())
     key = _NAMES.get(key, key)
     if key not in SURFACE_SPEEDS:
@@ -245,10 +257,14 @@ def milling_data(
     mill: Tool | None = None,
     entry: str = "ramp",
 ) -> tuple[MillingData, list[Issue]]:
-    """Return the end mill with its feeds, and issues about assumptions.
+    """Return the end mill with its feeds, and issues about assumed values.
 
-    Without a `mill` from a library, an end mill of the given diameter, mm, is assumed. Raises PlanError if the machine
-    has no spindle, if heights contradict each other, or if the speed or feed is out of the machine's range.
+    Without a `mill` from a library, this function assumes an end mill with the given diameter, mm.
+
+    Raises
+    ------
+    PlanError
+        The machine has no spindle or cannot run at the speed or feed, or some heights contradict each other.
     """
     check_spindle_heights(machine, job, "mill")
     tool, issues = add_cutting_data(mill, options.tool_number, job, diameter, machine)

@@ -1,1 +1,1 @@
-"""Milling a whole part from a drawing: its outlines, openings and holes, with tabs."""
+"""Mill a whole part from a drawing: its outlines, openings and holes, with tabs."""

@@ -1,4 +1,4 @@
-"""The pockets of a part: their regions by layer, checked against the other shapes, and the paths that clear them."""
+"""Find the pockets of a part, check them against the other shapes, and plan the paths that clear them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from leafcut.processes.part.plan.pockets import PocketTask
 from leafcut.processes.part.plan.task import Mill
 from leafcut.processes.pocket.options import PocketOptions
 
-#: Share of the time limit for the paths in pockets; the order of the part gets the rest.
+#: Share of the time limit for planning the paths in pockets. The rest of the time is for ordering the tasks.
 _CLEARING = 0.5
 #: Maximum overlap of shapes that count as touching, mm.
 _TOUCH = 0.01
@@ -34,7 +34,11 @@ _PLUNGE = 0.1
 
 
 def with_pockets(part: Part) -> Part:
-    """Prepare a part for milling its pockets: issues then report only the other features of a solid (`besides`)."""
+    """Return the part with its issues adjusted for a process that mills pockets.
+
+    The issue about unmilled pockets is removed. Issues about the other features of a solid (`Part.besides`) are
+    added.
+    """
     if not (part.pockets or part.besides):
         return part
     issues = (issue for issue in part.issues if issue.code != "L219")
@@ -44,12 +48,22 @@ def with_pockets(part: Part) -> Part:
 def pocket_areas(
     divided: LayeredPart, settings: Settings, diameter: float, mills: Sequence[Mill]
 ) -> tuple[list[PocketArea], list[Issue]]:
-    """Return the areas on the layers of pockets and the pockets of a solid, with their islands and `mills` other than
-    that of the part. The issues are about repaired lines, and about pockets of a solid that are narrower than the mill
-    of the part.
+    """Collect the areas to clear: the pockets drawn on pocket layers, and the pockets of a solid.
 
-    Also return issues about repaired lines, and about pockets of a solid that are narrower than the mill. Raises
-    PlanError or ReadError, with the line in the file of operations, if an outline is open or crosses another outline.
+    `mills` contains the extra mills that layers may name. Every other pocket uses the end mill of the part, whose
+    diameter is `diameter`, mm. Pockets of a solid that are too narrow for this end mill are skipped.
+
+    Returns
+    -------
+    areas
+        The areas to clear, with their islands.
+    issues
+        Issues about repaired lines and about skipped pockets.
+
+    Raises
+    ------
+    PlanError, ReadError
+        An outline is open, or it crosses another outline. The message gives the line in the operations file.
     """
     from leafcut.processes.contours import open_contours
     from leafcut.processes.layers import kinds_of
@@ -95,7 +109,10 @@ def pocket_areas(
 
 
 def _is_narrow(area: PocketArea, diameter: float) -> bool:
-    """Return whether a pocket has no room for the mill, or only for a plunge. A slot may be as wide as the mill."""
+    """Return whether the mill does not fit into a pocket or can only plunge into it.
+
+    A slot may be as wide as the mill.
+    """
     return bool(area.region.buffer(_TOUCH - 0.5 * diameter).length < _PLUNGE)
 
 
@@ -109,9 +126,17 @@ def check_pockets(
     diameter: float,
     finish: float,
 ) -> None:
-    """Raise PlanError for a pocket that is narrower than the mill, has no room for the allowance `finish`, lies outside
-    of the parts, makes tabs thinner or their walls thinner than their height, or has engraved paths in it. A pocket may
-    cross edges, as a step does.
+    """Check that the pockets fit the mill and do not damage the rest of the part.
+
+    A pocket may cross an edge, like a step.
+
+    Raises
+    ------
+    OptionError
+        The finishing allowance is not less than the radius of a mill.
+    PlanError
+        A pocket is narrower than its mill or leaves no room for the finishing allowance `finish`. Or it lies outside
+        the parts, contains an engraved path, or makes the tabs of a nearby edge too thin.
     """
     lines = [shapely.LinearRing(edge.path.flattened(_TOUCH)) for edge in edges]
     with_tabs = {cut.edge for cut in cuts if cut.tabs}
@@ -148,8 +173,14 @@ def check_pockets(
 def pocket_tasks(
     job: Job, dialect: Dialect, part: Part, request: PartRequest, mills: Sequence[Mill]
 ) -> tuple[dict[int, list[PocketTask]], list[Issue]]:
-    """Return the tasks of each mill by its number, one for each region of its pockets, and issues about places that the
-    mills cannot reach.
+    """Plan a task for each region of each pocket.
+
+    Returns
+    -------
+    tasks
+        The tasks of each mill, by tool number.
+    issues
+        Issues about places that the mills cannot reach.
     """
     tasks: dict[int, list[PocketTask]] = {}
     issues: list[Issue] = []

@@ -1,4 +1,4 @@
-"""Copies of a drawing side by side on one plate."""
+"""Repeat a drawing side by side on one plate."""
 
 from __future__ import annotations
 
@@ -18,16 +18,20 @@ from leafcut.options import Settings
 from leafcut.processes.layers import kinds_of
 from leafcut.processes.part.options import PartOptions
 
-#: Maximum number of shapes in all copies together.
+#: Maximum total number of shapes in all copies.
 _MOST_SHAPES = 20_000
 _COLUMNS_AND_ROWS = re.compile(r"([1-9]\d{0,2}) ?[x×] ?([1-9]\d{0,2})", re.IGNORECASE)
 
 
 def repeat_part(part: Part, settings: Settings) -> Part:
-    """Return a part with its copies, in columns along X and rows along Y. Outlines of the sheet are not copied.
+    """Repeat a part in columns along X and rows along Y. The outline of the sheet is not copied.
 
-    Raises OptionError if the number or the pitch of the copies is invalid, and PlanError if there are too many shapes,
-    or if a layer may hold the outline of the sheet.
+    Raises
+    ------
+    OptionError
+        The number or the pitch of the copies is invalid.
+    PlanError
+        The copies have too many shapes, or it is unclear whether a layer holds the outline of the sheet.
     """
     options = settings.of(PartOptions)
     if options.copies is None:
@@ -52,7 +56,7 @@ def repeat_part(part: Part, settings: Settings) -> Part:
 
 
 def columns_and_rows(text: str) -> tuple[int, int]:
-    """Return the numbers of columns and rows in a text such as ``3x2``. Raises OptionError for any other text."""
+    """Parse a text such as ``3x2`` into the numbers of columns and rows. Raises OptionError for any other text."""
     match = _COLUMNS_AND_ROWS.fullmatch(text.strip())
     if match is None:
         raise OptionError("--copies: '{}' is not a number of columns and rows from 1 to 999, such as 3x2", text)

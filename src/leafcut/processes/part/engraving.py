@@ -1,4 +1,4 @@
-"""The engraved paths of a part by layer."""
+"""Collect the paths to engrave from the layers of a part."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from leafcut.processes.part.operations import LayeredPart, Operation
 
 
 def engravings_of(divided: LayeredPart, settings: Settings, tool: int) -> tuple[list[Engraving], list[Issue]]:
-    """Return the paths to engrave, by default with the end mill `tool`, and issues about repaired lines."""
+    """Return the paths to engrave, and issues about repaired lines.
+
+    If a layer names no tool, it uses the end mill `tool`.
+    """
     from leafcut.processes.contours import engraved_paths
 
     engravings: list[Engraving] = []

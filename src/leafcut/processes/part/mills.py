@@ -1,4 +1,4 @@
-"""The milling tools of a part that layers name: they engrave or clear pockets before the end mill of the part."""
+"""Extra mills that layers name for engraving or for pockets. They run before the end mill of the part."""
 
 from __future__ import annotations
 
@@ -17,10 +17,19 @@ from leafcut.processes.part.plan.task import Mill
 def other_mills(
     divided: LayeredPart, job: Job, main: Mill, library: ToolLibrary | None
 ) -> tuple[list[Mill], list[Issue]]:
-    """Return the tools of engravings and pockets other than the `main` mill with their feeds, and issues about assumed
-    feeds.
+    """Return all mills that layers name, except the `main` mill, with their feeds.
 
-    Raises OptionError or PlanError if the library has no such milling tool, or if it is too short.
+    Returns
+    -------
+    mills
+        The mills with their feeds.
+    issues
+        Issues about assumed feeds.
+
+    Raises
+    ------
+    OptionError, PlanError
+        The library does not contain a suitable milling tool, or the tool is too short.
     """
     # Feeds on the command line are those of the end mill.
     milling = replace(job.settings.of(MillingOptions), plunge_feed=None)

@@ -1,4 +1,4 @@
-"""The edges of a part, the request that planner and judge share, and the results of milling."""
+"""The edges of a part, the request that both the planner and the verification use, and the results of milling."""
 
 from __future__ import annotations
 
@@ -14,20 +14,30 @@ import shapely
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 
-#: Maximum distance of chords from the arcs of the drawing, mm.
+#: Maximum chord error when arcs of the drawing become lines, mm.
 CHORD = 0.002
-#: Minimum length of tool path for each tab, in lengths of a tab interval: two thirds remain free for cuts.
+#: Minimum path length for each tab, as a multiple of the tab interval. Two thirds of the path remain for cutting.
 _SHARE = 3.0
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A closed edge of the finished part, mm.
+    """A closed edge of the finished part.
 
-    `inside` marks an opening, in which the tool runs inside the edge. `within` contains the indices of the edges around
-    this edge, in no order; they are milled later. `layer` is the layer in the drawing. `is_bore` marks a round hole no
-    wider than two diameters of the mill: it leaves no slug, so it needs no tabs. `tabs` is the number of tabs of an
-    outline.
+    Attributes
+    ----------
+    path
+        The edge, mm.
+    inside
+        Whether the edge is an opening, so that the tool runs inside it.
+    within
+        Indices of the edges around this edge, in any order. They are milled later.
+    name, layer
+        Name for messages, and layer in the drawing.
+    is_bore
+        Whether the edge is a round hole of at most two mill diameters. Such a hole leaves no slug, so it needs no tabs.
+    tabs
+        Number of tabs on an outline.
     """
 
     path: Polyline
@@ -45,7 +55,7 @@ def shape_of(edge: Edge) -> shapely.Polygon:
 
 
 def material_of(edges: Sequence[Edge]) -> Any:
-    """Return the area of the finished part, prepared for queries."""
+    """Return the area of the finished part as a prepared shapely geometry."""
     material: Any = shapely.Polygon()
     # An inner edge always has a smaller area than the edge around it.
     for shape, inside in sorted(((shape_of(edge), edge.inside) for edge in edges), key=lambda pair: -pair[0].area):
@@ -56,7 +66,7 @@ def material_of(edges: Sequence[Edge]) -> Any:
 
 @dataclass(frozen=True)
 class Engraving:
-    """A path to engrave: its depth below the top, mm, the number of the tool, and its name and layer."""
+    """A path to engrave, with its depth below the top, mm, tool number, name and layer."""
 
     path: Polyline
     depth: float
@@ -66,15 +76,16 @@ class Engraving:
 
     @cached_property
     def line(self) -> shapely.LineString:
-        """The engraved path; a ring if it is closed."""
+        """The path as a shapely line, which is a ring if the path is closed."""
         points = self.path.flattened(CHORD)
         return shapely.LinearRing(points) if self.path.closed else shapely.LineString(points)
 
 
 @dataclass(frozen=True)
 class PocketMill:
-    """The end mill of a pocket: its number, its radius and largest step-down, mm, and its largest feed in material,
-    mm/s.
+    """The end mill that clears a pocket.
+
+    It has a tool number, a radius and a maximum step-down, mm, and a maximum feed in material, mm/s.
     """
 
     tool: int
@@ -85,9 +96,9 @@ class PocketMill:
 
 @dataclass(frozen=True)
 class PocketArea:
-    """A closed area to clear to a depth below the top, mm, except for its islands; its name and layer.
+    """A closed area that is cleared to a depth below the top, mm, except for its islands.
 
-    `mill` is None for the end mill of the part.
+    If `mill` is None, the end mill of the part clears the area.
     """
 
     outline: Polyline
@@ -99,13 +110,13 @@ class PocketArea:
 
     @cached_property
     def region(self) -> shapely.Polygon:
-        """The area without its islands."""
+        """The area minus its islands."""
         return shapely.Polygon(self.outline.flattened(CHORD), [island.flattened(CHORD) for island in self.islands])
 
 
 @dataclass(frozen=True)
 class TabRules:
-    """Tabs on an edge: requested number, width between the cuts, and height above the underside of the plate, mm."""
+    """The tabs on an edge: requested number, width between the cuts, and height above the bottom of the plate, mm."""
 
     count: int
     width: float
@@ -117,26 +128,33 @@ class TabRules:
         return min(self.count, 2)
 
     def number_on(self, length: float, diameter: float) -> int:
-        """Return the number of tabs that fit on a tool path of `length` mm; at most the requested number."""
+        """Return the number of tabs that fit on a tool path of `length` mm. This is at most the requested number."""
         return min(self.count, math.floor(length / (_SHARE * (self.width + diameter)) + 1e-9))
 
     def width_of_fewest(self, length: float, diameter: float) -> float:
-        """Return the largest tab width, mm, at which the minimum number of tabs fits on a path of `length` mm."""
+        """Return the maximum tab width, mm, at which the minimum number of tabs still fits on a path of `length` mm."""
         return math.floor(10.0 * (length / (_SHARE * self.fewest) - diameter)) / 10.0
 
     @property
     def web(self) -> float:
-        """Minimum width of the material beyond the cut that holds a tab, mm."""
+        """Minimum width of the strip beyond the cut that a tab is attached to, mm."""
         return 0.5 * self.width
 
     def area(
         self, start: Point, end: Point, middle: Point, radius: float, finish: float, *, waste_left: bool
     ) -> shapely.Polygon:
-        """Return the area that must remain of a tab: from the edge of the part across the cut, which is wider by the
-        allowance `finish`, to the web.
+        """Return the area of a tab that no cut may enter. It reaches from the part across the cut into the web.
 
-        The cuts end at `start` and `end`, and `middle` lies between these points on the tool path. If `waste_left`, the
-        web is on the left, looking from the start to the end.
+        Parameters
+        ----------
+        start, end
+            Points on the tool path where the cuts on both sides of the tab end.
+        middle
+            Point on the tool path halfway between `start` and `end`.
+        radius, finish
+            Radius of the mill, and finishing allowance, which makes the cut wider, mm.
+        waste_left
+            Whether the web is on the left, looking from `start` to `end`.
         """
         along = np.subtract(end, start) / max(math.dist(start, end), 1e-9)
         across = np.array([-along[1], along[0]]) * (1.0 if waste_left else -1.0)
@@ -146,7 +164,7 @@ class TabRules:
 
 @dataclass(frozen=True)
 class PartHole:
-    """A hole through the plate for a drill: its centre, the tool, and the lowest height of the tip, mm."""
+    """A through hole for a drill, with its centre, its tool, and the lowest height of the drill tip, mm."""
 
     x: float
     y: float
@@ -156,13 +174,24 @@ class PartHole:
 
 @dataclass(frozen=True)
 class PartRequest:
-    """The work of the program: edges to mill through the plate, with tabs, holes to drill, paths to engrave, and
-    pockets to clear.
+    """The work that a program must do.
 
-    `bottom` is the lowest height of the mill, and `thickness` the thickness of the plate, mm. `sheet` is the area of
-    the plate, None if it is unknown. `step` is the largest step-down in pockets, mm, and `feed` the largest feed in
-    material there, mm/s. `finish` is the allowance that roughing leaves on walls, mm; with it, a pass along each wall
-    follows, in the direction of `climb` milling or against it.
+    The program mills `edges` through the plate, leaves tabs, drills holes, engraves paths and clears pockets.
+
+    Attributes
+    ----------
+    bottom
+        Lowest height of the mill, mm.
+    thickness
+        Thickness of the plate, mm.
+    sheet
+        Area of the plate, or None if it is unknown.
+    step, feed
+        Maximum step-down, mm, and maximum feed in material, mm/s, inside pockets.
+    finish
+        Allowance that roughing leaves on walls, mm. If it is not 0, a finishing pass follows along each wall.
+    climb
+        Whether finishing passes use climb milling.
     """
 
     edges: tuple[Edge, ...]
@@ -187,7 +216,11 @@ class PartRequest:
 
 @dataclass(frozen=True)
 class LayerWork:
-    """The work of a layer: number of shapes, operation, depth, mm (0 for none), and label of the tool ("" for none)."""
+    """The work on a layer.
+
+    It consists of the number of shapes, the operation, its depth in mm (0 for none), and the label of the tool ("" for
+    none).
+    """
 
     layer: str
     shapes: int
@@ -198,9 +231,10 @@ class LayerWork:
 
 @dataclass(frozen=True)
 class PartDetail:
-    """Numbers of milled outlines and openings, drilled holes and tabs; thickness and heights of rapids, mm.
+    """The results of milling a part.
 
-    `layers` contains the work of each layer.
+    These are the numbers of milled outlines and openings, drilled holes and tabs. The plate thickness and the heights
+    of rapids are in mm. `layers` contains the work on each layer.
     """
 
     outlines: int

@@ -1,4 +1,4 @@
-"""Operations by layer: reads the --operations file, and finds the contours of a drawing for each rule in it."""
+"""Read the --operations file, and assign the contours of a drawing to the rules in this file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from leafcut.units import parse_quantity
 
 
 class Operation(StrEnum):
-    """Operations for the shapes of a layer."""
+    """An operation that a layer can have."""
 
     PROFILE = "profile"
     BORE = "bore"
@@ -29,18 +29,22 @@ class Operation(StrEnum):
     IGNORE = "ignore"
 
 
-#: Operations with a depth, which may name a tool.
+#: Operations that have a depth. Their rules may name a tool.
 _DEEP = (Operation.ENGRAVE, Operation.POCKET)
-#: An operation, its depth, and its tool: ``engrave 0.3mm T5``.
+#: Pattern for an operation with its depth and tool, such as ``engrave 0.3mm T5``.
 _RULE = re.compile(r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8}))?")
 _WILDCARDS = re.compile(r"[*?\[]")
-#: Minimum depth, mm; it must be larger than the tolerance of heights in the program.
+#: Minimum depth, mm. It must exceed the tolerance for heights in the program.
 _SHALLOWEST = 0.01
 
 
 @dataclass(frozen=True)
 class LayerRule:
-    """The operation of a layer: name with wildcards, depth, mm (0 for through), tool number, and place in the file."""
+    """A rule that assigns an operation to a layer.
+
+    The layer name may contain wildcards. The depth is in mm, and 0 means through the plate. `place` is the position of
+    the rule in the file.
+    """
 
     layer: str
     operation: Operation
@@ -50,7 +54,7 @@ class LayerRule:
 
     @property
     def is_exact(self) -> bool:
-        """Whether the name has no wildcards."""
+        """Whether the name contains no wildcards."""
         return not _WILDCARDS.search(self.layer)
 
 
@@ -58,8 +62,14 @@ class LayerRule:
 class LayeredPart:
     """A drawing divided by operation.
 
-    `edges` contains the contours of profiles and bores, and `faces` the contours of pockets and engravings by rule.
-    `rules` contains the rule of each layer.
+    Attributes
+    ----------
+    edges
+        The contours of profiles and bores.
+    faces
+        The contours of pockets and engravings, grouped by rule.
+    rules
+        The rule of each layer.
     """
 
     edges: Part
@@ -67,19 +77,24 @@ class LayeredPart:
     rules: dict[str, LayerRule] = field(default_factory=dict)
 
     def operation(self, layer: str) -> Operation | None:
-        """Return the operation of a layer; None without a file of operations."""
+        """Return the operation of a layer, or None if there are no rules."""
         rule = self.rules.get(layer)
         return None if rule is None else rule.operation
 
     def faces_of(self, operation: Operation) -> list[tuple[LayerRule, tuple[Contour, ...]]]:
-        """Return the rules of an operation with their contours."""
+        """Return all rules that use an operation, with the contours of each rule."""
         return [face for face in self.faces if face[0].operation is operation]
 
 
 def read_operations(path: Path) -> tuple[LayerRule, ...]:
-    """Return the rules of a file of operations.
+    """Read the rules from an operations file.
 
-    Raises OptionError if the file does not exist, and DataError, with the line, if it is invalid.
+    Raises
+    ------
+    OptionError
+        The file does not exist.
+    DataError
+        The file is invalid. The message gives the line.
     """
     text = toml_text(path)
     tables = parse_toml(text, str(path), OPERATIONS)
@@ -132,10 +147,13 @@ def _depth(text: str, place: str) -> float:
 def divide_by_layer(
     part: Part, rules: Sequence[LayerRule], file: Path, thickness: float, options: SheetOptions
 ) -> LayeredPart:
-    """Divide a drawing by the rules of a `file` of operations.
+    """Divide a drawing according to the rules of an operations `file`.
 
-    Raises PlanError if a layer of the drawing has no rule or several rules, if no shape is on the layer of a rule, or
-    if a depth goes through the plate.
+    Raises
+    ------
+    PlanError
+        A layer of the drawing matches no rule or several rules, a rule matches no shape, or a depth exceeds the
+        thickness of the plate.
     """
     for rule in rules:
         if rule.depth >= thickness:
@@ -163,7 +181,10 @@ def divide_by_layer(
 
 
 def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) -> LayerRule:
-    """Return the rule of a layer. The exact name, even if it contains brackets, takes precedence over wildcards."""
+    """Return the rule that matches a layer.
+
+    An exact name takes precedence over wildcards, even if it contains brackets.
+    """
     matching = [rule for rule in rules if rule.layer.lower() == layer.lower()]
     matching = matching or [rule for rule in rules if not rule.is_exact and layer_matcher((rule.layer,))(layer)]
     if not matching:
@@ -186,13 +207,13 @@ def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) ->
 
 
 def edge_options(divided: LayeredPart, options: SheetOptions) -> SheetOptions:
-    """Return options that cut exactly the layers of profiles and bores."""
+    """Return options that select only the layers of profiles and bores for cutting."""
     names = tuple(_WILDCARDS.sub(r"[\g<0>]", layer) for layer in dict.fromkeys(c.layer for c in divided.edges.contours))
     return replace(options, cut_layers=names, mark_layers=(), ignore_layers=(), open_paths="refuse")
 
 
 def open_shape(rule: LayerRule, contour: Contour) -> PlanError:
-    """Return the error for an open contour on a layer whose operation needs closed shapes."""
+    """Create the error for an open contour on a layer whose operation requires closed shapes."""
     (x0, y0), (x1, y1) = contour.path.start, contour.path.end
     return PlanError(
         "{}: '{}' needs closed shapes, but layer '{}' has an open path from ({:g}, {:g}) to ({:g}, {:g})",
@@ -207,7 +228,7 @@ def open_shape(rule: LayerRule, contour: Contour) -> PlanError:
 
 
 def not_a_bore(rule: LayerRule, place: Point, *, is_round: bool) -> PlanError:
-    """Return the error for a shape on a layer of bores that is not round, or that has another shape inside."""
+    """Create the error for a shape on a bore layer that is not round or that contains another shape."""
     x, y = place
     if is_round:
         return PlanError("{}: the bore at ({:g}, {:g}) has another shape inside; use 'profile'", rule.place, x, y)

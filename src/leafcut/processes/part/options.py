@@ -1,4 +1,6 @@
-"""Options of a part: operations by layer, copies, the finishing pass, and tabs that hold it while it is milled."""
+"""Options for milling a part: operations by layer, copies, finishing passes, and tabs that hold the part during
+milling.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The process of milling a part: options, planning steps, and form."""
+"""The process that mills a part: its options, its planning steps, and its form."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ _JOB = (
     "tools", "thickness", "break_through", "clearance_height", "retract_height", "retract", "keep_out", "tool_diameter",
     "feed", "spindle_speed", "step_down", "diameter_tolerance", "material", "start_point", "end_point",
 )  # fmt: skip
-#: Suitability relative to cutting, so that a drawing is suggested for cutting unless the machine is a mill.
+#: Suitability relative to cutting. A drawing is suggested for cutting unless the machine is a mill.
 _AFTER_CUTTING = 0.99
 
 
-#: Condition of the options that a file of operations replaces.
+#: Condition for the options that an operations file replaces.
 _BY_NAME = (when_absent("operations"),)
 
 
@@ -87,9 +87,11 @@ class PartMilling(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Rate a drawing slightly lower than cutting does; None unless an outline surrounds holes or openings.
+        """Rate the suitability of a drawing for this process. Return None unless an outline surrounds holes or
+        openings.
 
-        Milling a part therefore exceeds drilling only where cutting would be suggested for a beam or torch.
+        The rating is slightly lower than the rating of cutting. Milling therefore wins over drilling only for drawings
+        that suit cutting on a beam or torch machine.
         """
         from leafcut.processes.suitability import COUNTED, Suitability
 
@@ -99,19 +101,22 @@ class PartMilling(Process):
         return Suitability(_AFTER_CUTTING * COUNTED * drawing.share_of_outlines, "openings", drawing.figures, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a plan with a stage for each tool. An edge is a task of the mill, and its start points are choices."""
+        """Plan a stage for each tool.
+
+        Each edge is a task of the mill, and each start point is a choice for this task.
+        """
         from leafcut.processes.part.spec import plan_part
 
         return plan_part(job, sources[0])
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Generate and time the motion for an order."""
+        """Generate the motion for an order, and compute its time."""
         from leafcut.processes.part.spec import part_candidate
 
         return part_candidate(plan, order)
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Compare the program with the motion, the limits of the machine, and the drawing."""
+        """Check the program against the planned motion, the limits of the machine, and the drawing."""
         from leafcut.processes.part.proof.part import judge_part
         from leafcut.processes.zones import crossing_heights, parse_zones
         from leafcut.proof.program import check_program, read_back
@@ -131,7 +136,7 @@ class PartMilling(Process):
         return written, [*problems, *judge_part(plan.spec, written)]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return an operation for each drill with its holes, then one for each mill with the number of its tasks."""
+        """Return an operation for each drill with its holes, and then for each mill with its number of tasks."""
         from leafcut.model.outcome import OperationOutcome
 
         groups, solutions = plan.work.groups, best.order.solutions
@@ -146,7 +151,7 @@ class PartMilling(Process):
         return tuple(operations)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PartDetail:
-        """Return the numbers of outlines, openings and tabs, and the heights."""
+        """Count the outlines, openings and tabs, and collect the heights of the program."""
         from leafcut.processes.part.model import PartDetail
 
         request, cuts, heights = plan.spec, plan.work.cuts, plan.work.heights
@@ -163,13 +168,13 @@ class PartMilling(Process):
         )
 
     def report(self, outcome: Outcome[PartDetail]) -> PartReport:
-        """Return the facts and pictures of an outcome."""
+        """Create the report of an outcome, with its facts and pictures."""
         from leafcut.processes.part.report import PartReport
 
         return PartReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours of the drawing, moved to the program zero, and its copies if --pitch is given."""
+        """Return the contours of the drawing, moved to the program zero. With --pitch, the copies are included."""
         from leafcut.processes.part.copies import repeat_part
         from leafcut.processes.placing import place_part
         from leafcut.read import read_contours

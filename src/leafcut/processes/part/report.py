@@ -1,4 +1,4 @@
-"""Facts of a milled part: outlines, openings and tabs, tool, depth and heights."""
+"""Facts about a milled part: outlines, openings, tabs, tool, depth and heights."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class PartReport(PathReport[PartDetail]):
 
     @property
     def cleared(self) -> float:  # type: ignore[override]
-        """Width that the mill clears along its path, mm."""
+        """Width of the cleared strip along the path of the mill, mm."""
         return self.outcome.operations[-1].tool.diameter
 
     def counts(self) -> list[Fact]:
-        """Return the numbers of outlines, openings and tabs."""
+        """Return the number of outlines, openings and tabs."""
         detail = self.outcome.detail
         return [
             Fact("counts.outlines", detail.outlines, "", count(detail.outlines, "outline")),
@@ -34,7 +34,7 @@ class PartReport(PathReport[PartDetail]):
         ]
 
     def own_facts(self) -> list[Fact]:
-        """Return the tool, the depth, the heights, and the time."""
+        """Return the tool, the depth, the heights and the time."""
         detail = self.outcome.detail
         lowest = float(self.outcome.path_after.extents[0][2])
         below = to_fixed(-detail.thickness - lowest, 2)
@@ -48,7 +48,7 @@ class PartReport(PathReport[PartDetail]):
         ]
 
     def _layers(self) -> list[Fact]:
-        """Return the work of each layer, as a table for scripts and a line for each layer."""
+        """Return the work on each layer, both as a table for scripts and as text lines."""
         layers = self.outcome.detail.layers
         rows = [
             {
@@ -76,7 +76,7 @@ class PartReport(PathReport[PartDetail]):
         return deep if work.depth else ""
 
     def page(self) -> dict[str, Any]:
-        """Return the values for the page, with the work of each layer."""
+        """Return the values for the report page, including the work on each layer."""
         rows = [
             {
                 "name": replace_unprintable(one.layer),
@@ -90,10 +90,10 @@ class PartReport(PathReport[PartDetail]):
         return {**super().page(), "layers": rows}
 
     def size(self, scene: Scene) -> str:
-        """Return the size of the part as text."""
+        """Format the size of the part as text."""
         x0, y0, x1, y1 = self.outcome.part.extents
         return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
 
     def stock(self) -> ShownStock:
-        """Return the mill, and a plate around the cuts."""
+        """Return the mill, and a plate that encloses the cuts."""
         return ShownStock(super().stock().tools, floor=-self.outcome.detail.thickness)

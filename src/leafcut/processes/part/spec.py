@@ -1,4 +1,4 @@
-"""Prepare a part (edges, mill, tabs and heights), and generate the motion for an order."""
+"""Prepare the milling of a part (edges, mill, tabs and heights), and generate the motion for an order."""
 
 from __future__ import annotations
 
@@ -62,28 +62,28 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
-#: Maximum distance between the outline of a round hole and an exact circle, in diameters.
+#: Maximum deviation of a round hole from an exact circle, in diameters.
 _ROUND = 0.005
-#: Smallest allowance for a finishing pass, mm; the judge knows the place of a cut within 0.03 mm.
+#: Minimum finishing allowance, mm. The verification locates a cut with an accuracy of 0.03 mm.
 _SMALLEST_FINISH = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class MillStage:
-    """The tasks of one mill; a search finds their order."""
+    """The tasks of a mill. A search finds the best order of these tasks."""
 
     mill: Mill
     tasks: tuple[MillTask, ...]
 
     @cached_property
     def nodes(self) -> tuple[tuple[int, int], ...]:
-        """Indices of the task and the choice of each node of the search."""
+        """Index of the task and index of the choice for each node of the search."""
         return tuple((k, choice) for k, task in enumerate(self.tasks) for choice in range(len(task.choices)))
 
 
 @dataclass(frozen=True, eq=False)
 class PartWork:
-    """The holes of each drill, and the tasks of each mill; `cuts` contains the tasks along edges."""
+    """The holes of each drill and the tasks of each mill. `cuts` contains only the tasks along edges."""
 
     groups: tuple[HoleGroup, ...]
     mills: tuple[MillStage, ...]
@@ -93,9 +93,12 @@ class PartWork:
 
 
 def plan_part(job: Job, source: Source) -> Plan:
-    """Return the plan of a part.
+    """Plan the milling of a part.
 
-    Raises ReadError, OptionError or PlanError if the drawing, the tool, the tabs or the operations are unsuitable.
+    Raises
+    ------
+    ReadError, OptionError, PlanError
+        The drawing, the tool, the tabs or the operations are unsuitable.
     """
     settings, milling, asked = job.settings, job.settings.of(MillingOptions), job.settings.job
     thickness = _thickness(settings)
@@ -177,7 +180,7 @@ def plan_part(job: Job, source: Source) -> Plan:
 
 
 def _divide(part: Part, settings: Settings, thickness: float) -> LayeredPart:
-    """Divide the drawing by operation; without a file of operations, all contours are edges."""
+    """Divide the drawing by operation. Without an operations file, every contour is an edge."""
     file = settings.of(PartOptions).operations
     if file is None:
         return LayeredPart(part)
@@ -185,7 +188,7 @@ def _divide(part: Part, settings: Settings, thickness: float) -> LayeredPart:
 
 
 def _thickness(settings: Settings) -> float:
-    """Return the thickness of the plate, mm. Raises OptionError if an option is missing or does not suit a part."""
+    """Return the thickness of the plate, mm. Raises OptionError if a required option is missing or unsuitable."""
     asked, thickness = settings.job, settings.job.thickness
     if thickness is None:
         if asked.tool_diameter is None and asked.tools is None:
@@ -203,7 +206,7 @@ def _thickness(settings: Settings) -> float:
 
 
 def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
-    """Return the contours to mill through the plate. Raises PlanError if a contour does not suit its operation."""
+    """Return the contours to mill through the plate. Raises PlanError if a contour is unsuitable for its operation."""
     part, options = divided.edges, settings.sheet
     if divided.rules:
         if not part.contours:
@@ -223,7 +226,6 @@ def _with_tabs(edges: Sequence[Edge], cuts: Sequence[OutlineCut]) -> tuple[Edge,
 def _layer_works(
     part: Part, divided: LayeredPart, request: PartRequest, drilled: Sequence[PlannedHole], tools: Mapping[int, Tool]
 ) -> tuple[LayerWork, ...]:
-    """Return the work of each layer, in the order of the drawing."""
     deep, mill = -request.bottom, tools[request.tool].label
     works = [
         (edge.layer, str(Operation.BORE if edge.is_bore else Operation.PROFILE), deep, mill) for edge in request.edges
@@ -267,8 +269,9 @@ def _mill_stages(
     pockets: Mapping[int, Sequence[MillTask]],
     cuts: Sequence[MillTask],
 ) -> list[MillStage]:
-    """Return the engravings and `pockets` of each mill by its number, and the `cuts` of the last mill; mills without
-    tasks are left out.
+    """Create the stage of each mill. Mills without tasks are left out.
+
+    Each mill has its engravings and its `pockets`. The last mill also has all `cuts` along edges.
     """
     stages = []
     for mill in mills:
@@ -282,7 +285,6 @@ def _mill_stages(
 def _refuse_clamps(
     request: PartRequest, cuts: Sequence[OutlineCut], tools: Mapping[int, Tool], settings: Settings
 ) -> None:
-    """Raise PlanError if a tool would hit a keep-out zone."""
     clamps = clamps_of(settings.job.keep_out, settings.job.clearance_height)
     if not clamps:
         return
@@ -306,7 +308,7 @@ def _refuse_clamps(
 
 
 def part_candidate(plan: Plan, order: Order) -> Candidate:
-    """Generate and time the motion for an order."""
+    """Generate the motion for an order, and compute its time."""
     work: PartWork = plan.work
     drilled, milled = order.choices[: len(work.groups)], order.choices[len(work.groups) :]
     path = part_motion(
@@ -327,7 +329,7 @@ def part_candidate(plan: Plan, order: Order) -> Candidate:
 
 
 def _stages(job: Job, name: str, work: PartWork) -> tuple[Stage, ...]:
-    """Return a stage for each drill, then a stage for each mill."""
+    """Create a stage for each drill, followed by a stage for each mill."""
     metric = travel_metric(job.machine, job.settings.solve.objective)
     start, end = plane_point(job.settings.job.start_point), work.heights.end
     stages: list[Stage] = []
@@ -379,12 +381,23 @@ def _split_holes(
     depth: float,
     mill: float,
 ) -> tuple[list[Edge], list[PlannedHole], list[Issue]]:
-    """Divide the edges into edges to mill and holes to drill. Also return an issue about holes that need other tools.
+    """Decide which edges are milled and which holes are drilled.
 
-    A hole with a recipe in the library, such as a thread, is neither milled nor drilled here. A hole is drilled if the
-    library has a fitting drill. An opening with an edge inside is milled, and so is a hole on a layer of profiles.
-    Milled round holes up to two diameters of the `mill`, mm, are bores. Raises PlanError for a shape on a layer of
-    bores that is not a round hole.
+    A hole is drilled if the library has a drill that fits. An opening that contains another edge is always milled. A
+    hole on a profile layer is always milled, too. A milled round hole of at most two `mill` diameters, mm, counts as a
+    bore. If the library has a recipe for a hole, such as a thread, the hole is skipped.
+
+    Returns
+    -------
+    edges, holes
+        The edges to mill, and the holes to drill.
+    issues
+        An issue about holes that need other tools.
+
+    Raises
+    ------
+    PlanError
+        A shape on a bore layer is not a round hole.
     """
     around = {number for edge in edges for number in edge.within}
     drilled: dict[int, PlannedHole] = {}
@@ -426,9 +439,10 @@ def _split_holes(
 
 
 def _is_circle(path: Polyline, diameter: float) -> bool:
-    """Return whether all points of a path lie on a circle; a bore with a flat is not a circle.
+    """Return whether all points of a path lie on a circle. A bore with a flat side does not.
 
-    A polygon with 24 corners counts as a circle: its sides are at most 0.43 % of the diameter inside the circle.
+    A polygon with 24 corners counts as a circle, because its sides are at most 0.43 % of the diameter inside the
+    circle.
     """
     x0, y0, x1, y1 = path.extents
     corners = path.flattened()
@@ -438,7 +452,7 @@ def _is_circle(path: Polyline, diameter: float) -> bool:
 
 
 def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | None, float]:
-    """Return the end mill, or None without a tool library, and the diameter of the mill, mm."""
+    """Return the end mill and its diameter, mm. The end mill is None without a tool library."""
     asked, mill = job.settings.job, library_mill_for(library, job.settings, depth)
     if mill is not None:
         if mill.corner_radius > asked.break_through + 1e-9:

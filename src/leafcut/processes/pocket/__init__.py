@@ -1,1 +1,1 @@
-"""Pocket milling: convert regions of a drawing or a picture to a milling program."""
+"""Pocket milling: convert the pockets in a drawing or a picture to a milling program."""

@@ -1,4 +1,6 @@
-"""Choose a strategy for each pocket. Among the strategies within 5 % of the lowest cost, the fewest retracts win."""
+"""Choose a strategy for each pocket: the strategy with the fewest retracts among those within 5 % of the lowest
+cost.
+"""
 
 from __future__ import annotations
 
@@ -51,21 +53,21 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.processes.pocket.strategies import ClearingStrategy, SearchTime
 
-#: Maximum cost of a strategy that may be chosen, relative to the lowest cost. Among these strategies, the one with the
-#: fewest retracts is chosen, because each plunge wears the tool and marks the floor.
+#: Maximum cost of a strategy relative to the lowest cost. Among the strategies below this limit, the program uses the
+#: strategy with the fewest retracts, because each plunge wears the tool and marks the floor.
 NEARLY = 1.05
-#: Minimum length of an air cut, in tool diameters; a shorter air cut would save hardly any time.
+#: Minimum length of an air cut, in tool diameters. A shorter air cut would hardly save time.
 MIN_AIR_CUT = 0.5
-#: Distance from the material at which the higher feed starts and ends, in tool diameters (one step of the measurement).
+#: Distance from the material at which the air feed starts and ends, in tool diameters (one step of the measurement).
 MARGIN = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class ClearedPocket:
-    """A pocket cleared with every strategy.
+    """A pocket, cleared with every strategy.
 
-    `clearings` contains the cleared regions of the pocket for each successful strategy. `even` contains the same
-    regions with a constant feed. `even` differs from `clearings` only if feeds depend on the load.
+    `clearings` contains the cleared regions for each strategy that succeeded. `even` contains the same regions, but
+    with a constant feed. Both are equal unless feeds depend on the load.
     """
 
     plan: PocketPlan
@@ -87,18 +89,30 @@ class PocketWork:
 
     @property
     def regions(self) -> list[Clearing]:
-        """The regions of all pockets, cleared with the chosen strategies."""
+        """The regions of all pockets, cleared with the chosen strategy of each pocket."""
         return [clearing for pocket in self.cleared for clearing in pocket.clearings[pocket.plan.result.strategy]]
 
 
 def clear_pocket(
     job: PocketJob, pocket: Pocket, number: int, time: SearchTime, names: Collection[str] = ()
 ) -> tuple[ClearedPocket, list[Issue]]:
-    """Clear a pocket with the requested strategy, or with all strategies, and choose the best result.
+    """Clear a pocket with the requested strategy, or try all strategies and choose the best result.
 
-    With `names`, only the named strategies are tried.
+    Parameters
+    ----------
+    number
+        Index of the pocket in the job.
+    time
+        Divides the time limit among the searches.
+    names
+        Strategies to try. By default, all strategies are allowed.
 
-    Return the cleared pocket, and issues about areas that the tool cannot reach.
+    Returns
+    -------
+    pocket
+        The cleared pocket.
+    issues
+        Issues about areas that the tool cannot reach.
     """
     regions, issues = centre_regions(pocket, job.exact)
     roughed = centre_regions(pocket, job.rules)[0] if job.rules.stock > 0.0 else regions
@@ -138,9 +152,15 @@ def _try_strategy(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
-    """Return the result of a strategy, and its cleared regions with a constant feed and with load-dependent feeds.
+    """Try a strategy on all regions of a pocket.
 
-    Both lists are empty if the strategy is refused.
+    Returns
+    -------
+    result
+        The result of the strategy.
+    even, varied
+        The cleared regions with a constant feed and with load-dependent feeds. Both lists are empty if the strategy is
+        refused.
     """
     if job.run.cancelled.is_set() and strategy.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
         return PocketResult(strategy.name, refused=Message("not tried before the search was stopped")), [], []
@@ -159,10 +179,10 @@ def _try_strategy(
 
 
 def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
-    """Return the cleared regions, with load-dependent feeds if requested, and the machine time, s.
+    """Return the cleared regions with load-dependent feeds, if these are requested, and the machine time, s.
 
-    Some machines stop after each move, so dividing a move can cost time. Therefore the fastest of three variants is
-    used: feed changes anywhere, only between moves, or not at all. Cuts that exceed the spindle power are always slowed
+    Some machines stop after every move, so dividing a move can cost time. This function therefore compares three
+    variants: feeds change anywhere, only between moves, or never. Cuts that exceed the spindle power are always slowed
     down.
     """
     even = (clearings, clearing_motion(job, clearings).measure.time_s)
@@ -223,8 +243,10 @@ def _cleared_region(
 def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
     """Return the index of the requested strategy, or of the best strategy that clears the whole pocket.
 
-    Raises PlanError if the requested strategy is refused or exceeds a limit, or if every strategy gouges or exceeds a
-    limit.
+    Raises
+    ------
+    PlanError
+        The requested strategy was refused or exceeds a limit, or every strategy gouges or exceeds a limit.
     """
     options = job.run.settings.of(PocketOptions)
     name = pocket.label
@@ -255,15 +277,16 @@ def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]
 
 
 def _result_cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
-    """Return the cost of a result: the program time, s, or the path length on one level, mm, depending on the
-    objective.
+    """Return the cost of a result. Depending on the objective, this is the program time, s, or the path length, mm.
+
+    The path length refers to a single level.
     """
     timed = job.run.settings.solve.objective == "time"
     return result.program_s if timed else measures.feed_mm + measures.rapid_mm
 
 
 def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
-    """Return the results, with a reason for rejection in each result that is cheaper than the written result."""
+    """Explain in each result that is cheaper than the `written` result why it was rejected. Return all results."""
     best = written.measures
     if best is None:
         return results
@@ -302,7 +325,7 @@ def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures
 
 
 def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return a message with a remedy if the step-over or the engagement exceeds its limit, otherwise ""."""
+    """Return an error message with advice if the step-over or the engagement exceeds its limit, otherwise ""."""
     excess = _exceeded_limit_text(job, strategy, measures)
     if not excess:
         return ""
@@ -318,7 +341,7 @@ def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str
 
 
 def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProblem:
-    """Return the routing problem of visiting the regions of all pockets in the best order."""
+    """Create the routing problem that finds the best order of all regions."""
     clearings = [c for regions in pockets for c in regions]
     return RoutingProblem(
         entry=np.array([c.start for c in clearings]),
@@ -333,7 +356,10 @@ def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProbl
 
 
 def _precedence(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
-    """Return pairs of regions (earlier, later), int32[n, 2]: a pocket is cleared before the pockets in its floor."""
+    """Return pairs of regions (earlier, later), int32[n, 2].
+
+    A pocket must be cleared before the pockets in its floor.
+    """
     last = np.cumsum([len(regions) for regions in pockets])
     rows = [list(range(end - len(regions), end)) for regions, end in zip(pockets, last.tolist(), strict=True)]
     pairs = [
@@ -347,7 +373,7 @@ def _precedence(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int
 
 
 def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
-    """Return the motion that clears the regions in the given order, and its time."""
+    """Generate the motion that clears the regions in the given order, and compute its time."""
     machine = job.run.machine
     pause = job.dialect.hand_change_pause and not machine.tool_changer
     coolant = job.run.settings.post.coolant
@@ -367,10 +393,10 @@ def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
 
 
 def strategy_programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
-    """Return the time and rapids of the written program (named "") and of one program for each strategy.
+    """Compare the written program with one program for each strategy. Return the time and the rapids of each program.
 
-    All programs clear the regions in the order `nodes`. Strategies that do not clear every pocket are left out. The
-    result is empty for a single pocket.
+    The written program has the name "". All programs clear the regions in the order `nodes`. Strategies that cannot
+    clear every pocket are skipped. With a single pocket, the result is empty.
     """
     if len(cleared) < 2:
         return ()
@@ -393,11 +419,17 @@ def strategy_programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Seque
 def divide_at_air_cuts(
     pieces: Sequence[PocketPiece], path: ToolSteps, engaged: Engaged, rules: PocketRules
 ) -> list[list[PocketPiece]]:
-    """Divide each path section where the tool enters or leaves the material; sections in air get the kind ``air``.
+    """Divide the path wherever the tool enters or leaves material. Sections in air get the kind ``air``.
 
-    `path` and `engaged` are the sampled path and its engagement. Finishing sections and entries are not divided. The
-    divided path is measured again, because the first measurement may have missed a sliver between two samples, and
-    verification samples the program at other points.
+    Finishing sections and entries are not divided. The divided path is measured again, because the first measurement
+    may miss a sliver between two samples, and the verification samples the program at different points.
+
+    Parameters
+    ----------
+    pieces
+        The sections of the path.
+    path, engaged
+        The sampled path, and the engagement at each sample.
     """
     stations, free = np.cumsum(path.step), _air_cuts(path, engaged, rules)
     rows = np.arange(len(pieces))
@@ -433,7 +465,7 @@ def _without_false_air_cuts(
 
 
 def _air_cuts(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Floats:
-    """Return the start and end of each air cut, measured along the path, float64[n, 2], mm."""
+    """Find the air cuts along a path. Return the distances at which they start and end, float64[n, 2], mm."""
     stations = np.cumsum(path.step)
     # A step is in air if both its ends are in air and the tool is not lifted between them.
     step = (engaged.angle == 0.0) & np.isfinite(path.back[:, 0])
@@ -449,7 +481,7 @@ def _air_cuts(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Floats:
 def _divide_section(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
     """Divide a section at its air cuts.
 
-    `free` contains the start and end of each air cut, mm from the start of the section, float64[n, 2].
+    `free` contains the distances from the start of the section at which air cuts start and end, float64[n, 2], mm.
     """
     parts, at = [], 0.0
     for start, end in free.tolist():
@@ -461,12 +493,16 @@ def _divide_section(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
 def measure_path(
     pocket: Pocket, path: PocketPath, rules: PocketRules, engaged: tuple[ToolSteps, Engaged] | None = None
 ) -> PocketMeasures:
-    """Return the measures of a path on one level of a pocket.
+    """Measure a path on one level of a pocket.
 
-    Feed moves without engagement count as air. The first cut into full material has an engagement of 180°. Entry loops
-    are not part of engagement, air and step-over, because the tool clears them while it descends. `engaged` is the
-    result of `engaged_tool_path`, if known. Raises PlanError if the outline or the islands of the pocket cross
-    themselves or touch.
+    Feed moves without engagement count as air cuts. The first cut into solid material has an engagement of 180°. Entry
+    loops are not included in the engagement, the air cuts or the step-over, because the tool clears them while it
+    descends. `engaged` is the result of `engaged_tool_path`, if it is already known.
+
+    Raises
+    ------
+    PlanError
+        The outline and the islands of the pocket cross themselves or touch.
     """
     removed = removal(pocket, path, rules)
     samples, (angle, width, _) = engaged_tool_path(path, rules) if engaged is None else engaged

@@ -1,4 +1,4 @@
-"""Adapt feeds to the engagement, so that no chip is thicker than the cutting data of the tool allow."""
+"""Adapt the feed to the engagement, so that no chip is thicker than the cutting data of the tool allow."""
 
 from __future__ import annotations
 
@@ -16,19 +16,20 @@ from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 
-#: Each feed respects the limits of all cuts within this distance along the path, in tool diameters.
+#: Distance along the path within which a feed respects the limits of all cuts, in tool diameters.
 AROUND = 0.25
 #: Ratio between two consecutive steps of the feed.
 STEP = 1.1
-#: Minimum increased feed, relative to the tool's feed; smaller increases are not used.
+#: Minimum increased feed, relative to the tool's feed. Smaller increases are ignored.
 LEAST = 1.05
 #: Minimum length of a section with its own feed, in tool diameters.
 SHORTEST = 0.5
 #: Minimum time that a faster section must save, s.
 MIN_SAVING = 0.05
-#: Maximum distance by which a feed change is moved to the nearest vertex of the path, in tool diameters.
+#: Maximum distance between a feed change and the nearest vertex at which the change snaps to this vertex, in tool
+#: diameters.
 SNAP = 0.1
-#: Safety margin for the width of a cut, in path tolerances.
+#: Safety margin that is added to the width of a cut, in path tolerances.
 WIDTH_MARGIN = 2.0
 #: Minimum length of a path section, mm.
 MIN_LENGTH = 1e-3
@@ -37,13 +38,18 @@ MIN_LENGTH = 1e-3
 def with_varied_feeds(
     pieces: Sequence[PocketPiece], limits: FeedLimits, rules: PocketRules, acceleration: float, *, anywhere: bool
 ) -> list[list[PocketPiece]]:
-    """Divide each path section where its feed changes. The feed of a section is relative to the feed of the tool.
+    """Divide each section of a path wherever its feed changes. Feeds are relative to the feed of the tool.
 
-    The feed of a section is increased if its chips are thinner than in a slot, and if the section is long enough to
-    speed up and slow down. The feed is reduced if the cut needs more power than the spindle has. Feeds change in steps
-    of 10 %. Feeds of finishing sections and entry loops are not increased, and feeds of air cuts do not change.
-    `acceleration` is the acceleration of the machine in the plane, mm/s². If `anywhere` is false, feeds change only at
-    vertices of the path, so that no move is divided.
+    A section gets a higher feed if its chips are thinner than in a slot, and if the machine has room to speed up and
+    slow down. A section gets a lower feed if the cut would exceed the power of the spindle. Feeds change in steps of 10
+    %. Finishing sections and entry loops never get a higher feed, and air cuts keep their feed.
+
+    Parameters
+    ----------
+    acceleration
+        Acceleration of the machine in the plane, mm/s².
+    anywhere
+        Whether a feed may change in the middle of a move. Otherwise, feeds only change at vertices of the path.
     """
     path, engaged = engaged_tool_path(PocketPath("", tuple(pieces)), rules)
     shares = _allowed_feed_shares(pieces, path, _widened_by_uncertainty(path, engaged, rules), limits)
@@ -61,10 +67,10 @@ def with_varied_feeds(
 
 
 def _widened_by_uncertainty(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Engaged:
-    """Return the engagement along a path, with each cut widened by its uncertainty.
+    """Widen each cut by its uncertainty, and return the resulting engagement.
 
-    Verification measures the program with rounded coordinates. The direction that it measures at a vertex may be wrong
-    by up to the turn of the path at this vertex.
+    The verification measures a program with rounded coordinates. At a vertex, the measured direction can therefore be
+    wrong by up to the turn of the path at this vertex.
     """
     cross = np.abs(path.chord[:-1, 0] * path.chord[1:, 1] - path.chord[:-1, 1] * path.chord[1:, 0])
     turn = np.arctan2(cross, (path.chord[:-1] * path.chord[1:]).sum(axis=1))
@@ -82,7 +88,10 @@ def _widened_by_uncertainty(path: ToolSteps, engaged: Engaged, rules: PocketRule
 def _allowed_feed_shares(
     pieces: Sequence[PocketPiece], path: ToolSteps, engaged: Engaged, limits: FeedLimits
 ) -> Floats:
-    """Return the allowed feed at each step as a share of the feed of the tool, rounded down to a step of the feed."""
+    """Return the allowed feed at each step, relative to the feed of the tool.
+
+    The result is rounded down to a feed step.
+    """
     allowed = allowed_feed(engaged, limits) / limits.feed
     kind = np.array([piece.kind for piece in pieces])[path.piece]
     allowed[kind == "finish"] = np.minimum(allowed[kind == "finish"], 1.0)
@@ -100,7 +109,7 @@ def _allowed_feed_shares(
 
 
 def _cutting_stretches(pieces: Sequence[PocketPiece], path: ToolSteps) -> list[Indices]:
-    """Return the indices of consecutive cutting steps, one array for each section between retracts or air cuts."""
+    """Return the indices of consecutive cutting steps. Each array covers the steps between two retracts or air cuts."""
     air = np.array([piece.kind == "air" for piece in pieces], dtype=bool)[path.piece]
     new = np.append(True, (path.run[1:] != path.run[:-1]) | (air[1:] != air[:-1]))[: len(path)]
     rows = np.split(np.arange(len(path)), np.flatnonzero(new)[1:])
@@ -110,7 +119,7 @@ def _cutting_stretches(pieces: Sequence[PocketPiece], path: ToolSteps) -> list[I
 def _merge_short_stretches(
     shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules
 ) -> Floats:
-    """Slow down sections that are too short to save time, to the next lower feed of a neighbouring section."""
+    """Slow down sections that are too short to save time. They get the next lower feed of a neighbouring section."""
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -151,9 +160,9 @@ def _merge_equal_shares(runs: list[list[float]], counts: list[int]) -> tuple[lis
 
 
 def divide_section(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> list[PocketPiece]:
-    """Divide a path section into parts. `parts` contains the start, mm, the kind and the feed of each part.
+    """Divide a path section into parts. `parts` contains the start, mm, the kind and the relative feed of each part.
 
-    Parts shorter than `MIN_LENGTH` are merged with a neighbour. Feeds are relative to the feed of the tool.
+    Parts shorter than `MIN_LENGTH` are merged with a neighbour.
     """
     ends = [*(start for start, _, _ in parts[1:]), piece.path.length]
     kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > MIN_LENGTH]
@@ -168,12 +177,18 @@ def divide_section(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]
 
 
 class _PieceSteps:
-    """The sampled steps of one path section.
+    """The sampled steps of a path section.
 
-    - `steps`: indices of the steps
-    - `ends`: distance of the end of each step from the start of the section, mm
-    - `vertices`: distance of each vertex, except the first, from the start of the section, mm
-    - `lifted`: true if the section starts with a descent
+    Attributes
+    ----------
+    steps
+        Indices of the steps.
+    ends
+        Distance from the start of the section to the end of each step, mm.
+    vertices
+        Distance from the start of the section to each vertex except the first vertex, mm.
+    lifted
+        Whether the section starts with a descent.
     """
 
     def __init__(self, steps: Indices, ends: Floats, vertices: Floats, lifted: bool) -> None:

@@ -1,4 +1,4 @@
-"""Data shared by all pockets of a job, and the motion that clears them."""
+"""The data that all pockets of a job share, and the motion that clears the pockets."""
 
 from __future__ import annotations
 
@@ -32,10 +32,14 @@ if TYPE_CHECKING:
 class PocketSolid:
     """A solid with pockets.
 
-    - `triangles`: surface of the solid, float64[n, 3, 3], mm
-    - `pockets`: all pockets of the solid
-    - `milled`: the pockets to be milled
-    - `before`: the solid on the machine, with all pockets filled
+    Attributes
+    ----------
+    triangles
+        Surface of the solid, float64[n, 3, 3], mm.
+    pockets, milled
+        All pockets of the solid, and the pockets to mill.
+    before
+        The solid before milling, with all pockets filled.
     """
 
     triangles: NDArray[np.float64]
@@ -46,11 +50,16 @@ class PocketSolid:
 
 @dataclass(frozen=True, eq=False)
 class PocketJob:
-    """The pockets of a job, with tool, levels, heights and rules.
+    """The pockets of a job, with the tool, levels, heights and rules.
 
-    `around` contains, for each pocket, the index of the pocket whose floor contains it, or None. `limits` is None for a
-    constant feed. `tops` contains the height of the material above each pocket before milling, mm, relative to the
-    highest point of the part.
+    Attributes
+    ----------
+    around
+        For each pocket, the index of the pocket whose floor contains it, or None.
+    limits
+        Feed limits, or None for a constant feed.
+    tops
+        Height of the material above each pocket before milling, mm, relative to the highest point of the part.
     """
 
     run: Job
@@ -69,7 +78,7 @@ class PocketJob:
 
     @property
     def exact(self) -> PocketRules:
-        """The rules of the job without stock on the walls, as for the finished pocket."""
+        """The rules of the job without stock on the walls. They apply to the finished pocket."""
         return replace(self.rules, stock=0.0)
 
     @property
@@ -79,29 +88,29 @@ class PocketJob:
 
     @property
     def top(self) -> float:
-        """Height of the top of the pockets, mm. Planning and verification measure heights from there."""
+        """Height of the top of the pockets, mm. Planning and verification use this height as their zero."""
         return self.part.pockets[0].top or 0.0
 
     @property
     def rounding(self) -> float:
-        """Maximum distance between the tool path and a corner that the machine rounds, mm."""
+        """Maximum distance between the tool path and a corner when the machine rounds the corner, mm."""
         return corner_rounding(self.run.machine, self.limits.most if self.limits else self.data.tool.feed)
 
 
 @dataclass(frozen=True, eq=False)
 class PocketMotion:
-    """The motion that clears all regions in the given order, its entry moves, and its time."""
+    """The motion that clears all regions in the given order, with its entry moves and its time."""
 
     path: Toolpath
     descents: tuple[Descent, ...]
     measure: Measure
-    #: Issues about uncut areas, and the chips if feeds follow the load; both are results of verification.
+    #: Issues about uncut areas, and the measured chips if feeds depend on the load. The verification fills in both.
     left: Sequence[Issue] = ()
     chips: MeasuredChips | None = None
 
 
 def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
-    """Return the holes that must be drilled before milling, as position and height of the bottom, mm."""
+    """Return the position of each hole that must be drilled before milling, and the height of its bottom, mm."""
     bottoms: dict[Point, float] = {}
     for descent in descents:
         if descent.kind == "predrilled":
@@ -110,7 +119,10 @@ def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
 
 
 def raise_path(path: Toolpath, by: float) -> Toolpath:
-    """Raise a toolpath by `by` mm. It must not contain drilling cycles. Moves in machine coordinates do not change."""
+    """Raise a toolpath by `by` mm.
+
+    The path must not contain drilling cycles. Moves in machine coordinates stay unchanged.
+    """
     if not by:
         return path
     end = path.end.copy()

@@ -1,4 +1,4 @@
-"""Results that only pocket milling has."""
+"""Results that are specific to pocket milling."""
 
 from __future__ import annotations
 
@@ -11,11 +11,20 @@ from leafcut.model.pocket import PocketPlan, PocketProgram
 
 @dataclass(frozen=True)
 class PocketDetail:
-    """Results of clearing pockets, in addition to the general outcome.
+    """The results of pocket milling that a general outcome does not contain.
 
-    `programs` is empty for a single pocket. `pace` is None for a constant feed. `before` is the surface of the stock;
-    None if the stock is a block. `clearance` and `retract` are the heights of rapids, mm. `entries` contains each kind
-    of entry move and the number of these moves.
+    Attributes
+    ----------
+    programs
+        Time and rapids of the written program, and of one program for each strategy. Empty for a single pocket.
+    pace
+        Effect of load-dependent feeds, or None for a constant feed.
+    before
+        Surface of the stock, or None if the stock is a block.
+    clearance, retract
+        Heights of rapids, mm.
+    entries
+        Each kind of entry move, with the number of these moves.
     """
 
     plans: tuple[PocketPlan, ...]

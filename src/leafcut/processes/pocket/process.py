@@ -1,4 +1,4 @@
-"""The pocket milling process: options, planning, verification, and form."""
+"""The pocket milling process: its options, planning, verification and form."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ _MAIN = (
     "outline",
     "pixel_size",
 )
-#: Suitability of drawings in which layer names suggest pockets, and of other drawings.
+#: Suitability if layer names suggest pockets, and suitability of all other drawings.
 _BY_NAME, _UNNAMED = 0.98, 0.01
 #: Share of the time limit for ordering several pockets.
 ORDERING = 0.1
@@ -86,7 +86,7 @@ class Pocketing(Process):
         | ORDERED
         | WRITTEN
     )
-    #: Options of the fireflies apply with any --algorithm, because every strategy is tried.
+    #: The firefly options apply to every --algorithm, because all strategies are tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
     helps = {  # noqa: RUF012  # a class attribute of the protocol
         "depth": ("depth of the pockets below Z0", "required"),
@@ -144,7 +144,7 @@ class Pocketing(Process):
     )
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return a high suitability if the names of layers suggest pockets or islands, otherwise a low suitability."""
+        """Return a high suitability if layer names suggest pockets or islands, otherwise a low suitability."""
         from leafcut.processes.suitability import Suitability
 
         named = drawing.layers_named(self.layer_names)
@@ -156,7 +156,10 @@ class Pocketing(Process):
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Clear each pocket with the best strategy. Return a plan with one stage, which has a task for each region."""
+        """Clear each pocket with the best strategy.
+
+        Return a plan with a single stage that has a task for each region.
+        """
         import numpy as np
 
         from leafcut.model.plan import Stage
@@ -193,7 +196,7 @@ class Pocketing(Process):
         )
 
     def given(self, plan: Plan) -> Candidate:
-        """Return the motion of the strategy that most shops use, in its best order, for comparison."""
+        """Return the motion of the most common strategy in its best order. It serves as a comparison."""
         from leafcut.model.plan import Order, Stage
         from leafcut.processes.ordering import find_order
         from leafcut.processes.pocket.clearing import order_problem
@@ -208,9 +211,9 @@ class Pocketing(Process):
         return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion that clears the regions in a given order.
+        """Generate the motion that clears the regions in the given order.
 
-        The choices number the regions of the chosen strategies first, then the regions of the usual strategy.
+        The choices first number the regions of the chosen strategies, then the regions of the usual strategy.
         """
         from leafcut.model.plan import Candidate
         from leafcut.processes.pocket.clearing import clearing_motion
@@ -221,9 +224,7 @@ class Pocketing(Process):
         return Candidate(order, motion.path, motion.measure, motion)
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
-        """Compare the program of a candidate with the planned motion, and simulate it to find gouges and uncut
-        areas.
-        """
+        """Compare the program with the planned motion, and simulate the program to find gouges and uncut areas."""
         from leafcut.processes.pocket.proving import prove_pockets
 
         text = self.write(plan, given, best)
@@ -231,7 +232,7 @@ class Pocketing(Process):
         return replace(best, text=text, written=written, detail=replace(best.detail, left=left, chips=chips))
 
     def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
-        """Return a line for the program header for each hole that must be drilled first."""
+        """Return a line for the program header for each hole that must be drilled before milling."""
         from leafcut.processes.pocket.proving import required_hole_lines
 
         return required_hole_lines(plan.work.job, best.detail.descents)
@@ -239,7 +240,7 @@ class Pocketing(Process):
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
         """Return the operation of the end mill, with the order of the regions.
 
-        If there is a single region, the operation has neither an algorithm nor a lower bound.
+        A single region needs no search, so its operation has no algorithm and no lower bound.
         """
         from leafcut.model.outcome import OperationOutcome
 
@@ -249,13 +250,13 @@ class Pocketing(Process):
         return (OperationOutcome(plan.tools[0], "", (), False, solution, cuts=len(solution.nodes)),)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return issues about changed entries, required holes, stops after each move, and uncut areas."""
+        """Return issues about changed entries, holes to drill first, stops after every move, and uncut areas."""
         from leafcut.processes.pocket.proving import entry_issues, stop_notes
 
         return (*entry_issues(best.detail.descents), *stop_notes(plan.work.job), *best.detail.left)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
-        """Return the results of all strategies, the time saved by load-dependent feeds, and the stock and entries."""
+        """Collect the results of all strategies, the time saved by load-dependent feeds, the stock, and the entries."""
         from leafcut.processes.pocket.clearing import clearing_motion, strategy_programs
         from leafcut.processes.pocket.model import PocketDetail
 
@@ -277,7 +278,7 @@ class Pocketing(Process):
         )
 
     def report(self, outcome: Outcome[PocketDetail]) -> PocketReport:
-        """Return the report of an outcome with its facts and pictures."""
+        """Create the report of an outcome, with its facts and pictures."""
         from leafcut.processes.pocket.report.pocket_report import PocketReport
 
         return PocketReport(outcome)

@@ -1,4 +1,4 @@
-"""Verification of a pocketing program, and issues about entries, required holes and uncut areas."""
+"""Verify a pocketing program, and report changed entries, required holes and uncut areas."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NAMED_PLACES = 3
 
 
 def required_hole_lines(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
-    """Return a line for the program header for each hole that must be drilled first."""
+    """Return a line for the program header for each hole that must be drilled before milling."""
     scale, unit = (MM_PER_INCH, "in") if job.run.settings.post.output_units == "inch" else (1.0, "mm")
     return [
         Message(
@@ -48,10 +48,22 @@ def required_hole_lines(job: PocketJob, descents: Sequence[Descent]) -> list[str
 def prove_pockets(
     job: PocketJob, motion: PocketMotion, text: str
 ) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
-    """Compare the program with the planned motion, and simulate it.
+    """Compare the program with the planned motion, and simulate the program.
 
-    Return the toolpath read back from the program, warnings about uncut areas, and the measured chips. The chips are
-    None for a constant feed. Raises VerifyError, which states the first difference, gouge or danger, and their number.
+    Returns
+    -------
+    toolpath
+        The toolpath read back from the program.
+    issues
+        Warnings about uncut areas.
+    chips
+        The measured chips, or None for a constant feed.
+
+    Raises
+    ------
+    VerifyError
+        The program has differences, gouges or dangerous moves. The message gives their number and describes the
+        first.
     """
     from leafcut.processes.pocket.proof.pocket import (
         air_differences,
@@ -109,7 +121,7 @@ def prove_pockets(
 
 
 def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
-    """Return a warning for each pocket whose uncut area exceeds the tolerance."""
+    """Create a warning for each pocket with more uncut area than the tolerance allows."""
     from leafcut.geometry.regions import polygons
 
     issues = []
@@ -130,7 +142,7 @@ def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> li
 
 
 def stop_notes(job: PocketJob) -> list[Issue]:
-    """Return a note if the tool stops after every move, but would not stop with enough stock on the walls."""
+    """Return a note if the tool stops after every move, but would keep moving with enough stock on the walls."""
     if not job.dialect.rounding or job.rounding <= job.rules.stock:
         return []
     words = Message(
@@ -143,7 +155,7 @@ def stop_notes(job: PocketJob) -> list[Issue]:
 
 
 def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
-    """Return issues about entry moves of another kind than requested, and about holes that must be drilled first."""
+    """Return issues about entry moves that differ from the requested kind, and about holes to drill first."""
     changed = [d for d in descents if d.kind != d.asked]
     issues = []
     for kind in dict.fromkeys(d.kind for d in changed):

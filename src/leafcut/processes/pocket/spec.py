@@ -1,4 +1,6 @@
-"""Prepare a pocket milling job: the pockets of a drawing, a picture or a solid, with the tool, levels and rules."""
+"""Prepare a pocket milling job from a drawing, a picture or a solid: find the pockets, and set the tool, levels and
+rules.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,7 @@ if TYPE_CHECKING:
 
 
 def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
-    """Read the pockets, and return the milling job and its issues.
+    """Read the pockets. Return the milling job and its issues.
 
     Raises ReadError, OptionError, PlanError or VerifyError.
     """
@@ -134,7 +136,8 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
 def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
     """Return the solid, and the height of the material above each pocket, mm.
 
-    Without the option --pocket-top surface, return None and zeros. Raises OptionError if the input is not a solid.
+    Without --pocket-top surface, the function returns None and zeros. Raises OptionError if the input is not a
+    solid.
     """
     if run.settings.of(PocketOptions).pocket_top == "highest":
         return None, [0.0] * len(part.pockets)
@@ -165,7 +168,7 @@ def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[
 
 
 def _material(settings: Settings) -> WorkMaterial | None:
-    """Return the material of the workpiece; None if it is not given or its cutting force is unknown.
+    """Return the material of the workpiece, or None if no material is given or its cutting force is unknown.
 
     Raises OptionError if a material file is invalid.
     """
@@ -181,8 +184,9 @@ def _material(settings: Settings) -> WorkMaterial | None:
 
 
 def _extent_moves(job: PocketJob) -> Toolpath:
-    """Return moves across the bounding box of each pocket, from the clearance height to the floor, to check the limits
-    of the machine.
+    """Return moves that cross the bounding box of each pocket, from the clearance height down to the floor.
+
+    These moves are used to check the limits of the machine.
     """
     builder = ToolpathBuilder()
     builder.rapid(z=job.heights.clearance)
@@ -199,7 +203,7 @@ def _extent_moves(job: PocketJob) -> Toolpath:
 def _refuse_clamps(
     pockets: Sequence[Pocket], floors: Sequence[float], rules: PocketRules, tool: Tool, clamps: Sequence[Clamp]
 ) -> None:
-    """Raise PlanError for a pocket that cannot be milled without hitting a clamp; `floors` contains heights, mm."""
+    """Raise PlanError if the tool would hit a clamp in any pocket. `floors` contains the height of each floor, mm."""
     for pocket, floor in zip(pockets, floors, strict=True) if clamps else ():
         centres = tool_centres(pocket.region(rules.tolerance), rules.radius + rules.stock, rules.tolerance)
         if not centres.is_empty:

@@ -1,4 +1,4 @@
-"""Strategies for clearing a pocket: each has a name, and a function that returns the path through a region."""
+"""Strategies for clearing a pocket. Each strategy has a name and a function that plans the path through a region."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.grid import GridContext
     from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Ant algorithms that --algorithm may select; for any other algorithm, the strategy `ants` uses ``auto``.
+#: Ant algorithms that --algorithm can select. For any other algorithm, the strategy `ants` uses ``auto``.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
-#: Algorithms that each strategy with a grid accepts.
+#: Algorithms that each grid strategy accepts.
 OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 
-#: Spacings of rings to try, in step-overs. A smaller spacing keeps the gaps in corners within the step-over.
+#: Ring spacings to try, in step-overs. A smaller spacing keeps the gaps in corners within the step-over.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
 
-#: Grids that the next strategy reuses: routing problem and context by region.
+#: Grids for the next strategy to reuse: the routing problem and the context of each region.
 Grids = dict["CentreRegion", tuple["RoutingProblem", "GridContext"]]
 
-#: Function that returns the path of the tool centre on one level of a region.
+#: Function that plans the path of the tool centre on one level of a region.
 Strategy = Callable[["CentreRegion", Job, Grids], PocketPath]
 
 
@@ -42,10 +42,10 @@ def _with_planned_rules(region: CentreRegion) -> CentreRegion:
 
 
 def _wide_gap_finder(region: CentreRegion) -> Callable[[PocketPath], Points]:
-    """Return a function that finds the points of a path, float64[n, 2], where passes are further apart than the
-    step-over.
+    """Create a function that finds points of a path where passes are further apart than the step-over.
 
-    The function measures the path with the fitted arcs of the program, because arcs shift passes by a few micrometres.
+    The function returns these points as float64[n, 2]. It measures the path with the fitted arcs of the program,
+    because these arcs move passes by a few micrometres.
     """
     from leafcut.material.step_over import WidePlaceFinder
 
@@ -91,7 +91,7 @@ def _adaptive(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
 
 
 def check_algorithm(settings: Settings) -> None:
-    """Raise OptionError if the requested algorithm does not apply to the strategy."""
+    """Raise OptionError if the strategy cannot use the requested algorithm."""
     strategy, algorithm = settings.of(PocketOptions).strategy, settings.solve.algorithm
     taken = OF_GRID.get(strategy, (algorithm,))
     if "algorithm" in settings.asked and algorithm not in taken:
@@ -135,7 +135,7 @@ def _grid(name: str) -> Strategy:
 
 @dataclass(frozen=True)
 class ClearingStrategy:
-    """A strategy that the option --strategy may select."""
+    """A strategy that the user can select with --strategy."""
 
     name: str
     path: Strategy
@@ -157,7 +157,7 @@ STRATEGIES = (
 class SearchTime:
     """Divides a time limit equally among the remaining searches of all pockets.
 
-    `to_come` is the number of remaining searches. `grids` contains grids that another strategy can reuse.
+    `to_come` is the number of remaining searches. `grids` stores grids that the next strategy can reuse.
     """
 
     def __init__(self, deadline: Deadline) -> None:
@@ -165,7 +165,7 @@ class SearchTime:
         self.grids: Grids = {}
 
     def path(self, strategy: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
-        """Return the path of a strategy through a region; a strategy that searches gets its share of the time."""
+        """Plan the path of a strategy through a region. If the strategy searches, it gets its share of the time."""
         if strategy.searches:
             run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))
             self.to_come -= 1

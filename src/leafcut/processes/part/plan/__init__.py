@@ -1,1 +1,1 @@
-"""Planning of a part: tool paths beside the outlines, tabs, and start points."""
+"""Plan the milling of a part: tool paths along the edges, tabs, and start points."""

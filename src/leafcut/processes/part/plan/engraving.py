@@ -1,4 +1,4 @@
-"""Engraving: the tool follows a drawn path to a depth below the top, in one or more passes."""
+"""Engraving: the tool follows a drawn path at a depth below the top, in one or more passes."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from leafcut.processes.milling.entries import ABOVE, enter_level, follow
 from leafcut.processes.part.model import Edge, Engraving
 from leafcut.processes.part.plan.task import Mill, PartHeights
 
-#: Number of start points on a closed path.
+#: Number of candidate start points on a closed path.
 _STARTS = 16
-#: Largest depth of a plunge, mm; a deeper pass starts with a ramp.
+#: Maximum depth of a plunge, mm. Deeper passes start with a ramp.
 _DEEPEST_PLUNGE = 0.5
-#: Chord error of the edges with which engraved paths are intersected, mm.
+#: Chord error of the edges when they are intersected with engraved paths, mm.
 _TOLERANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class EngravingTask:
-    """An engraved path with its number of passes.
+    """A path to engrave, and the number of passes.
 
-    An open path has a choice for each direction, and passes in alternating directions. A closed path has a choice for
-    each start point. `later` contains the edges that enclose or cross the path.
+    An open path can be engraved in either direction, and the direction alternates between passes. A closed path offers
+    several start points. `later` contains the edges that enclose or cross the path.
     """
 
     engraving: Engraving
@@ -39,7 +39,7 @@ class EngravingTask:
 
     @property
     def choices(self) -> list[tuple[Point, Point]]:
-        """Entry and exit of each choice."""
+        """Entry and exit point of each choice."""
         path = self.engraving.path
         if path.closed:
             return [(path.point_at(start),) * 2 for start in _starts(path)]
@@ -47,7 +47,7 @@ class EngravingTask:
         return ends if self.passes % 2 else [(entry, entry) for entry, _ in ends]
 
     def mill(self, builder: ToolpathBuilder, choice: int, mill: Mill, heights: PartHeights) -> None:
-        """Follow the path in each pass."""
+        """Engrave the path pass by pass."""
         data, path = mill.data, _chosen_path(self.engraving.path, choice)
         builder.feed(z=ABOVE, feed=data.tool.feed)
         top = 0.0
@@ -67,7 +67,7 @@ class EngravingTask:
 
 
 def engraving_tasks(engravings: Sequence[Engraving], edges: Sequence[Edge], step: float) -> list[EngravingTask]:
-    """Return the engraving tasks of one tool, with passes at most `step` mm deep."""
+    """Create the engraving tasks of one tool. Each pass is at most `step` mm deep."""
     areas = shapely.STRtree([shapely.Polygon(edge.path.flattened(_TOLERANCE)) for edge in edges])
     tasks = []
     for engraving in engravings:

@@ -1,6 +1,4 @@
-"""Finishing passes: roughing leaves an allowance on the wall of an edge, and the mill then follows the exact path once
-more.
-"""
+"""Finishing passes. Roughing leaves an allowance on the walls, and the mill then follows the exact path."""
 
 from __future__ import annotations
 
@@ -20,22 +18,26 @@ from leafcut.processes.part.model import Edge
 
 #: Tolerance of the tool path, mm.
 TOLERANCE = 0.01
-#: Inscribed circle of a passage that roughing does not reach, in radii of the mill; the rest in a corner is smaller.
+#: Minimum radius of a passage that is reported because roughing does not reach it, in mill radii. Remainders in corners
+#: are smaller.
 _PASSAGE = 0.5
-#: Smallest distance of the ends of a lead from the wall, in allowances.
+#: Minimum distance between the wall and the outer end of a lead, as a share of the allowance.
 _CLEAR = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class FinishingPass:
-    """The pieces of a path from the end of roughing along the exact path, each with whether it lies over a tab."""
+    """A pass along the exact path, which starts at the end of roughing.
+
+    Each piece of the path has a flag that is true if the piece crosses a tab.
+    """
 
     pieces: tuple[tuple[Polyline, bool], ...]
     has_leads: bool
 
     @property
     def end(self) -> Point:
-        """The last position."""
+        """Position at the end of the pass."""
         return self.pieces[-1][0].end
 
 
@@ -45,10 +47,21 @@ def ring_of(path: Polyline) -> shapely.LinearRing:
 
 
 def roughing_path(edge: Edge, path: Polyline, lines: shapely.STRtree, radius: float, finish: float) -> Polyline:
-    """Return the path that leaves the allowance `finish` beside the exact `path` along an edge, mm. It starts near the
-    start of the path.
+    """Return the path for roughing, which leaves the allowance on the edge. It starts near the start of the exact path.
 
-    `lines` are all edges. Raises PlanError if there is no room for it.
+    Parameters
+    ----------
+    edge, path
+        The edge, and the exact tool path along it.
+    lines
+        All edges of the part.
+    radius, finish
+        Radius of the mill and finishing allowance, mm.
+
+    Raises
+    ------
+    PlanError
+        The path does not fit between the walls.
     """
     wide = radius + finish
     shape = shapely.Polygon(ring_of(edge.path))
@@ -67,8 +80,9 @@ def roughing_path(edge: Edge, path: Polyline, lines: shapely.STRtree, radius: fl
 
 
 def tight_place(free: Any, radius: float, finish: float) -> Point | None:
-    """Return a place that the mill reaches, but not with an allowance on all walls; None without one. `free` is the
-    area to clear.
+    """Return a point that the mill can reach only without the full allowance, or None if no such point exists.
+
+    `free` is the area to clear. `radius` is the radius of the mill and `finish` is the allowance, mm.
     """
     wide = radius + finish
     reached = free.buffer(-radius, quad_segs=32).buffer(radius, quad_segs=32)
@@ -80,7 +94,7 @@ def tight_place(free: Any, radius: float, finish: float) -> Point | None:
 
 
 def check_allowance(finish: float, radius: float) -> None:
-    """Raise OptionError if the allowance is not less than the radius of a mill, mm."""
+    """Raise OptionError unless the allowance is smaller than the radius of the mill, mm."""
     if finish >= radius:
         raise OptionError(
             "--finish {:g} mm: the allowance must be less than the radius of the mill, {:g} mm", finish, radius
@@ -88,7 +102,7 @@ def check_allowance(finish: float, radius: float) -> None:
 
 
 def no_room(name: str, place: Point, radius: float, finish: float) -> PlanError:
-    """Return the error for a place without room for the allowance."""
+    """Create the error for a place where the allowance does not fit."""
     return PlanError(
         "{}: no room for --finish {:g} mm at ({:.4g}, {:.4g}): the mill needs {:g} mm between the walls; give a "
         "smaller --finish, or use a smaller mill",
@@ -100,7 +114,7 @@ def no_room(name: str, place: Point, radius: float, finish: float) -> PlanError:
 
 
 def _crowded_place(ring: shapely.LinearRing, edge: Edge, lines: shapely.STRtree, wide: float) -> Point | None:
-    """Return a place between the edge and another one that is too close to the ring; None without one."""
+    """Return a point where a neighbouring edge is too close to the ring, or None if there is enough room."""
     near = lines.query(ring, predicate="dwithin", distance=wide - 2.0 * TOLERANCE)
     if not len(near):
         return None
@@ -110,7 +124,10 @@ def _crowded_place(ring: shapely.LinearRing, edge: Edge, lines: shapely.STRtree,
 
 
 def interval_beside(path: Polyline, area: Any, radius: float) -> tuple[float, float] | None:
-    """Return the interval along a path in which the mill would cut into an area; None if it is not one piece."""
+    """Return the interval of a path in which the mill would cut into an area.
+
+    Return None if the mill would not cut into the area, or if there are several such intervals.
+    """
     line = ring_of(path)
     near = shapely.line_merge(line.intersection(area.buffer(radius, quad_segs=32)))
     if near.geom_type != "LineString" or near.is_empty:
@@ -121,7 +138,10 @@ def interval_beside(path: Polyline, area: Any, radius: float) -> tuple[float, fl
 
 
 def pieces_from(path: Polyline, tabs: Sequence[tuple[float, float]], start: float) -> list[tuple[Polyline, bool]]:
-    """Return the pieces of a path from a start point on, each with whether it lies over a tab."""
+    """Divide a path at its tabs, starting from the distance `start`.
+
+    The flag of each piece is true if it crosses a tab.
+    """
     length, pieces, position = path.length, [], start
     ahead = sorted(
         (low + (length if low < start else 0.0), high + (length if low < start else 0.0)) for low, high in tabs
@@ -135,9 +155,10 @@ def pieces_from(path: Polyline, tabs: Sequence[tuple[float, float]], start: floa
 def finishing_pass(
     path: Polyline, tabs: Sequence[tuple[float, float]], place: Point, finish: float, *, waste_left: bool
 ) -> FinishingPass:
-    """Return the pass along the exact path from a `place` on the path of roughing.
+    """Return the pass along the exact path, starting from `place` on the roughing path.
 
-    It starts and ends with a quarter circle in the allowance; without room for it, it starts and ends beside the place.
+    The pass starts and ends with a quarter circle inside the allowance. If the circles do not fit, it starts and ends
+    next to `place`.
     """
     near = _distance_along(path, place)
     start = (near + finish) % path.length
@@ -152,7 +173,10 @@ def finishing_pass(
 
 
 def _leads(path: Polyline, start: float, finish: float, *, waste_left: bool) -> tuple[Polyline, Polyline] | None:
-    """Return the quarter circles to a point of the path and away from it; None without room in the allowance."""
+    """Return the quarter circles that lead to the path and away from it.
+
+    Return None if the allowance is too small for them.
+    """
     touch, along = np.array(path.point_at(start)), np.array(path.direction_at(start))
     side = 1.0 if waste_left else -1.0
     across = side * np.array([-along[1], along[0]])
@@ -171,6 +195,6 @@ def _leads(path: Polyline, start: float, finish: float, *, waste_left: bool) -> 
 
 
 def _distance_along(path: Polyline, place: Point) -> float:
-    """Return the distance along a closed path of its point that is nearest to a place, mm."""
+    """Return the distance along a closed path at which it passes closest to a point, mm."""
     line = ring_of(path)
     return float(line.project(shapely.Point(place)) * path.length / line.length)

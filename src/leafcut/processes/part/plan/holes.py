@@ -1,4 +1,4 @@
-"""Holes of a part that are drilled with a drill of the tool library."""
+"""Holes of a part that are drilled with a drill from the tool library."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from leafcut.processes.spindle_moves import check_speeds
 
 @dataclass(frozen=True, eq=False)
 class HoleGroup:
-    """The holes of one drill, and the drilling cycle; `places` contains the centres of the holes, float64[n, 2], mm."""
+    """The holes that one drill makes, and the drilling cycle. `places` contains the hole centres, float64[n, 2], mm."""
 
     tool: Tool
     cycle: DrillCycle
@@ -29,7 +29,7 @@ class HoleGroup:
 
 
 class PlannedHole(NamedTuple):
-    """A hole through the plate: its centre, mm, its drill, and its layer in the drawing."""
+    """A through hole, with its centre, mm, its drill, and its layer in the drawing."""
 
     x: float
     y: float
@@ -38,9 +38,9 @@ class PlannedHole(NamedTuple):
 
 
 def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float, depth: float) -> Tool | None:
-    """Return the drill of a library that is nearest to a diameter, mm, and long enough for a hole of this depth, mm.
+    """Select the drill whose diameter is closest to the diameter of a hole, mm.
 
-    Return None if no such drill is within the tolerance of the diameter.
+    Return None if no drill is within the tolerance and long enough for the depth of the hole, mm.
     """
     drills = [] if library is None else library.tools
     fitting = [
@@ -56,10 +56,19 @@ def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float
 def hole_groups(
     holes: Sequence[PlannedHole], bottom: float, r_plane: float, to_initial: bool, machine: Machine
 ) -> tuple[list[HoleGroup], list[Issue]]:
-    """Return the holes grouped by drill, and warnings about deep holes that are drilled in one stroke.
+    """Group the holes by drill. Every hole has its full diameter down to `bottom`, mm.
 
-    Each hole has its full diameter down to `bottom`, mm. Raises PlanError if a drill has no feed or speed, or if these
-    are out of the range of the machine.
+    Returns
+    -------
+    groups
+        The holes of each drill.
+    issues
+        Warnings about deep holes that are drilled in a single stroke.
+
+    Raises
+    ------
+    PlanError
+        A drill has no feed or speed, or the machine cannot run at its feed or speed.
     """
     places: dict[Tool, list[tuple[float, float]]] = {}
     for hole in holes:

@@ -1,4 +1,4 @@
-"""Motion of a part program: the holes of each drill, then the tasks of each mill."""
+"""Generate the motion of a part program: first the holes of each drill, then the tasks of each mill."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def part_motion(
     coolant: bool,
     pause: bool,
 ) -> Toolpath:
-    """Return the motion of the whole program: the holes of each drill in order, then the tasks of each mill.
+    """Generate the motion of the whole program: first the holes of each drill, then the tasks of each mill.
 
-    Each task is paired with the index of its choice.
+    Each task comes with the index of its selected choice.
     """
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
@@ -68,7 +68,7 @@ def _mill(
 def _crosses_zone(
     entries: NDArray[np.float64], exits: NDArray[np.float64], heights: PartHeights, tool: Tool, machine: Machine
 ) -> list[bool]:
-    """Return, for each entry, whether the rapid to it crosses a keep-out zone; False for the first entry."""
+    """Return whether the rapid to each entry crosses a keep-out zone. The first value is always False."""
     zones = widen_zones(heights.zones, 0.5 * tool.diameter)
     crossed = touches_any_zone(exits[:-1], entries[1:], zones, dogleg=machine.rapid_style == "dogleg")
     return [False, *crossed.tolist()]

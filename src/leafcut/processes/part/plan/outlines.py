@@ -1,4 +1,6 @@
-"""Outlines and openings: the tool path along each edge, with its tabs, possible start points, and motion."""
+"""Outlines and openings: plan the tool path along each edge, place the tabs, select start points, and generate the
+motion.
+"""
 
 from __future__ import annotations
 
@@ -31,19 +33,21 @@ from leafcut.processes.part.plan.finishing import (
 )
 from leafcut.processes.part.plan.task import Mill, PartHeights
 
-#: Number of start points for each tool path; those on a tab are left out.
+#: Number of start points per tool path. Start points on tabs are skipped.
 STARTS = 16
-#: Candidate positions of a tab within its share of the path, in order of preference. Straight sections come first.
+#: Candidate positions for a tab within its section of the path, in order of preference. Straight sections are
+#: preferred.
 _TAB_POSITIONS = (0.5, 0.4, 0.6, 0.3, 0.7, *(0.3 + 0.02 * k for k in range(1, 20) if k % 5))
-#: Maximum half length of a tab interval, and distance of start points from tabs, relative to the path length per tab.
-#: If no start point is left, the tool starts at the start of the path.
+#: Maximum half length of a tab interval, and minimum distance between a start point and a tab, relative to the path
+#: length per tab. If every start point is too close, the tool starts at the start of the path.
 _LONGEST_TAB, _RAMP_ROOM = 0.25, 0.04
-#: Minimum room for a ramp between a start point and a tab, mm: 24 legs of this length descend 1.2 mm at 3°.
+#: Minimum distance between a start point and a tab that leaves room for a ramp, mm. 24 ramp legs of this length descend
+#: 1.2 mm at 3°.
 _LEAST_ROOM = 1.0
-#: Maximum depth and inscribed radius of the material left in a corner, in radii of the mill. More material means that a
-#: notch or slot is not milled.
+#: Maximum depth and inscribed radius of the material that remains in a corner, in mill radii. If more remains, a notch
+#: or slot is too narrow for the mill.
 _DEEPEST_CORNER, _WIDEST_CORNER = 1.02, 0.35
-#: Precision of lengths of intervals and of heights, mm.
+#: Precision of interval lengths and heights, mm.
 _EXACT = 1e-6
 #: Intervals (from, to) along a path, mm.
 _Intervals = tuple[tuple[float, float], ...]
@@ -51,11 +55,19 @@ _Intervals = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True, eq=False)
 class OutlineCut:
-    """A closed path of the tool's centre along an edge, in milling direction.
+    """A closed path of the tool centre along an edge, in milling direction.
 
-    `tabs` are intervals (from, to) along the path, and `starts` are start points as distances along the path, mm.
-    `later` are the edges around it. With an allowance, `path` is the path of roughing, and `passes` has the finishing
-    pass for each start point.
+    Attributes
+    ----------
+    tabs
+        Intervals (from, to) along the path that cross a tab, mm.
+    starts
+        Distances of the start points along the path, mm.
+    later
+        Indices of the edges around this edge.
+    path, passes
+        If there is a finishing allowance, `path` is the roughing path, and `passes` contains a finishing pass for each
+        start point.
     """
 
     edge: int
@@ -67,14 +79,14 @@ class OutlineCut:
 
     @property
     def choices(self) -> list[tuple[Point, Point]]:
-        """Entry and exit of each start point."""
+        """Entry and exit point for each start point."""
         entries = [self.path.point_at(start) for start in self.starts]
         exits = [finishing.end for finishing in self.passes] or entries
         return list(zip(entries, exits, strict=True))
 
     @property
     def centres(self) -> shapely.MultiLineString:
-        """All paths of the tool's centre."""
+        """All paths of the tool centre."""
         finishing = [piece for one in self.passes[:1] for piece, _ in one.pieces]
         return shapely.MultiLineString([ring_of(self.path), *(piece.flattened(TOLERANCE) for piece in finishing)])
 
@@ -88,7 +100,7 @@ class OutlineCut:
 def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
     """Return the closed edges of a part, and issues about marks and open paths, which are not milled.
 
-    Contours at an even nesting depth are outlines, and contours at an odd nesting depth are openings.
+    Contours with an even nesting depth are outlines. Contours with an odd nesting depth are openings.
     """
     chosen = [k for k, contour in enumerate(contours) if contour.path.closed and contour.kind == "cut"]
     number = {index: k for k, index in enumerate(chosen)}
@@ -116,11 +128,22 @@ def plan_cuts(
     sheet: shapely.Polygon | None = None,
     finish: float = 0.0,
 ) -> tuple[list[OutlineCut], list[Issue]]:
-    """Return the tool paths of all edges, and issues about edges that are milled incompletely or without tabs.
+    """Plan the tool path along each edge and place its tabs.
 
-    An outline that is too short for its tabs has fewer. Raises PlanError if it is too short for two, or if a cut would
-    go through a tab, or if there is no room for the allowance `finish`, mm. A tab lies within the `sheet`, if it is
-    known.
+    A short outline gets fewer tabs than requested, but at least two. If the `sheet` is known, all tabs lie inside it.
+
+    Returns
+    -------
+    cuts
+        The tool paths.
+    issues
+        Issues about edges that are not milled completely or have no tabs.
+
+    Raises
+    ------
+    PlanError
+        An outline is too short for two tabs, a cut would go through a tab, or the finishing allowance `finish`, mm,
+        does not fit.
     """
     milled: list[tuple[int, Polyline]] = []
     narrow, loose, fewer = [], [], []
@@ -199,7 +222,7 @@ def plan_cuts(
 
 
 def _no_room(edge: Edge, length: float, tabs: TabRules, radius: float) -> PlanError:
-    """Return the error for an outline that is too short for its tabs, with suitable options."""
+    """Create the error for an outline that is too short for its tabs. The message suggests options that fit."""
     width = tabs.width_of_fewest(length, 2.0 * radius)
     return PlanError(
         "{}: the tool path of {:.4g} mm has no room for {} of {:g} mm; {}. For a hole, draw the outline around it",
@@ -212,10 +235,10 @@ def _no_room(edge: Edge, length: float, tabs: TabRules, radius: float) -> PlanEr
 
 
 def _narrow_branch(edge: Edge, radius: float) -> Point | None:
-    """Return a position in a notch or slot of an edge that is narrower than the mill; None if there is none.
+    """Return a point in a notch or slot that is too narrow for the mill, or None if the mill fits everywhere.
 
-    Material in corners does not count: in a corner of 60°, it is one radius deep and holds a circle with a third of the
-    radius.
+    Material in corners does not count. In a corner of 60°, the remaining material is one radius deep and holds a circle
+    with a third of the radius.
     """
     shape = shapely.Polygon(ring_of(edge.path))
     first = -radius if edge.inside else radius
@@ -244,11 +267,16 @@ def _tab_intervals(
     ours: Collection[int],
     sheet: shapely.Polygon | None,
 ) -> tuple[_Intervals, _Intervals] | None:
-    """Return the intervals along the path where the tool rises over one of `count` tabs, in order, and those along the
-    path of roughing; None if a tab has no position.
+    """Find a position for each of `count` tabs on an edge.
 
-    The cuts end in half circles, so the ends of an interval are one tool diameter farther apart than the tab is wide.
-    No other cut goes through a tab. `ours` are the indices of the two paths in `all_paths`.
+    Because cuts end in half circles, each interval is one tool diameter longer than the tab is wide. No other cut goes
+    through a tab. `ours` contains the indices in `all_paths` of the two paths along this edge.
+
+    Returns
+    -------
+    exact, rough
+        The intervals over the tabs, in order, along the exact path and along the roughing path. The function returns
+        None if a tab does not fit anywhere.
     """
     share = path.length / max(count, 1)
     intervals, beside = [], []
@@ -289,9 +317,9 @@ def _is_straight(piece: Polyline) -> bool:
 
 
 def _half_length(path: Polyline, middle: float, tabs: TabRules, radius: float, share: float) -> float | None:
-    """Return half the length of a tab interval, mm; None if the path bends too much for a tab.
+    """Return half the length of a tab interval, mm, or None if the path bends too much for a tab.
 
-    The interval is longer on a bent path, because the width of a tab is the straight distance between the cuts.
+    The width of a tab is the straight distance between the cuts, so the interval is longer on a bent path.
     """
     wanted = tabs.width + 2.0 * radius
 
@@ -318,9 +346,7 @@ def _holds(
     ours: Collection[int],
     sheet: shapely.Polygon | None,
 ) -> bool:
-    """Return whether all cuts except for roughing leave the area of a tab, from the edge to the material that holds
-    it.
-    """
+    """Return whether a tab holds: apart from roughing, no cut may enter the area of the tab."""
     if sheet is not None and not sheet.covers(area):
         return False
     near = radius - TOLERANCE
@@ -339,7 +365,7 @@ def _name(contour: Contour) -> str:
 
 
 def missing_paths(what: str, paths: Sequence[Polyline]) -> MissingWork:
-    """Return the paths as missing work, with the outlines of closed paths; `what` is the noun for one path."""
+    """Return the paths as missing work, including the outlines of closed paths. `what` is a noun for a single path."""
     places: list[Point] = [path.start for path in paths]
     return MissingWork(what, len(paths), tuple(places), tuple(path for path in paths if path.closed))
 
@@ -396,7 +422,7 @@ def _loose_issues(loose: Sequence[Edge], tabs: TabRules) -> list[Issue]:
 
 
 def _cut_outline(builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: Mill, heights: PartHeights) -> None:
-    """Spiral down along the whole path to the tops of the tabs, cut a level turn there, then cut between the tabs."""
+    """Spiral down to the tops of the tabs, cut one level turn at this height, then cut the rest between the tabs."""
     data = mill.data
     length, feed = cut.path.length, data.tool.feed
     loop = cut.path.piece(start, start + length)
@@ -427,7 +453,7 @@ def _cut_between_tabs(
 
 
 def _finish_outline(builder: ToolpathBuilder, finishing: FinishingPass, mill: Mill, heights: PartHeights) -> None:
-    """Follow the exact path at full depth; the mill is in the kerf of roughing."""
+    """Follow the exact path at full depth. The mill moves inside the slot that roughing has cut."""
     for piece, is_tab in finishing.pieces:
         if is_tab:
             builder.feed(z=heights.tab_top, feed=mill.data.tool.feed)
@@ -438,7 +464,7 @@ def _finish_outline(builder: ToolpathBuilder, finishing: FinishingPass, mill: Mi
 
 
 def _levels(mill: Mill, heights: PartHeights) -> list[float]:
-    """Return the heights of the cuts between the tabs, from the tops of the tabs on."""
+    """Return the heights of the cuts between the tabs, from the top of the tabs down."""
     drop = heights.tab_top - heights.bottom
     count = max(math.ceil(drop / mill.step - 1e-9), 1)
     return [heights.tab_top - drop * k / count for k in range(count + 1)]

@@ -1,4 +1,4 @@
-"""Pockets of a part: each region is cleared level by level, along a path planned by the pocketing process."""
+"""Pockets of a part. The pocketing process plans a path for each region, and the mill follows it level by level."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from leafcut.processes.pocket.plan.toolpath import Clearing, ClearingMotion, Poc
 
 @dataclass(frozen=True, eq=False)
 class PocketTask:
-    """A region of a pocket with its path.
+    """A region of a pocket, and the path that clears it.
 
-    `later` contains the edges in, across or around the pocket, which must be milled after the pocket.
+    `later` contains the edges inside, across or around the pocket. They must be milled after the pocket.
     """
 
     pocket: PocketArea
@@ -28,11 +28,11 @@ class PocketTask:
 
     @property
     def choices(self) -> list[tuple[Point, Point]]:
-        """Entry and exit of the only choice."""
+        """Entry and exit point. A pocket has only this choice."""
         return [(self.clearing.start, self.clearing.end)]
 
     def mill(self, builder: ToolpathBuilder, choice: int, mill: Mill, heights: PartHeights) -> None:
-        """Clear the region. Raises PlanError if the mill cannot ramp into it."""
+        """Clear the region. Raises PlanError if the mill cannot ramp into the region."""
         planes = PocketHeights(
             heights.clearance, heights.retract, heights.clearance == heights.retract, zones=heights.zones
         )

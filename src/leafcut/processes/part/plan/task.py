@@ -1,4 +1,4 @@
-"""The protocol of milling tasks: each task has choices of entry and exit, and generates its motion."""
+"""The protocol for milling tasks. A task offers choices of entry and exit, and generates its own motion."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from leafcut.processes.milling.mill import MillingData
 
 @dataclass(frozen=True, eq=False)
 class PartHeights:
-    """Heights of a program, mm: rapids, tops of the tabs, and lowest cut.
+    """The heights of a program, mm: rapids, top of the tabs, and lowest cut.
 
-    Rapids cross the keep-out `zones`, float64[k, 4], at the clearance height. `end` is the last position.
+    Rapids cross the keep-out `zones`, float64[k, 4], at the clearance height. `end` is the final position.
     """
 
     clearance: float
@@ -31,7 +31,7 @@ class PartHeights:
 
 @dataclass(frozen=True, eq=False)
 class Mill:
-    """A milling tool with its feeds, its largest step-down, mm, and the milling direction."""
+    """A mill with its feeds, its maximum step-down, mm, and its milling direction."""
 
     data: MillingData
     step: float
@@ -39,18 +39,18 @@ class Mill:
 
 
 class MillTask(Protocol):
-    """Work that a mill does without interruption. It starts at the retract height, and ends at the last cut."""
+    """Work that a mill does in one go. The task starts at the retract height and ends with its last cut."""
 
     @property
     def choices(self) -> Sequence[tuple[Point, Point]]:
-        """Entry and exit of each choice, mm."""
+        """Entry and exit point of each choice, mm."""
         ...
 
     @property
     def later(self) -> Sequence[int]:
-        """Indices of the edges that are milled after this task."""
+        """Indices of the edges that must be milled after this task."""
         ...
 
     def mill(self, builder: ToolpathBuilder, choice: int, mill: Mill, heights: PartHeights) -> None:
-        """Generate the motion of a choice. At first, the tool is above the entry."""
+        """Generate the motion for a choice. The tool starts above the entry point."""
         ...

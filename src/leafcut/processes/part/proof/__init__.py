@@ -1,1 +1,4 @@
-"""Verification of a part program, with a module for each operation. It uses neither the plan nor the planned motion."""
+"""Verify a part program, with a module for each operation.
+
+The verification does not use the plan or the planned motion.
+"""

@@ -1,4 +1,4 @@
-"""The cuts of a program, and the verdict on the cuts of an operation."""
+"""The cuts of a program, and the verification result of an operation."""
 
 from __future__ import annotations
 
@@ -16,22 +16,30 @@ from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.proof.difference import position_text
 
-#: Largest distance between the tool's path and the ideal path, mm: tolerance of the plan, chords, and written decimals.
+#: Maximum distance between the actual and the ideal tool path, mm. It covers the tolerance of the plan, chords, and
+#: rounded decimals.
 TOLERANCE = 0.03
-#: Tolerance of heights, mm.
+#: Tolerance for heights, mm.
 HEIGHT = 0.002
-#: Half the width of a strip along each cut, mm; the ideal path must lie in this strip.
+#: Half width of the strip around each cut, mm. The ideal path must lie inside the strips.
 STRIP = 2.0 * TOLERANCE
 
 
 class Cuts:
-    """Straight moves of the mills below the top of the plate.
+    """The straight moves of the mills below the top of the plate.
 
-    - `ends`: start and end of each move, float64[n, 6], mm
-    - `lines`: the moves in the plane, as shapely lines
-    - `rows`: row of each move in the toolpath `path`
-    - `tools`: number of the tool of each move
-    - `lowest`, `highest`: lowest and highest height of each move, mm
+    Attributes
+    ----------
+    ends
+        Start and end of each move, float64[n, 6], mm.
+    lines
+        The moves in the plane, as shapely lines.
+    rows
+        Row of each move in the toolpath `path`.
+    tools
+        Tool number of each move.
+    lowest, highest
+        Minimum and maximum height of each move, mm.
     """
 
     def __init__(self, moves: StraightMoves, chosen: NDArray[np.bool_]) -> None:
@@ -44,7 +52,7 @@ class Cuts:
         return len(self.rows)
 
     def difference(self, what: Message, k: int, text: Message) -> Difference:
-        """Return a difference at the cut with index `k`."""
+        """Create a difference located at the cut with index `k`."""
         return Difference(what, 0, int(self.path.line[self.rows[k]]), text)
 
     @cached_property
@@ -52,24 +60,24 @@ class Cuts:
         return shapely.STRtree(self.lines)
 
     def along(self, path: Any) -> NDArray[np.int64]:
-        """Return the indices of the cuts within `TOLERANCE` of a path, in program order."""
+        """Return the indices of all cuts that stay within `TOLERANCE` of a path, in program order."""
         return self.within(path.buffer(TOLERANCE))
 
     def within(self, area: Any) -> NDArray[np.int64]:
-        """Return the indices of the cuts inside an area, in program order."""
+        """Return the indices of all cuts inside an area, in program order."""
         return np.sort(self._tree.query(area, predicate="covers"))
 
     def near(self, area: Any, distance: float) -> NDArray[np.int64]:
-        """Return the indices of the cuts within a distance of an area, mm, in program order."""
+        """Return the indices of all cuts within a distance of an area, mm, in program order."""
         return np.sort(self._tree.query(area, predicate="dwithin", distance=distance))
 
     def place(self, k: int) -> str:
-        """Return the end of the cut with index `k` as text."""
+        """Format the end point of the cut with index `k` as text."""
         return position_text(*self.ends[k, 3:].tolist())
 
 
 class FaceWork(NamedTuple):
-    """A piece of work: its name, the indices of its cuts, and its line or area."""
+    """An engraved path or a pocket: its name, the indices of its cuts, and its line or area."""
 
     name: str
     cuts: NDArray[np.int64]
@@ -78,11 +86,16 @@ class FaceWork(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The verdict on one operation.
+    """The verification result of an operation.
 
-    - `explained`: mask of the cuts that belong to the operation, bool[n]
-    - `differences`: differences of these cuts from the request
-    - `works`: pieces of work that must be finished before the edges that enclose or cross them
+    Attributes
+    ----------
+    explained
+        Mask of the cuts that belong to the operation, bool[n].
+    differences
+        Differences between these cuts and the request.
+    works
+        Engraved paths and pockets that must be finished before the edges that enclose or cross them.
     """
 
     explained: NDArray[np.bool_]
@@ -91,5 +104,5 @@ class Verdict:
 
 
 def strip_along(lines: NDArray[np.object_]) -> Any:
-    """Return the strip along some cuts; its round ends reach `STRIP` mm beyond them."""
+    """Return a strip around some cuts. Its rounded ends extend `STRIP` mm past the cuts."""
     return shapely.union_all(shapely.buffer(lines, STRIP))

@@ -1,7 +1,6 @@
-"""Check that each edge of the part is milled on the right side, through the plate, that it has its tabs, and that it is
-finished after roughing.
+"""Check that each edge of the part is milled through the plate on the correct side, with tabs and a finishing pass.
 
-The path beside each edge is computed with shapely, not with the offset of the planner.
+The check computes the path along each edge with shapely and does not use the planner's offset.
 """
 
 from __future__ import annotations
@@ -20,17 +19,18 @@ from leafcut.processes.part.model import Edge, PartRequest, shape_of
 from leafcut.processes.part.proof.cuts import HEIGHT, STRIP, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
 from leafcut.proof.difference import position_text
 
-#: Minimum width of the area of tool centres in an opening, mm; in a narrower area, the tool has no path.
+#: Minimum width of the area of tool centres in an opening, mm. A narrower area has no tool path.
 _NARROWEST = 0.01
-#: Chords per quarter of the circle that grows an edge.
+#: Number of chords per quarter circle when an edge is offset.
 _QUARTER = 256
 
 
 def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_], material: Any) -> Verdict:
-    """Check that each edge is cut through all around, except at tabs of the requested width and height.
+    """Check that the cuts go through the plate all around each edge, except at tabs of the requested size.
 
-    With an allowance, roughing leaves it on the wall, and the cuts along the edge follow. `others` are the cuts of
-    other operations, which do not count for the order of the edges. `material` is the area of the finished part.
+    If a finishing allowance is requested, roughing must leave it on the wall, and a finishing pass must follow.
+    `others` marks the cuts of other operations, which do not affect the order of the edges. `material` is the area of
+    the finished part.
     """
     shapes, tabs = [shape_of(edge) for edge in request.edges], request.tabs
     rings = [
@@ -59,9 +59,9 @@ def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_], mat
 
 
 def _centre_rings(shape: Any, edge: Edge, radius: float, material: Any) -> list[Any]:
-    """Return the closed paths of the tool's centre along an edge, as shapely lines.
+    """Return the closed paths of the tool centre along an edge, as shapely lines.
 
-    A path that would take the tool into the finished part, as in a gap narrower than the tool, is left out.
+    A path is left out if the tool would cut into the finished part, for example in a gap that is too narrow.
     """
     grown = shape.buffer(-radius if edge.inside else radius, quad_segs=_QUARTER)
     pieces = [piece for piece in getattr(grown, "geoms", [grown]) if not piece.is_empty]
@@ -71,7 +71,7 @@ def _centre_rings(shape: Any, edge: Edge, radius: float, material: Any) -> list[
 
 
 def _owners(cuts: Cuts, rings: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
-    """Return the edge whose path each cut follows, int64[n]; -1 if a cut follows none."""
+    """Return the index of the edge that each cut follows, or -1 if a cut does not follow an edge, int64[n]."""
     owner = np.full(len(cuts), -1, dtype=np.int64)
     for number, own in enumerate(rings):
         for ring in own:
@@ -82,9 +82,9 @@ def _owners(cuts: Cuts, rings: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
 def _check_ring(
     request: PartRequest, edge: Edge, ring: Any, cuts: Cuts, mine: NDArray[np.int64], into_tabs: shapely.STRtree
 ) -> list[Difference]:
-    """Check that the moves along a ring cut through the plate, except at tabs.
+    """Check that the moves along a ring cut through the plate everywhere except at tabs.
 
-    `into_tabs` contains all cuts below the tops of tabs.
+    `into_tabs` contains all cuts that go below the tops of the tabs.
     """
     tabs, diameter = request.tabs, 2.0 * request.radius
     lines, highest = cuts.lines[mine], cuts.highest[mine]
@@ -118,8 +118,10 @@ def _check_ring(
 
 
 class _Roughing(NamedTuple):
-    """Paths of the tool's centre that leave the allowance on an edge, the cuts along them before the first cut that is
-    nearer to the edge, and the nearer cuts.
+    """The roughing of an edge.
+
+    `rings` are the paths of the tool centre that leave the allowance. `nearer` contains the cuts that are closer to the
+    edge. `before` contains the cuts along the rings that come before the first of these closer cuts.
     """
 
     rings: list[Any]
@@ -135,7 +137,7 @@ def _roughing(
     others: NDArray[np.bool_],
     material: Any,
 ) -> list[_Roughing]:
-    """Return the roughing of each edge. Cuts of other operations do not count as nearer."""
+    """Collect the roughing cuts of each edge. Cuts of other operations never count as closer to the edge."""
     wide = request.radius + request.finish
     rough_rings = [
         _centre_rings(shape, edge, wide, material) for shape, edge in zip(shapes, request.edges, strict=True)
@@ -154,7 +156,7 @@ def _roughing(
 
 
 def _allowance(ring: Any, edge: Edge, finish: float) -> Any:
-    """Return the area between a path along an edge and the path that leaves the allowance."""
+    """Return the area between the exact path and the roughing path of an edge."""
     area, strip = shapely.Polygon(ring), ring.buffer(finish + TOLERANCE)
     return strip & area.buffer(TOLERANCE) if edge.inside else strip - area.buffer(-TOLERANCE)
 
@@ -189,7 +191,7 @@ def _check_roughing(
 def _check_direction(
     request: PartRequest, edge: Edge, ring: Any, cuts: Cuts, mine: NDArray[np.int64]
 ) -> list[Difference]:
-    """Check that the level cuts at full depth along a ring have the direction of milling."""
+    """Check that level cuts along a ring at full depth run in the requested milling direction."""
     deep = mine[cuts.highest[mine] <= request.bottom + HEIGHT]
     deep = np.intersect1d(deep, cuts.along(ring))
     start, end = (shapely.line_locate_point(ring, shapely.points(cuts.ends[deep, k : k + 2])) for k in (0, 3))
@@ -205,7 +207,7 @@ def _check_direction(
 
 
 def _check_bore(request: PartRequest, edge: Edge, shape: Any, lines: NDArray[Any]) -> list[Difference]:
-    """Check that no slug remains in a bore."""
+    """Check that the cuts leave no slug in a bore."""
     slug = shape.buffer(-STRIP).difference(shapely.union_all(lines).buffer(request.radius, quad_segs=_QUARTER))
     if slug.is_empty:
         return []
@@ -215,13 +217,13 @@ def _check_bore(request: PartRequest, edge: Edge, shape: Any, lines: NDArray[Any
 
 
 def _is_cut_through(piece: Any, ring: Any, edge: Edge, request: PartRequest, into_tabs: shapely.STRtree) -> bool:
-    """Return whether a cut reaches the area that must remain of the tab on a piece of the ring."""
+    """Return whether a cut enters the area of the tab that lies on a piece of the ring."""
     area = _tab_area(piece, ring, edge, request)
     return len(into_tabs.query(area, predicate="dwithin", distance=request.radius - 2.0 * STRIP)) > 0
 
 
 def _tab_area(piece: Any, ring: Any, edge: Edge, request: PartRequest) -> shapely.Polygon:
-    """Return the area that must remain of the tab on a piece of the ring."""
+    """Return the area of the tab that lies on a piece of the ring. No cut may enter this area."""
     start, end = piece.coords[0], piece.coords[-1]
     middle = piece.interpolate(0.5, normalized=True).coords[0]
     left = shapely.Point(middle[0] - _NARROWEST * (end[1] - start[1]), middle[1] + _NARROWEST * (end[0] - start[0]))
@@ -230,18 +232,18 @@ def _tab_area(piece: Any, ring: Any, edge: Edge, request: PartRequest) -> shapel
 
 
 def _left(ring: Any, lines: NDArray[Any]) -> list[Any]:
-    """Return the pieces of a ring that no line follows."""
+    """Return the pieces of a ring that are not covered by any line."""
     rest = _joined(ring.difference(strip_along(lines)))
     return [piece for piece in shapely.get_parts(rest) if piece.length > TOLERANCE]
 
 
 def _joined(pieces: Any) -> Any:
-    """Join the two pieces that meet at the start of a ring."""
+    """Join the two pieces that meet at the start point of a ring."""
     return shapely.line_merge(pieces) if pieces.geom_type == "MultiLineString" else pieces
 
 
 def _check_held(request: PartRequest, through: NDArray[Any], material: Any) -> list[Difference]:
-    """Check that the cuts through the plate leave each part connected to its surroundings, if tabs were requested."""
+    """Check that each part stays connected to its surroundings after all through cuts, if tabs were requested."""
     if not request.tabs.count or material.is_empty:
         return []
     plate = request.sheet or shapely.box(*shapely.bounds(material.envelope.buffer(8.0 * request.radius)))

@@ -1,4 +1,6 @@
-"""Check that each engraved path is engraved once, over its whole length, with its tool, to its depth."""
+"""Check that each path is engraved exactly once, over its full length, with the correct tool and to the correct
+depth.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +15,12 @@ from leafcut.processes.part.model import Engraving, PartRequest
 from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
 from leafcut.proof.difference import position_text
 
-#: Largest ratio of the length of the cuts at full depth to the length of the path.
+#: Maximum length of the cuts at full depth, relative to the length of the path.
 _ONCE = 1.01
 
 
 def check_engravings(request: PartRequest, cuts: Cuts) -> Verdict:
-    """Return the cuts that engrave a path, and the differences of the engraved paths from the request."""
+    """Find the cuts that engrave a path, and check them against the request."""
     explained = np.zeros(len(cuts), dtype=np.bool_)
     differences, works = [], []
     lines = [engraving.line for engraving in request.engravings]
@@ -41,7 +43,7 @@ def check_engravings(request: PartRequest, cuts: Cuts) -> Verdict:
 
 
 def _check_path(engraving: Engraving, line: Any, drawn: float, cuts: Cuts, floor: Any) -> list[Difference]:
-    """Check that the cuts at full depth cover the whole path, and that they are not longer than `drawn` mm."""
+    """Check that the cuts at full depth cover the whole path, and that their total length is at most `drawn` mm."""
     left = line.difference(strip_along(cuts.lines[floor]))
     if left.length > TOLERANCE:
         x, y = shapely.get_coordinates(left)[0].tolist()

@@ -1,4 +1,4 @@
-"""Check that each hole is drilled once, with its drill, to its depth, and before all cuts."""
+"""Check that each hole is drilled exactly once, with the correct drill, to the correct depth, and before all cuts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from leafcut.proof.difference import position_text
 def check_holes(
     request: PartRequest, moves: StraightMoves, drilling: NDArray[np.bool_], cuts: Cuts
 ) -> list[Difference]:
-    """Check that each hole is drilled once, to its depth, before the first cut, and that nothing else is drilled."""
+    """Check that each hole is drilled once to its depth before the first cut.
+
+    The program must not drill anything else.
+    """
     ends, tools, rows = moves.ends[drilling], moves.tool[drilling], moves.row[drilling]
     wanted = np.array([(hole.x, hole.y) for hole in request.holes]).reshape(-1, 2)
     differences, visits = [], [0] * len(wanted)

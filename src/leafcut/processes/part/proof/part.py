@@ -1,7 +1,7 @@
-"""Compare a program with the request of a part: all work is done, and no other cut exists.
+"""Check that a program does all the requested work on a part, and makes no other cuts.
 
-The program is read as straight moves of its tools. Each operation claims the moves that do its work. Each unclaimed
-move is a difference.
+The program is read back as straight tool moves. Each operation claims the moves that belong to it. Every unclaimed move
+is reported as a difference.
 """
 
 from __future__ import annotations
@@ -26,25 +26,27 @@ from leafcut.processes.part.proof.pockets import check_pockets
 from leafcut.processes.part.proof.rapids import check_rapids
 from leafcut.proof.difference import cap_differences
 
-#: Maximum length of a straight move, mm; no move is divided.
+#: Maximum length of a straight move, mm. Moves are not divided.
 _WHOLE = 1e9
 
 
 def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
-    """Return the differences between a program and the request; an empty list is the proof.
+    """Compare a program with the request. The program is correct if the returned list is empty.
 
-    1. No cut takes the tool into the finished part or below the request's `bottom`.
-    2. Each cut runs along an edge, and each edge is cut through all around, except at its tabs.
-    3. Each tab is as wide as requested, is cut down to its top, and no cut goes through it.
-    4. An edge is finished before the cut of an edge around it starts.
-    5. With tabs, each part is connected to the plate after all cuts.
-    6. Each hole is drilled once, with its tool, to its depth, before the cuts; nothing else is drilled.
-    7. Each engraved path is engraved once, to its depth, before the edges that enclose or cross it.
-    8. Each pocket is cleared to its depth, before the edges in it and around it. No level is deeper than the step-down
-       below the level before it, and moves faster than the feed go through air.
-    9. With an allowance, roughing leaves it on each wall, and a pass along the wall follows, at full depth and in the
-       direction of milling.
-    10. Rapids below the top are vertical, and go down over cleared material only.
+    The comparison checks these rules:
+
+    1. No cut takes the tool into the finished part or below `bottom`.
+    2. Each cut runs along an edge. The cuts go through the plate all around each edge, except at its tabs.
+    3. Each tab has the requested width and is cut down to its top, and no cut goes through it.
+    4. An edge is finished before the tool cuts an edge around it.
+    5. If tabs are requested, each part stays connected to the plate after all cuts.
+    6. Each hole is drilled once with its tool, to its depth, before all cuts. Nothing else is drilled.
+    7. Each path is engraved once, to its depth, before the edges that enclose or cross it.
+    8. Each pocket is cleared to its depth before the edges inside and around it. No level exceeds the step-down, and
+       moves faster than the feed do not touch material.
+    9. If a finishing allowance is requested, roughing leaves it on each wall. A pass along the wall follows at full
+       depth in the milling direction.
+    10. Rapids below the top are vertical, and only descend over cleared material.
     """
     moves = straight_moves(written, CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)
@@ -69,9 +71,9 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
 def _check_places(
     request: PartRequest, cuts: Cuts, edges: Verdict, others: NDArray[np.bool_], material: Any
 ) -> list[Difference]:
-    """Check that each cut belongs to an operation, and that no cut is too deep or inside the finished part.
+    """Check that each cut belongs to an operation, and that no cut is too deep or enters the finished part.
 
-    `material` is the area of the finished part. `others` marks the cuts of operations on the face of the part.
+    `material` is the area of the finished part. `others` marks the cuts of engravings and pockets.
     """
     in_part = shapely.dwithin(cuts.lines, material, request.radius - TOLERANCE) & ~others
     differences = [
@@ -98,11 +100,11 @@ def _check_places(
 
 
 def _check_order(request: PartRequest, cuts: Cuts, edges: Verdict, works: Sequence[FaceWork]) -> list[Difference]:
-    """Check that engravings and pockets are finished before the edges that enclose or cross them, and inner edges
-    before outer edges.
+    """Check the order of the work.
 
-    A cut along an edge never counts as part of a pocket, because the mill passes through a pocket when it enters an
-    opening in the floor.
+    Engravings and pockets must be finished before the edges that enclose or cross them. Inner edges must be finished
+    before outer edges. Cuts along an edge never count as part of a pocket, because the mill passes through a pocket
+    when it enters an opening in the pocket's floor.
     """
     names, own_cuts, shapes = zip(*edges.works, strict=True) if edges.works else ((), (), ())
     pairs = [(edges.works[k], around) for k, edge in enumerate(request.edges) for around in edge.within]

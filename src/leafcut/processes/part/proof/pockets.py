@@ -1,4 +1,4 @@
-"""Check that each pocket is cleared to its depth as far as the mill reaches, and that no cut leaves it."""
+"""Check that each pocket is cleared to its depth wherever the mill fits, and that no cut leaves the pocket."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork,
 from leafcut.processes.pocket.proof.pocket import air_differences, depth_differences
 from leafcut.proof.difference import position_text
 
-#: Share of the reachable area that may stay uncut, and largest side of an uncut square in diameters of the mill.
+#: Maximum share of the reachable area that may remain uncut, and maximum side of an uncut square, in mill diameters.
 _LEFT, _WIDEST_LEFT = 0.001, 0.25
-#: Largest overlap of the mill with the walls of a slot as wide as the mill, mm; more would count parts of passages that
-#: are too narrow.
+#: Maximum overlap of the mill with the walls of a slot as wide as the mill, mm. A larger value would accept passages
+#: that are too narrow.
 _SLACK = 0.005
-#: Chords per quarter of the circle of the tool.
+#: Number of chords per quarter of the tool circle.
 _QUARTER = 64
 
 
 def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
-    """Return the verdict on the cuts inside pockets and not below their floors.
+    """Check the cuts that lie inside a pocket and above its floor.
 
-    Areas that are not cleared, cuts deeper than the step-down, and cuts faster than the feed are differences.
+    The check reports uncleared areas, cuts that exceed the step-down, and cuts that exceed the feed.
     """
     explained = np.zeros(len(cuts), dtype=np.bool_)
     differences, works = [], []
@@ -51,7 +51,7 @@ def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
 
 
 def _check_load(mill: PocketMill, cuts: Cuts, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Difference]:
-    """Check the step-down of the cuts in some rows, and that moves faster than the feed go through air."""
+    """Check the step-down of cuts, and check that moves faster than the feed do not touch material."""
     other = np.isin(cuts.path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     other[rows] = False
     path = replace(cuts.path, kind=np.where(other, Kind.RAPID, cuts.path.kind).astype(cuts.path.kind.dtype))
@@ -79,8 +79,10 @@ def _check_walls(
     own: np.ndarray[tuple[int], np.dtype[np.int64]],
     floor: np.ndarray[tuple[int], np.dtype[np.int64]],
 ) -> list[Difference]:
-    """Check that roughing clears the pocket except for the allowance on its walls before the first cut nearer to
-    them, and that a pass along each wall follows.
+    """Check roughing and finishing along the walls of a pocket.
+
+    Roughing must clear the whole pocket except for the allowance before any cut gets closer to the walls. A pass along
+    each wall must follow.
     """
     wide, differences = radius + finish, []
     for centres in shapely.get_parts(pocket.region.buffer(-radius, quad_segs=_QUARTER)):
@@ -104,7 +106,7 @@ def _check_walls(
 def _uncleared_place(
     radius: float, reachable: Any, cuts: Cuts, floor: np.ndarray[tuple[int], np.dtype[np.int64]]
 ) -> str | None:
-    """Return a place in an area that some cuts do not clear, apart from small remainders; None without one."""
+    """Return a point that the cuts do not clear, as text, or None if only small remainders are left."""
     cleared = shapely.union_all(shapely.buffer(cuts.lines[floor], radius, quad_segs=_QUARTER))
     # Films along the walls come from the tolerance of the path.
     left = reachable.difference(cleared).buffer(-TOLERANCE).buffer(TOLERANCE)

@@ -1,4 +1,4 @@
-"""Check that rapids below the top of the plate are vertical, and go down over cleared material only."""
+"""Check that rapids below the top of the plate are vertical, and only descend over cleared material."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.proof.difference import position_text
 
 
 def check_rapids(request: PartRequest, moves: StraightMoves, cuts: Cuts) -> list[Difference]:
-    """Return a `Difference` for each rapid of the program that may touch material."""
+    """Return a `Difference` for each rapid that may hit material."""
     start, end = moves.ends[:, :3], moves.ends[:, 3:]
     low = moves.rapid & (np.minimum(start[:, 2], end[:, 2]) < -HEIGHT)
     level = np.hypot(*(end - start)[:, :2].T) > TOLERANCE
@@ -29,7 +29,7 @@ def check_rapids(request: PartRequest, moves: StraightMoves, cuts: Cuts) -> list
 
 
 def _is_drilled(moves: StraightMoves, k: int) -> bool:
-    """Return whether the drill has already drilled to the end of the rapid `k`, or deeper."""
+    """Return whether the hole below rapid `k` was drilled to the end of the rapid or deeper."""
     before = ~moves.rapid & (moves.row < moves.row[k]) & (moves.tool == moves.tool[k])
     place, ends = moves.ends[k, 3:], moves.ends[before, 3:]
     same = np.hypot(*(ends - place)[:, :2].T) <= TOLERANCE
@@ -37,7 +37,7 @@ def _is_drilled(moves: StraightMoves, k: int) -> bool:
 
 
 def _is_cleared(request: PartRequest, moves: StraightMoves, k: int, cuts: Cuts) -> bool:
-    """Return whether the mill has cleared the area under the end of a rapid down to its height."""
+    """Return whether the mill has cleared the area under a rapid down to the height at which the rapid ends."""
     place, tool = moves.ends[k, 3:], moves.tool[k]
     radius = {one.tool: one.radius for one in map(request.mill_of, request.pockets)}.get(int(tool), request.radius)
     disc = shapely.Point(place[:2]).buffer(radius - TOLERANCE)

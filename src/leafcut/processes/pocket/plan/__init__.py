@@ -1,1 +1,3 @@
-"""Planning of pockets: possible positions of the tool, paths that clear a region, levels, entries and walls."""
+"""Plan the milling of pockets: possible tool positions, paths that clear a region, levels, entry moves and wall
+passes.
+"""

@@ -1,10 +1,10 @@
-"""Clear a region with limited engagement, by arcs along the medial axis.
+"""Clear a region with limited engagement, using arcs along the medial axis.
 
-A helix and a spiral clear the largest disc in the region of tool centres. From there, discs that touch the walls on
-both sides follow the medial axis into every branch and corner. The tool clears each disc by an arc along its front, and
-returns through the cleared area to the start of the next arc. The next disc is the most distant disc with an arc that
-stays within the engagement limit. The engagement is exact, because the cleared area is a union of discs
-(`ClearedDiscs`).
+First, a helix and a spiral clear the largest disc that fits into the region of tool centres. From this disc, a series
+of discs follows the medial axis into every branch and corner. Each of these discs touches the walls on both sides. The
+tool cuts an arc along the front of a disc, then returns through the cleared area to the start of the next arc. The next
+disc is as far away as the engagement limit allows. The engagement can be computed exactly, because the cleared area is
+a union of discs (`ClearedDiscs`).
 
 Sources: M. Held, C. Spielberger, "A smooth spiral tool path for high speed machining of 2D pockets", Computer-Aided
 Design 41 (2009), for discs on the axis; G. Elber, E. Cohen, S. Drake, "MATHSM: medial axis transform toward high speed
@@ -30,32 +30,34 @@ from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Safety margin of the engagement limit, rad, because the engagement is sampled and may peak between two samples.
+#: Safety margin for the engagement limit, rad. The engagement is sampled, so it may peak between two samples.
 MARGIN = math.radians(0.4)
-#: Radius of the entry helix, in tool radii; less than 1, so that no core remains.
+#: Radius of the entry helix, in tool radii. It is less than 1, so that the helix leaves no core.
 HELIX = 0.9
-#: Maximum height of the cusps that arcs leave on a wall, in mm and relative to the maximum cut width; the wall pass
-#: removes them.
+#: Maximum height of the cusps that arcs leave on a wall, in mm and relative to the maximum cut width. The wall pass
+#: removes the cusps.
 CUSP, CUSP_SHARE = 0.05, 0.25
-#: Cuts thinner than this are left for the next arc; relative to the maximum cut width.
+#: Minimum thickness of a cut, relative to the maximum cut width. Thinner cuts are left for the next arc.
 THIN = 0.03
-#: Maximum thickness of a film in the tip of a corner that is left for the wall pass, relative to the path tolerance.
+#: Maximum thickness of a film in the tip of a corner, relative to the path tolerance. The wall pass removes such a
+#: film.
 FILM = 0.6
-#: Number of bisections between a possible disc and a disc that is too far away.
+#: Number of bisections between a disc that is close enough and a disc that is too far away.
 _HALVINGS = 5
-#: Factor by which a step that proves slightly too long is shortened.
+#: Factor that shortens a step that turns out slightly too long.
 _BACK = 0.8
-#: Minimum step to a new disc, mm; if only shorter steps are possible, the engagement limit cannot be met.
+#: Minimum step to a new disc, mm. If only shorter steps are possible, the path cannot meet the engagement limit.
 _STUCK = 1e-5
-#: A branch leads into a corner if its end is closer to the boundary than this distance, in sample spacings.
+#: Maximum distance from the end of a branch to the boundary at which the branch counts as leading into a corner, in
+#: sample spacings.
 _IN_CORNER = 4.0
-#: Maximum number of samples on the boundary for the medial axis; it limits memory.
+#: Maximum number of boundary samples for the medial axis, which limits the memory use.
 _MOST_SAMPLES = 200_000
-#: Number of nearest discs from which an engagement is computed; other discs could only reduce it.
+#: Number of nearest discs that are used to compute an engagement. All other discs could only reduce the engagement.
 _NEAREST = 96
 #: Samples of the engagement along an arc: spacing, in tool radii, and maximum number.
 _APART, _MOST = 0.1, 160
-#: Finer sampling for a safe result, because cusps of earlier arcs cause short peaks of the engagement.
+#: Denser sampling for a reliable result, because cusps of earlier arcs cause short peaks of the engagement.
 _APART_SURE, _MOST_SURE = 0.025, 1000
 _HALF = 0.5 * math.pi
 #: Rounding tolerance for points on the edge of a disc, mm.
@@ -63,10 +65,14 @@ _SLACK = 1e-6
 
 
 def adaptive(region: CentreRegion) -> PocketPath:
-    """Return a path that clears a region within the engagement limit, then a pass along its walls.
+    """Return a path that clears a region within the engagement limit and then follows the walls.
 
-    The engagement also stays below that of a straight cut as wide as the step-over. Raises PlanError if no limit is
-    given, or if the region is too narrow for the limit.
+    The engagement also never exceeds the engagement of a straight cut as wide as the step-over.
+
+    Raises
+    ------
+    PlanError
+        The rules have no engagement limit, or the region is too narrow for the limit.
     """
     limit = region.rules.max_engagement
     if limit is None:
@@ -86,7 +92,7 @@ def adaptive(region: CentreRegion) -> PocketPath:
 
 @dataclass(frozen=True, eq=False)
 class _ClearedPoint:
-    """A point of the medial axis, float64[2], mm, whose disc is cleared.
+    """A point on the medial axis, float64[2], mm, whose disc has been cleared.
 
     `disc` is the index of a cleared disc that contains the point.
     """
@@ -115,7 +121,7 @@ class _AdaptivePath:
 
     @property
     def width_at_limit(self) -> float:
-        """Radial width of a straight cut at the engagement limit, mm."""
+        """Width of a straight cut that just reaches the engagement limit, mm."""
         return self.rules.radius * (1.0 - math.cos(self.limit))
 
     def clear_widest_disc(self, axis: Axis) -> None:
@@ -137,10 +143,14 @@ class _AdaptivePath:
         self.at = self.pieces[-1].path.end
 
     def _spiral(self, first: float, last: float) -> Points:
-        """Return a spiral around (0, 0) that ends with a full circle, float64[n, 2]; radii are in mm.
+        """Return a spiral around (0, 0) that ends with a full circle, float64[n, 2]. The radii are in mm.
 
-        A tool of radius r that widens a hole from r + ρ − w to r + ρ has the engagement φ with (r + ρ − w)² = ρ² + r² +
-        2ρr cos φ. The width w increases with ρ, so a growth of w(ρ) per turn cuts at most w(ρ).
+        A tool with radius r widens a hole from r + ρ − w to r + ρ. Its engagement is φ, where
+
+            (r + ρ − w)² = ρ² + r² + 2ρr cos φ.
+
+        At the engagement limit, the width w increases with ρ. A spiral that grows by w(ρ) per turn therefore never cuts
+        more than w(ρ).
         """
         radii, angles, full = [first], [0.0], math.inf
         while angles[-1] < full:
@@ -172,8 +182,9 @@ class _AdaptivePath:
             stack += [(child, node) for child in reversed(children[node])]
 
     def _clear_along_edge(self, start: Floats, end: Floats, spot: _ClearedPoint, to_end: bool) -> _ClearedPoint:
-        """Clear the axis between two neighbouring points with as few discs as possible. Return the last cleared
-        point.
+        """Clear the axis between two neighbouring points with as few discs as possible.
+
+        Return the last point that was cleared.
         """
         good = 0.0
         while not self._can_clear(end, spot, to_end):
@@ -203,10 +214,10 @@ class _AdaptivePath:
         return self._clear_disc(end, spot) if to_end else spot
 
     def _closer_point(self, at: Floats, spot: _ClearedPoint) -> Floats:
-        """Move `at` towards the last cleared point until the disc around it can be cleared next; return this position.
+        """Move `at` towards the last cleared point until the disc around it can be cleared next.
 
-        The line to the last cleared point stays in the region, because a point outside would be closer to the boundary
-        than to the last disc.
+        Return the new position. The connecting line always stays in the region. Any point outside the region would be
+        closer to the boundary than to the last disc.
         """
         part = 1.0
         while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
@@ -219,9 +230,10 @@ class _AdaptivePath:
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
     def _can_clear(self, at: Floats, spot: _ClearedPoint, sure: bool = False) -> bool:
-        """Return whether the disc at a point can be cleared next within the limit, and without leaving a large cusp.
+        """Return whether the disc around a point can be cleared next.
 
-        If `sure`, the engagement is sampled more finely.
+        This must neither exceed the engagement limit nor leave a large cusp. With `sure`, the engagement is sampled
+        more densely.
         """
         (x, y), radius = at.tolist(), self._radius(at)
         if not self._uncut_arcs(x, y, radius):
@@ -235,15 +247,16 @@ class _AdaptivePath:
         return self.fronts.engagement(x, y, radius, sure) <= self._engagement_limit(radius)
 
     def _uncut_arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the uncut arcs of a disc as start angle and sweep, rad; empty if only a film in a corner remains."""
+        """Return the start angle and sweep, rad, of each uncut arc of a disc. Thin films in corners are ignored."""
         if radius < self.fine and self.fronts.contains_disc(x, y, radius, 0.5 * self.rules.tolerance):
             return []
         return self.fronts.arcs(x, y, radius)
 
     def _engagement_limit(self, radius: float) -> float:
-        """Return the engagement limit on a circle, rad. It is lower on small circles, where films have a larger effect.
+        """Return the engagement limit on a circle, rad.
 
-        A film of thickness h in a hole of radius r + ρ has the effect of a film of h (1 + r/ρ) at a straight edge.
+        Small circles have a lower limit, because films matter more there. A film of thickness h in a hole of radius r +
+        ρ has the same effect as a film of thickness h (1 + r/ρ) at a straight edge.
         """
         tool = self.rules.radius
         film = self.fine * (1.0 + tool / max(radius, self.fine))
@@ -264,12 +277,12 @@ class _AdaptivePath:
         return _ClearedPoint(self.disc, at)
 
     def _disc_around(self, place: tuple[float, float], first: int) -> int:
-        """Return the index of a cleared disc that contains a position; `first` is preferred."""
+        """Return the index of a cleared disc that contains a position. The disc `first` takes precedence."""
         x, y, radius = self.fronts.discs[first].tolist()
         return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
 
     def _link_to(self, to: tuple[float, float], disc: int) -> None:
-        """Move through the cleared area to the position `to`, which lies in the given disc."""
+        """Move through the cleared area to the position `to`, which must lie inside the given disc."""
         discs = self._discs_between(self.disc, disc)
         places = [self.at, *(self._lens_middle(a, b) for a, b in pairwise(discs)), to]
         corners, i = [places[0]], 0
@@ -292,7 +305,7 @@ class _AdaptivePath:
         return up + down[-2::-1]
 
     def _lens_middle(self, a: int, b: int) -> tuple[float, float]:
-        """Return the middle of the overlap of two discs, on the line between their centres."""
+        """Return the centre of the overlap of two discs, which lies on the line between their centres."""
         (ax, ay, ar), (bx, by, br) = self.fronts.discs[[a, b]].tolist()
         far = math.dist((ax, ay), (bx, by))
         middle = 0.5 * (max(-ar, far - br) + min(ar, far + br)) / far if far else 0.0
@@ -307,7 +320,7 @@ class _AdaptivePath:
             self.pieces.append(PocketPiece(as_polyline(wall), "finish"))
 
     def _started_at_least_material(self, ring: Points) -> Points:
-        """Return a closed ring that starts where the least material remains, away from its corners."""
+        """Rotate a closed ring so that it starts where the least material remains, away from its corners."""
         edges = np.roll(ring, -1, axis=0) - ring
         count = np.maximum(np.hypot(edges[:, 0], edges[:, 1]) / (0.2 * self.rules.radius), 1.0).astype(np.int64)
         row = np.repeat(np.arange(len(ring)), count)
@@ -332,9 +345,15 @@ def _arc(x: float, y: float, radius: float, start: float, sweep: float) -> Polyl
 class Axis:
     """The medial axis as a tree of points.
 
-    - `xy`: points, float64[n, 2], mm; the first point is the root (widest point), other points follow their parents
-    - `width`: distance of each point from the boundary of the region, float64[n], mm
-    - `parent`: index of the parent of each point, int64[n]; -1 for the root
+    Attributes
+    ----------
+    xy
+        Points, float64[n, 2], mm. The first point is the root, which is the widest point. Parents precede their
+        children.
+    width
+        Distance from each point to the boundary of the region, float64[n], mm.
+    parent
+        Index of the parent of each point, or -1 for the root, int64[n].
     """
 
     xy: Points
@@ -342,7 +361,7 @@ class Axis:
     parent: NDArray[np.int64]
 
     def children(self) -> list[list[int]]:
-        """Return the children of each point, sorted by the length of their branches, shortest first."""
+        """Return the children of each point. The child with the shortest branch comes first."""
         below = np.zeros(len(self.xy))
         follow: list[list[int]] = [[] for _ in below]
         for i in range(len(below) - 1, 0, -1):
@@ -355,13 +374,14 @@ class Axis:
 
 
 def medial_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
-    """Return the medial axis of a polygon, from the Voronoi diagram of points on its boundary, `spacing` mm apart.
+    """Compute the medial axis of a polygon from the Voronoi diagram of boundary points that are `spacing` mm apart.
 
-    Cycles around islands are cut at their narrowest points. Branches into corners are extended to the corner. A branch
-    is removed if its discs extend beyond the disc at its fork by less than the tolerance, because such a branch only
-    leads to a vertex between two chords. Source: J. W. Brandt, "Convergence and continuity criteria for discrete
-    approximations of the continuous planar skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the
-    diagram converge to the axis.
+    A cycle around an island is cut at its narrowest point. Branches that lead into a corner are extended to the corner.
+    A branch is removed if its discs stay inside the disc at its fork, within the tolerance. Such a branch only leads to
+    a vertex between two chords.
+
+    Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the continuous planar
+    skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the axis.
     """
     points = _boundary_points(polygon, spacing)
     lines = shapely.voronoi_polygons(shapely.MultiPoint(points), only_edges=True)
@@ -392,9 +412,14 @@ def _boundary_points(polygon: Any, spacing: float) -> Points:
 
 
 def _widest_spanning_tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
-    """Return the points in the order in which the widest spanning tree reaches them, and the parent of each point.
+    """Build the spanning tree that always grows at the widest reachable point.
 
-    A parent is an index in this order.
+    Returns
+    -------
+    order
+        The points in the order in which the tree reaches them.
+    parent
+        Position of each point's parent in this order.
     """
     near: list[list[int]] = [[] for _ in xy]
     for a, b in pairs.tolist():
@@ -419,7 +444,7 @@ def _widest_spanning_tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -
 
 
 def _extend_into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
-    """Extend each branch that ends near a corner of the boundary into the corner."""
+    """Extend branches into the corners of the boundary if they end nearby."""
     leaf = np.ones(len(axis.xy), dtype=bool)
     leaf[axis.parent[1:]] = False
     leaf[0] = False
@@ -439,7 +464,7 @@ def _extend_into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
 
 
 def _prune_branches(axis: Axis, tolerance: float) -> Axis:
-    """Remove the branches whose discs lie inside the disc at their fork, within the tolerance."""
+    """Remove branches whose discs stay inside the disc at the fork, within the tolerance."""
     n = len(axis.xy)
     parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
     keep = np.ones(n, dtype=bool)
@@ -470,10 +495,16 @@ def _prune_branches(axis: Axis, tolerance: float) -> Axis:
 
 
 class ClearedDiscs:
-    """The discs cleared so far, in order.
+    """The discs that have been cleared so far, in order.
 
-    `turn` is 1 for counter-clockwise arcs, and -1 for clockwise arcs. Some material is not worth cutting: films up to
-    a thickness of `fine` mm, and chips no thicker than in a straight cut of `thin` mm width.
+    Attributes
+    ----------
+    turn
+        1 for counter-clockwise arcs, and -1 for clockwise arcs.
+    fine
+        Maximum thickness of a film that is not worth cutting, mm.
+    thin
+        Chips are not worth cutting if they are no thicker than in a straight cut of this width, mm.
     """
 
     def __init__(self, tool_radius: float, turn: int, fine: float, thin: float) -> None:
@@ -497,15 +528,15 @@ class ClearedDiscs:
         return self.count - 1
 
     def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the arcs of a circle outside all discs, as start angle and sweep, rad, in the direction of `turn`.
+        """Return the start angle and sweep, rad, of each arc of a circle that lies outside all discs.
 
-        Arcs within `fine` mm of the discs, and arcs with thinner chips than a straight cut of width `thin` mm, are
-        omitted.
+        The arcs run in the direction of `turn`. An arc is skipped if it is within `fine` mm of the discs, or if its
+        chips are thinner than in a straight cut with a width of `thin` mm.
         """
         return self._arcs(x, y, radius, self.discs)
 
     def contains_disc(self, x: float, y: float, radius: float, but: float) -> bool:
-        """Return whether a cleared disc contains the given disc, except for a film of `but` mm."""
+        """Return whether a single cleared disc contains the given disc, apart from a film of `but` mm."""
         discs = self.discs
         return bool((np.hypot(discs[:, 0] - x, discs[:, 1] - y) + radius <= discs[:, 2] + but).any())
 
@@ -539,9 +570,9 @@ class ClearedDiscs:
         return float(gaps.min(axis=1).max())
 
     def engagement(self, x: float, y: float, radius: float, sure: bool = False) -> float:
-        """Return the maximum engagement of the tool along the uncut arcs of a circle, rad; 0 in air.
+        """Return the maximum engagement along the uncut arcs of a circle, rad, or 0 in air.
 
-        If `sure`, the engagement is sampled at more points.
+        With `sure`, the engagement is sampled at more points.
         """
         discs = self.discs
         gap = np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]
@@ -560,9 +591,9 @@ class ClearedDiscs:
         return float(self._engagement_at(x, y, radius, angle, discs).max())
 
     def _engagement_at(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
-        """Return the engagement at points of a circle, float64[k], rad.
+        """Return the engagement at several points of a circle, float64[k], rad.
 
-        The engagement is the angle of the tool's front half that is in uncut material.
+        The engagement is the angle over which the front half of the tool touches uncut material.
         """
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]
@@ -585,14 +616,18 @@ class ClearedDiscs:
         return math.pi - np.minimum(covered, math.pi)
 
     def nearest(self, x: float, y: float) -> int:
-        """Return the index of the disc in which a point is deepest, or of the nearest disc if it is outside all
-        discs.
+        """Return the index of the disc that contains a point most deeply.
+
+        Outside all discs, return the nearest disc.
         """
         discs = self.discs
         return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
 
     def distances_outside(self, places: Floats) -> Floats:
-        """Return the distances of points from the union of all discs, float64[k], mm; negative inside."""
+        """Return the distance of each point from the union of all discs, float64[k], mm.
+
+        Points inside have a negative distance.
+        """
         discs, gaps = self.discs, np.full(len(places), np.inf)
         for first in range(0, len(discs), 256):
             some = discs[first : first + 256]
@@ -601,7 +636,10 @@ class ClearedDiscs:
         return gaps
 
     def contains_move(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
-        """Return whether the straight move from `a` to `b` is inside the union of the discs with indices `which`."""
+        """Return whether a straight move from `a` to `b` stays inside the union of some discs.
+
+        `which` contains the indices of these discs.
+        """
         discs = self._discs[which]
         move = np.array(b) - a
         length = float(np.hypot(*move))

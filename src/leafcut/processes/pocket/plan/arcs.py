@@ -1,4 +1,4 @@
-"""Fit arcs to a path: replace many chords by a few lines and arcs, for short programs and a steady feed."""
+"""Fit arcs to a path. A few lines and arcs replace many chords, so programs are short and the feed is steady."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath
 
-#: Share of the tolerance for arc fitting; the remainder is for the chords of walls and for rounding.
+#: Share of the tolerance that arc fitting may use. The remainder is for the chords of walls and for rounding.
 FITTED_PART = 0.5
-#: Points closer than this are merged, mm, because they hardly differ after rounding to the decimals of a program.
+#: Minimum distance between points, mm. Closer points are merged, because they hardly differ after a program rounds
+#: them.
 NEAREST = 0.005
 
 
 def fit_arcs_to_path(path: PocketPath, tolerance: float) -> PocketPath:
-    """Fit arcs to the chords of a path, within half of `tolerance`, mm.
+    """Replace the chords of a path with arcs that stay within half of `tolerance`, mm.
 
-    Existing arcs and the ends of sections do not change.
+    Existing arcs and the end points of sections do not change.
     """
     return replace(path, pieces=tuple(replace(p, path=_fit_arcs_to_section(p.path, tolerance)) for p in path.pieces))
 

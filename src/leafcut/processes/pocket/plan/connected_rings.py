@@ -1,4 +1,4 @@
-"""The strategy `connected`: one path over all rings of a region without retracts."""
+"""The strategy `connected`, which clears a region along a single path over all rings, without retracts."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from leafcut.processes.pocket.plan.rings import never_stopped, rings
 from leafcut.processes.pocket.plan.shorten import SAMPLE_SPACING, chamfer_corners, shorten_path, subdivide_path
 from leafcut.processes.pocket.plan.spurs import add_spurs
 
-#: Tolerance for the spacing of sample points, in step-overs; it is added to half the step-over.
+#: Tolerance for the spacing of sample points, in step-overs. It is added to half the step-over.
 LEEWAY = 0.0035
-#: Maximum number of attempts to correct a path whose passes are too far apart.
+#: Maximum number of attempts to correct a path with gaps between its passes.
 CORRECTIONS = 4
-#: Safety margin of chamfers for the spacing of sample points, in tool radii.
+#: Safety margin for chamfers, in tool radii. It compensates for the spacing of sample points.
 SPARE = 0.03
 #: Maximum distance allowed between a sample point and the path, in step-overs.
 LONGEST_LIMIT = 1.25
-#: Maximum length of a segment in the spatial index, in step-overs; longer segments would have large bounding boxes.
+#: Maximum length of a segment in the spatial index, in step-overs. Longer segments would have large bounding boxes.
 LONGEST_LOOKED = 4.0
 #: Function that returns whether the search must stop.
 Stopped = Callable[[], bool]
@@ -43,21 +43,24 @@ ALONG = 1e-5
 def connected_path(
     region: CentreRegion, too_wide: Callable[[PocketPath], Points] | None = None, stopped: Stopped = never_stopped
 ) -> PocketPath:
-    """Connect the rings of a region by the cheapest joints, then shorten the path.
+    """Connect the rings of a region with the cheapest joints, then shorten the path.
 
-    Each point is within half a step-over of the path, except where the rings themselves leave wider gaps: in their
-    corners, and between the two sides of an innermost ring.
+    Every point of the region is within half a step-over of the path. The exceptions are places where the rings
+    themselves leave wider gaps: their corners, and the space between the two sides of an innermost ring.
 
     Parameters
     ----------
     too_wide
-        Function that finds the positions in a path, float64[n, 2], where passes are further apart than the step-over.
-        Near these positions, the rings are not shortened, and joints are moved away.
+        Function that returns the positions in a path, float64[n, 2], where passes are further apart than the step-over.
+        The rings are not shortened near these positions, and joints move away from them.
     stopped
         Function that returns whether the search must stop. The path then still clears everything, but it may be longer,
         or passes may be too far apart.
 
-    Raises PlanError for more than `MOST_LEVELS` nested rings.
+    Raises
+    ------
+    PlanError
+        The region has more than `MOST_LEVELS` nested rings.
     """
     # The planned step-over is smaller, because chords and sample points have their own tolerances.
     region = replace(region, rules=region.rules.planned)
@@ -99,8 +102,9 @@ def _shorten_paths(
 
 
 def _divide_at_walls(region: CentreRegion, path: Points) -> list[PocketPiece]:
-    """Divide a path where it reaches or leaves a wall. If no stock remains on the walls, passes along walls are
-    finishing passes.
+    """Divide a path wherever it reaches or leaves a wall.
+
+    Passes along walls are finishing passes if no stock remains there.
     """
     middle, edge = shapely.points(0.5 * (path[:-1] + path[1:])), region.polygon.boundary
     shapely.prepare(edge)
@@ -110,9 +114,9 @@ def _divide_at_walls(region: CentreRegion, path: Points) -> list[PocketPiece]:
 
 
 def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
-    """Return sample points of the region, each with its maximum allowed distance from the path.
+    """Create sample points in the region, with the maximum allowed distance of each point from the path.
 
-    This limit is half the step-over, or the current distance from `paths` if that is larger.
+    The limit is half the step-over, or the current distance from `paths` if this distance is larger.
     """
     step = region.rules.step_over
     short = [subdivide_path(path, LONGEST_LOOKED * step) for path in paths]
@@ -130,5 +134,5 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
 
 
 def _clearing_distances(radius: float, points: Points, pitch: float) -> Points:
-    """Return the distance from each sample point, mm, within which a path clears the point and the area around it."""
+    """Return the maximum distance from each sample point at which a path still clears the area around it, mm."""
     return np.full(len(points), max(radius - SPARE * pitch / SAMPLE_SPACING, 0.0))

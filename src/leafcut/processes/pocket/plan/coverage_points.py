@@ -1,4 +1,4 @@
-"""Sample points in the area of a pocket, each with its maximum allowed distance from the tool path."""
+"""Sample points in a pocket, each with a maximum allowed distance from the tool path."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
 from leafcut.material.bands import segments_near
 
-#: Function of sample points, float64[n, 2], and their spacing, mm. It returns the maximum distance of each point from
-#: the path, float64[n], mm.
+#: Function that receives sample points, float64[n, 2], and their spacing, mm. It returns the maximum distance of each
+#: point from the path, float64[n], mm.
 Limit = Callable[[Points, float], Points]
 
-#: Maximum number of sample points in use; it limits time and memory.
+#: Maximum number of sample points in use, which limits time and memory.
 MOST_PLACES = 200_000
 #: Largest allowed distance, in sides of a grid cell.
 CELLS = 2
@@ -28,11 +28,16 @@ CELLS = 2
 
 @dataclass(frozen=True, eq=False)
 class CoveragePoints:
-    """Sample points, and the segments of a path near them.
+    """Sample points, and the segments of a path close to them.
 
-    - `points`: sample points, float64[n, 2], mm
-    - `limits`: maximum distance of each point from the path, float64[n], mm
-    - `pieces`: indices of the segments
+    Attributes
+    ----------
+    points
+        Sample points, float64[n, 2], mm.
+    limits
+        Maximum distance of each point from the path, float64[n], mm.
+    pieces
+        Indices of the segments.
     """
 
     points: Points
@@ -45,9 +50,9 @@ class CoveragePoints:
         return shapely.points(self.points)
 
     def near(self, path: Points) -> tuple[Indices, Indices]:
-        """Find all pairs of a segment and a sample point that are no farther apart than the limit of the point.
+        """Find all pairs of a segment and a sample point whose distance is within the limit of the point.
 
-        Return the indices of the segments, in ascending order, and the indices of the sample points.
+        Return the segment indices, in ascending order, and the point indices.
         """
         piece, place = segments_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
         return self.pieces[piece], place
@@ -56,8 +61,18 @@ class CoveragePoints:
 class CoverageGrid:
     """A square grid of sample points inside a region of tool centres.
 
-    The spacing is `pitch` mm, or more to limit the number of points. Points are created only in requested cells.
-    `limit` computes the maximum distance of each point from the path; no distance exceeds `longest` mm.
+    Points are only created in the cells that a caller requests.
+
+    Parameters
+    ----------
+    polygon
+        The region of tool centres.
+    pitch
+        Spacing of the points, mm. The grid uses a larger spacing if there would be too many points.
+    longest
+        Upper bound for the values of `limit`, mm.
+    limit
+        Function that returns the maximum distance of each point from the path.
     """
 
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:
@@ -74,9 +89,9 @@ class CoverageGrid:
         self.first = np.zeros(1, np.int64)
 
     def points_near(self, path: Points, selected: NDArray[np.bool_]) -> CoveragePoints:
-        """Return the sample points near the selected segments of a path, including all points within their limits.
+        """Return all sample points whose limits reach the selected segments of a path, and possibly more points nearby.
 
-        `selected` is the mask of these segments, bool[n − 1]. All segments must be short.
+        `selected` marks these segments, bool[n − 1]. All segments must be short.
         """
         middle = 0.5 * (path[:-1] + path[1:])
         wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)

@@ -1,4 +1,4 @@
-"""Limits for feeds that depend on the load of the end mill."""
+"""Limits for feeds that depend on the load on the end mill."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.rules import finishing_levels
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Minimum feed, relative to the tool's feed; below it, the tool rubs more than it cuts.
+#: Minimum feed, relative to the feed of the tool. At lower feeds, the tool rubs instead of cutting.
 SLOWEST = 0.25
 
 
@@ -34,10 +34,14 @@ def feed_limits(
     mill: Tool | None,
     material: WorkMaterial | None,
 ) -> tuple[FeedLimits, list[Issue]]:
-    """Return the feed limits of the end mill, and issues about limits that are unknown.
+    """Return the feed limits of the end mill, and a note if some limits are unknown.
 
-    Raises OptionError if the feed or speed of the tool is not given, and PlanError if the spindle has much less power
-    than the first cut needs.
+    Raises
+    ------
+    OptionError
+        The feed or the speed of the tool is not given.
+    PlanError
+        The spindle has far too little power for the first cut.
     """
     options = settings.of(PocketOptions)
     _check_stated(settings, data.tool, mill)
@@ -69,7 +73,7 @@ def _unlimited_feed_note(settings: Settings, tool: Tool, material: WorkMaterial 
 
 
 def _check_slot(limits: FeedLimits, tool: Tool) -> None:
-    """Raise an error if the spindle has too little power for a full slot at the minimum feed."""
+    """Raise an error if the spindle is too weak for a full slot even at the minimum feed."""
     from leafcut.material.engagement import slot_engagement  # loads kernels, which are not needed if a file is refused
 
     slowest = float(allowed_feed(slot_engagement(tool.diameter), limits)[0])
@@ -86,7 +90,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
 
 
 def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
-    """Raise an error if the feed or speed of the tool is assumed, because its chip load is then unknown."""
+    """Raise an error if the feed or speed of the tool is only assumed, because the chip load is then unknown."""
     feed = settings.job.feed or (mill.feed if mill else 0.0)
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
     if not feed and not speed:
@@ -110,7 +114,7 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
 
 
 def _power(machine: Machine, tool: Tool) -> float | None:
-    """Return the power of the spindle at the tool's speed, W; None if it is unknown."""
+    """Return the power of the spindle at the speed of the tool, W, or None if it is unknown."""
     power, torque = machine.spindle_power, machine.spindle_torque
     limits = [power * DRIVE_EFFICIENCY] if power else []
     if torque:

@@ -1,12 +1,14 @@
-"""Clearing along a square grid of points: the points, the routing problem, and the path.
+"""Clear a region along a square grid of points: create the grid and the routing problem, and convert orders to paths.
 
 Source: the published pocketing method with a discrete firefly algorithm uses such a grid with a point spacing DP
-between 0.5 D and 0.7 D (D: tool diameter), and separate paths for roughing and finishing. Its points are pixels of a
-picture. Differs: these points are in the exact region, and the finishing pass follows the walls instead of points.
+between 0.5 D and 0.7 D, where D is the tool diameter. It has separate paths for roughing and finishing, and its points
+are pixels of a picture. Differs: here, the points lie in the exact region, and the finishing pass follows the walls
+instead of points.
 
-Nothing remains uncut: every position is within DP/√2 of a point of the unbounded grid. If that point is in the region,
-the tool visits it. If not, the boundary is between the two, and the finishing pass follows the boundary. With stock,
-this pass is at the distance of the stock from the walls, and another pass finishes them (`walls`).
+This method leaves no material uncut. Every position is within DP/√2 of a point of the unbounded grid. If this point is
+in the region, the tool visits it. Otherwise, the boundary lies between the position and the point, and the finishing
+pass follows the boundary. If roughing leaves stock, this pass stays away from the walls by the thickness of the stock,
+and another pass finishes the walls (`walls`).
 """
 
 from __future__ import annotations
@@ -30,10 +32,11 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.stationed_path import Ring
 
-#: Usual and minimum spacing of points, in tool diameters; closer points would clear the same area twice. The centre of
-#: four points is 0.71 spacings away from each of them, so it is cleared if the spacing is less than 0.7 diameters.
+#: Usual and minimum spacing of points, in tool diameters. Points at a smaller spacing would clear the same area twice.
+#: The centre between four points is 0.71 spacings away from each of them, so it is cleared if the spacing is less than
+#: 0.7 diameters.
 USUAL, NEAREST = 0.6, 0.5
-#: Maximum number of points; it limits memory, because the costs of all pairs are stored with 8 bytes each.
+#: Maximum number of points. The costs of all pairs take 8 bytes each, so more points would need too much memory.
 MOST_POINTS = 3000
 #: Number of offsets of the grid to try along each axis, and angles to try, rad.
 OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
@@ -43,27 +46,28 @@ ROUNDING = 1e-6
 REACH = 3.0
 #: Distance between nodes on the boundary, in grid spacings.
 NODE_SPACING = 0.5
-#: Number of segments tested at once; it limits memory.
+#: Number of segments tested at once, which limits the memory use.
 SEGMENTS_AT_ONCE = 50_000
 
 
 @dataclass(frozen=True)
 class Retract:
-    """Cost of a retract as an equivalent feed length, mm: `fixed` for raising and lowering, `per_mm` per millimetre of
-    rapid.
+    """The cost of a retract, expressed as a feed length, mm.
+
+    `fixed` is the cost of raising and lowering the tool. `per_mm` is the cost per millimetre of rapid.
     """
 
     fixed: float = 60.0
     per_mm: float = 0.25
 
     def cost(self, distance: float) -> float:
-        """Return the cost of a retract with a rapid of `distance` mm, as an equivalent feed length, mm."""
+        """Return the feed length that takes as long as a retract with a rapid of `distance` mm."""
         return self.fixed + self.per_mm * distance
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Points of a square grid in a region.
+    """The points of a square grid that lie in a region.
 
     Attributes
     ----------
@@ -72,9 +76,9 @@ class Grid:
     pitch
         Distance between neighbours along a row, mm.
     longer
-        Lower bound on the number of steps longer than the pitch in any path over all points. If the grid is coloured
-        like a chessboard, a step of one pitch changes the colour, so unequal numbers of both colours require longer
-        steps. A point with fewer than two neighbours is an end of the path or of a longer step.
+        Lower bound on the number of steps longer than the pitch in any path over all points. Colour the grid like a
+        chessboard: each step of one pitch changes the colour, so unequal numbers of both colours require longer steps.
+        A point with fewer than two neighbours is either an end of the path or an end of a longer step.
     """
 
     points: Points
@@ -85,14 +89,14 @@ class Grid:
     def bound(self) -> float:
         """Lower bound on the length of an open path over all points, mm.
 
-        A step that is longer than the pitch is at least as long as the diagonal.
+        Any step longer than the pitch is at least as long as the diagonal.
         """
         return self.pitch * (max(len(self.points) - 1, 0) + (math.sqrt(2.0) - 1.0) * self.longer)
 
 
 @dataclass(frozen=True, eq=False)
 class GridContext:
-    """The data that `grid_path` needs to convert an order of points to a path."""
+    """The data that `grid_path` needs to convert an order to a path."""
 
     region: CentreRegion
     grid: Grid
@@ -103,7 +107,10 @@ class GridContext:
 def checked_pitch(rules: PocketRules) -> float:
     """Return the spacing of the grid points, mm.
 
-    Raises PlanError if the step-over requires a spacing of 0.5 tool diameters or less.
+    Raises
+    ------
+    PlanError
+        The step-over requires a spacing of at most 0.5 tool diameters.
     """
     pitch = min(rules.step_over, USUAL * rules.tool_diameter)
     if pitch <= NEAREST * rules.tool_diameter:
@@ -119,11 +126,21 @@ def checked_pitch(rules: PocketRules) -> float:
 def grid_points(
     region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), angle: float = 0.0, grown: Any = None
 ) -> Grid:
-    """Return a grid from the corner of the region's bounding box, shifted by `offset`, mm, and rotated by `angle`, rad.
+    """Create a grid that starts at the corner of the region's bounding box.
 
-    Points outside the region, but within the tolerance, are moved onto its boundary. `grown` is the region enlarged by
-    the tolerance, if known. Raises PlanError if the step-over is too small for a grid, or if the grid has more than
-    `MOST_POINTS` points.
+    Points that are slightly outside the region, within the tolerance, are moved onto its boundary.
+
+    Parameters
+    ----------
+    offset, angle
+        Shift of the grid, mm, and rotation, rad.
+    grown
+        The region enlarged by the tolerance, if it is already known.
+
+    Raises
+    ------
+    PlanError
+        The step-over is too small for a grid, or the grid has more than `MOST_POINTS` points.
     """
     pitch, rules = checked_pitch(region.rules), region.rules
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
@@ -173,7 +190,7 @@ def _refuse_grid(count: float, rules: PocketRules) -> None:
 
 
 def best_grid(region: CentreRegion) -> Grid:
-    """Return the grid whose path has the smallest lower bound, among several offsets and angles.
+    """Try several offsets and angles, and return the grid with the smallest lower bound on its path length.
 
     A region that is too small for any grid gets a single point.
     """
@@ -195,10 +212,10 @@ def grid_problem(
     *,
     grid: Grid | None = None,
 ) -> tuple[RoutingProblem, GridContext]:
-    """Return the routing problem of visiting all points of a grid, and the context for `grid_path`.
+    """Create the routing problem of visiting all points of a grid, and the context for `grid_path`.
 
     The cost between two points is the length of the shortest path inside the region, mm, or the cost of a retract if
-    that is lower. Raises the same errors as `grid_points`.
+    this is lower. Raises the same errors as `grid_points`.
     """
     grid, retract = grid or best_grid(region), retract or Retract()
     paths = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
@@ -211,10 +228,10 @@ def grid_problem(
 
 
 def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
-    """Return the path over the points in the given order, int32[n], then along every wall in the milling direction.
+    """Return a path that visits the points in the given order, int32[n], and then follows every wall.
 
-    The order is reversed if that makes the links to the walls cheaper. The tool retracts if that is cheaper than a
-    link.
+    The path follows walls in milling direction. The order is reversed if this makes the links to the walls cheaper. The
+    tool retracts wherever a retract is cheaper than a link.
     """
     nodes = [int(k) for k in order]
     rough = _path_over_points(context, nodes)
@@ -225,10 +242,10 @@ def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "f
 
 
 def _path_over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
-    """Return the path sections over the points in the order of `nodes`.
+    """Return the sections of the path that visits the points in the order of `nodes`.
 
-    The tool moves straight where possible, and retracts where a retract is cheaper. It never retracts both before and
-    after a point, because it cuts only while it moves.
+    The tool moves in a straight line if possible, and retracts if a retract is cheaper. It never retracts both before
+    and after the same point, because it only cuts while it moves.
     """
     places, paths, retract = context.paths.places, context.paths, context.retract
     pieces: list[PocketPiece] = []
@@ -253,8 +270,9 @@ def _path_over_points(context: GridContext, nodes: list[int]) -> list[PocketPiec
 
 
 def _path_along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
-    """Visit the walls in nearest-neighbour order, starting at a node. Return the total cost of the links, mm, and the
-    path sections.
+    """Visit all walls, starting at a node. The next wall is always the nearest wall.
+
+    Return the total cost of the links, mm, and the path sections.
     """
     paths, retract = context.paths, context.retract
     left, rules = set(range(len(paths.rings))), context.region.rules
@@ -283,9 +301,9 @@ def _path_along_walls(context: GridContext, at: int) -> tuple[float, list[Pocket
 
 
 def _wall_loop(walls: list[Points], place: Points, climb: bool) -> Points:
-    """Return the wall nearest to a position as a closed loop that starts there, float64[k, 2].
+    """Return the wall nearest to a position as a closed loop, float64[k, 2]. The loop starts near this position.
 
-    For climb milling, outer walls are counter-clockwise.
+    For climb milling, outer walls run counter-clockwise.
     """
     rings = [Ring.through(wall, 0) for wall in walls]
     ring = min(rings, key=lambda ring: ring.line.distance(shapely.Point(place)))
@@ -305,11 +323,16 @@ def _without_repeats(path: Points) -> Points:
 
 
 class RegionPaths:
-    """Allowed moves between points of a region of tool centres, and the shortest paths along them.
+    """The allowed moves between points in a region of tool centres, and the shortest paths that use these moves.
 
-    Straight moves connect nodes that are close together; paths along the boundary connect its neighbouring nodes.
-    `places` contains the points to visit, followed by the nodes on the boundary, float64[n + m, 2], mm. `rings`
-    contains the nodes of each boundary ring in order, as indices of `places`.
+    Straight moves connect nodes that are close together. Other moves follow the boundary from one node to the next.
+
+    Attributes
+    ----------
+    places
+        The points to visit, followed by the nodes on the boundary, float64[n + m, 2], mm.
+    rings
+        The nodes of each boundary ring, in order, as indices of `places`.
     """
 
     def __init__(self, polygon: Any, rings: list[Points], points: Points, pitch: float) -> None:
@@ -336,7 +359,7 @@ class RegionPaths:
         self._store_edges(links, REACH * pitch)
 
     def _store_edges(self, links: Iterable[tuple[int, int, float]], reach: float) -> None:
-        """Store the neighbours of each node and the lengths of the moves to them, mm."""
+        """Store the neighbours of each node, and the length of the move to each neighbour, mm."""
         places: Any = shapely.points(self.places)
         here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=reach)
         pairs = np.stack([here, there], axis=1)[here < there]
@@ -352,9 +375,7 @@ class RegionPaths:
         self._target, self._cost = target[order], costs[order]
 
     def straight(self, start: Points, end: Points) -> NDArray[np.bool_]:
-        """Return a mask of the straight moves from `start` to `end`, float64[k, 2] each, that stay inside the
-        region.
-        """
+        """Return a mask of the straight moves from `start` to `end`, float64[k, 2] each, that stay in the region."""
         inside = np.zeros(len(start), dtype=np.bool_)
         for k in range(0, len(start), SEGMENTS_AT_ONCE):
             part = slice(k, k + SEGMENTS_AT_ONCE)
@@ -362,10 +383,10 @@ class RegionPaths:
         return inside
 
     def between_points(self) -> NDArray[np.float64]:
-        """Return the lengths of the shortest paths between all points, float64[n, n], mm; infinite where no path
-        exists.
+        """Return the length of the shortest path between each pair of points, float64[n, n], mm.
 
-        The matrix is relaxed row by row, in sweeps across the plane, until it converges.
+        The length is infinite if no path exists. The function updates the matrix row by row, in sweeps across the
+        plane, until it converges.
         """
         n, total = self.n_points, len(self.places)
         lengths = np.full((total, n), np.inf)
@@ -391,7 +412,7 @@ class RegionPaths:
     def path_to_nearest(self, start: int, ends: Collection[int]) -> tuple[int, Points] | None:
         """Find the shortest path from `start` to any of the nodes `ends`, and straighten it.
 
-        Return its last node and its corners, or None if no path exists.
+        Return the last node and the corners of the path, or None if no path exists.
         """
         nodes = shortest_path(len(self.places), self._edges, start, ends)
         return None if nodes is None else (nodes[-1], self._straightened(self._corners(nodes)))
@@ -414,7 +435,7 @@ class RegionPaths:
         return bool(self.straight(self.places[[a]], self.places[[b]])[0])
 
     def _straightened(self, corners: Points) -> Points:
-        """Straighten a path: from each corner, go to the farthest visible corner."""
+        """Straighten a path by going from each corner directly to the farthest visible corner."""
         kept, at = [0], 0
         while at < len(corners) - 1:
             rest = corners[at + 1 :]

@@ -1,4 +1,4 @@
-"""Regions of possible tool centres in a pocket, and the areas that the tool cannot reach."""
+"""Find the possible tool centres in a pocket, and the areas that the tool cannot reach."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
-#: Minimum size of an unreachable area that is reported, relative to the area of the tool; corners of pixels are
+#: Minimum size of an unreachable area that is reported, relative to the area of the tool. Corners of pixels are
 #: smaller.
 SMALL = 0.001
 #: Number of unreachable areas that are reported individually.
 NAMED_PLACES = 4
-#: Maximum thickness of films along walls that are ignored, in path tolerances; chords of arcs cause such films.
+#: Maximum thickness of films along walls that are ignored, in path tolerances. The chords of arcs cause such films.
 _THIN = 2.0
-#: An unreachable area is a corner, not a passage, if its largest inscribed circle is no wider than this share of its
-#: mouth.
+#: Maximum diameter of the largest inscribed circle of a corner, relative to its mouth. An unreachable area with a wider
+#: circle is a passage.
 _AS_WIDE = 0.75
 
 
@@ -32,7 +32,7 @@ _AS_WIDE = 0.75
 class CentreRegion:
     """A region of possible tool centres (shapely polygon, mm).
 
-    Every position in it is at least the tool radius and the stock away from all walls.
+    Every position in the region is at least the tool radius plus the stock away from all walls.
     """
 
     polygon: Any
@@ -40,7 +40,7 @@ class CentreRegion:
 
     @property
     def middle(self) -> Points | None:
-        """Centre line of a slot as wide as the tool, float64[n, 2], mm; None if the region is wider at any point."""
+        """Centre line if the region is a slot exactly as wide as the tool, float64[n, 2], mm, otherwise None."""
         if self.polygon.interiors or 2.0 * self.polygon.area > 1.5 * self.rules.tolerance * self.polygon.length:
             return None
         ring = self.rings[0]
@@ -54,7 +54,7 @@ class CentreRegion:
 
     @property
     def rings(self) -> list[Points]:
-        """The outer boundary, counter-clockwise, followed by the boundaries of islands, clockwise.
+        """The counter-clockwise outer boundary, followed by the clockwise boundaries of islands.
 
         Each ring is float64[n, 2], mm, without the closing point.
         """
@@ -64,10 +64,10 @@ class CentreRegion:
 
 @dataclass(frozen=True, eq=False)
 class UnreachableArea:
-    """An area of a pocket that the tool cannot clear: its shapely geometry, its area, mm², and a point inside it.
+    """An area of a pocket that the tool cannot clear, with its geometry, its size, mm², and a point inside it.
 
-    A `corner` has one opening to the cleared area and narrows from there. Any other area is cut off: it is a passage,
-    or an area behind an entrance that is too narrow for the tool.
+    A `corner` has a single opening to the cleared area and narrows from there. All other areas are passages, or lie
+    behind an entrance that is too narrow for the tool.
     """
 
     shape: Any
@@ -79,7 +79,7 @@ class UnreachableArea:
 def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegion], list[Issue]]:
     """Return the regions of possible tool centres, largest first, and issues about unreachable areas.
 
-    Raises PlanError if the tool fits nowhere.
+    Raises PlanError if the tool does not fit anywhere.
     """
     shape = pocket.region(rules.tolerance)
     allowed = tool_centres(shape, rules.radius + rules.stock, rules.tolerance)
@@ -104,7 +104,7 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
 
 
 def unreachable_areas(shape: Any, rules: PocketRules) -> list[UnreachableArea]:
-    """Return the areas of a pocket that the tool cannot clear, largest first; tiny areas are omitted."""
+    """Return the areas of a pocket that the tool cannot clear, largest first. Tiny areas are ignored."""
     reached, thin = reachable_area(shape, rules), _THIN * rules.tolerance
     rest, near = shape.difference(reached), reached.buffer(thin)
     places = []
@@ -116,9 +116,9 @@ def unreachable_areas(shape: Any, rules: PocketRules) -> list[UnreachableArea]:
 
 
 def _is_corner(piece: Any, near: Any, thin: float) -> bool:
-    """Return whether an unreachable area is a corner: it has only one mouth, and narrows behind the mouth.
+    """Return whether an unreachable area is a corner, which has a single mouth and narrows behind this mouth.
 
-    Between straight walls at an angle of 2α, the mouth is 2 r cos α wide, and the largest circle behind it has the
+    Between straight walls at an angle of 2α, the mouth is 2 r cos α wide. The largest circle behind the mouth has the
     radius r (1 − sin α) / (1 + sin α). The ratio of the circle to the mouth is 0.24 at 90° and 0.52 at 40°. Between
     parallel walls, the ratio is 1.
     """
@@ -175,6 +175,6 @@ def _area_and_place(place: UnreachableArea) -> Message:
 
 
 def reachable_area(shape: Any, rules: PocketRules) -> Any:
-    """Return the part of a pocket's area that the tool can clear (shapely geometry)."""
+    """Return the part of a pocket that the tool can clear (shapely geometry)."""
     inner = tool_centres(shape, rules.radius, rules.tolerance)
     return swept(inner, rules.radius, rules.tolerance).intersection(shape)

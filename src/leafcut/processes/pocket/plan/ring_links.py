@@ -1,4 +1,4 @@
-"""Joints between rings, which connect all rings to one path without retracts."""
+"""Connect all rings to a single path without retracts, using joints between neighbouring rings."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from leafcut.processes.pocket.plan.stationed_path import Ring
 
 #: Spacing of candidate joints along a ring, in step-overs.
 STATION_STEP = 0.25
-#: Two rings are side by side if at least this share of the smaller ring is near the larger ring.
+#: Minimum share of the smaller ring that must be near the larger ring if both rings run side by side.
 LONG = 0.3
 #: Maximum number of spines (chains of nested rings) to try.
 MOST_SPINES = 12
 #: Maximum number of joints between two rings that are tried after the first possible joint.
 MOST_LOOKS = 60
-#: Share of the usual gap if only one of two rings has a gap.
+#: Share of the usual gap that is used if only one of the two rings has a gap.
 ONE_SIDED = 1.0
-#: Maximum distance between rings to join, in step-overs. It is ignored if it leaves some rings unconnected.
+#: Maximum distance between rings to join, in step-overs. This limit is ignored if it leaves rings unconnected.
 FAR = 2.5
 #: Minimum length of a ring that may have a gap, in step-overs.
 TINY = 3.0
-#: Cost of a turn inside the gap of a joint, in step-overs per radian; it keeps gaps out of corners.
+#: Cost of turns inside the gap of a joint, in step-overs per radian. It keeps gaps out of corners.
 TURN_PENALTY = 0.3
-#: Distance from avoided positions within which joints get a penalty, and this penalty, both in step-overs.
+#: Distance from avoided positions within which a joint gets a penalty, and this penalty, both in step-overs.
 AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A detour from one ring (`parent`) along another ring (`child`); lengths are in mm.
+    """A detour from a ring (`parent`) along another ring (`child`). All lengths are in mm.
 
-    The path leaves the parent half a gap before the station, and returns half a gap after it. The child is not closed;
-    its own gap remains open.
+    The path leaves the parent half a gap before the station, and returns half a gap after the station. The child ring
+    is not closed either, because it has its own gap.
     """
 
     parent: int
@@ -52,10 +52,14 @@ class Joint:
 
 
 class _JointOptions(NamedTuple):
-    """Candidate joints between two rings, cheapest first.
+    """The candidate joints between two rings, cheapest first.
 
-    - `costs`: extra path length, float64[n], mm
-    - `stations`, `gaps`: station and gap on the parent and on the child, float64[n, 2], mm
+    Attributes
+    ----------
+    costs
+        Extra path length, float64[n], mm.
+    stations, gaps
+        Station and gap on the parent and on the child, float64[n, 2], mm.
     """
 
     costs: Points
@@ -64,7 +68,7 @@ class _JointOptions(NamedTuple):
 
 
 def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
-    """Return whether two rings of different levels are side by side along most of the smaller ring."""
+    """Return whether two rings of different levels run side by side along most of the smaller ring."""
     small, large = (a, b) if a.length <= b.length else (b, a)
     if a.level == b.level:
         return False
@@ -74,9 +78,9 @@ def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
 
 
 def ring_chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
-    """Return chains of adjacent nested rings, each from the inside out; the most promising chain comes first.
+    """Return chains of adjacent nested rings, most promising chain first. Each chain runs from the inside out.
 
-    `edges` contains the pairs of rings that may be joined.
+    `edges` contains the pairs of rings that can be joined.
     """
     inner: dict[int, list[int]] = {}
     for a, b in edges:
@@ -97,7 +101,7 @@ def ring_chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float)
 
 
 def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
-    """Return the children of each of `n` rings in a tree whose roots are the rings of the spine."""
+    """Return the children of each of the `n` rings in a tree that grows from the rings of the spine."""
     beside: list[list[int]] = [[] for _ in range(n)]
     for i, j in edges:
         beside[i].append(j)
@@ -114,10 +118,10 @@ def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[
 
 
 def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
-    """Return the pairs of rings to join, which form the minimum spanning tree of joints (Kruskal 1956).
+    """Return the pairs of rings to join. They form a minimum spanning tree of joints (Kruskal 1956).
 
-    The line between the nearest points of two joined groups crosses no wall, because a ring along that wall would be
-    nearer.
+    The line between the nearest points of two joined groups never crosses a wall. Otherwise, a ring along this wall
+    would be closer.
     """
     lines = np.array([ring.line for ring in cut])
     a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=FAR * step_over)
@@ -152,9 +156,9 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 
 
 class RingLinks:
-    """Finds joints between all rings, and the path along the joined rings.
+    """Finds the joints between all rings, and the path along the joined rings.
 
-    Once `stopped` returns True, the first possible joints are used.
+    As soon as `stopped` returns True, the search stops and the first possible joints are used.
     """
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never_stopped) -> None:
@@ -175,14 +179,14 @@ class RingLinks:
         self.links: list[Points] = []
 
     def gap(self, ring: int) -> float:
-        """Return the length of a ring that a joint may omit, mm; 0 for walls and tiny rings."""
+        """Return the length of a ring that a joint may leave out, mm. It is 0 for walls and tiny rings."""
         here = self.cut[ring]
         return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
     def paths(self, avoided: Points) -> list[Points]:
-        """Return the joined path, float64[n, 2], mm, followed by each ring without a joint.
+        """Return the joined path, float64[n, 2], mm, followed by all rings that have no joint.
 
-        Joints stay away from the positions `avoided`.
+        Joints keep away from the positions `avoided`.
         """
         self._remove_joints()
         self.avoided = shapely.multipoints(avoided)
@@ -197,7 +201,7 @@ class RingLinks:
         return paths + [self._path_around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
-        """Return the cheapest spine, and the stations where the path enters and leaves each of its rings."""
+        """Return the cheapest spine, and the stations at which the path enters and leaves each ring of the spine."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
         for spine in ring_chains(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]
@@ -225,7 +229,7 @@ class RingLinks:
         return cost, spans
 
     def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
-        """Find the cheapest link from station `end` of a ring to the ring `after`, the next ring of the spine.
+        """Find the cheapest link from station `end` of a ring to the next ring of the spine, `after`.
 
         Return the cost of the link, mm, and its station on the ring `after`, mm.
         """
@@ -241,7 +245,7 @@ class RingLinks:
         return costs[best] - self.gap(ring), options[best]
 
     def _link(self, a: Points, b: Points) -> float:
-        """Return the length of a straight link, mm; it is infinite if the link leaves the region."""
+        """Return the length of a straight link, mm, or infinity if the link leaves the region."""
         line = shapely.LineString([a, b])
         return float(line.length) if self.allowed.covers(line) else math.inf
 
@@ -297,7 +301,7 @@ class RingLinks:
         return _JointOptions(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(all_gaps)[order])
 
     def _stations(self, parent: int, child: int) -> Points:
-        """Return pairs of stations (parent, child) where two rings are close to each other, float64[n, 2], mm."""
+        """Return pairs of stations (parent, child) at which two rings are close to each other, float64[n, 2], mm."""
         a, b = self.cut[parent], self.cut[child]
         pairs = []
         for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
@@ -310,9 +314,9 @@ class RingLinks:
         return both
 
     def _joint_penalty(self, joint: Joint) -> float:
-        """Return the penalty of a joint for turns in its gaps and for avoided positions, mm.
+        """Return the penalty for turns in the gaps of a joint and for avoided positions, mm.
 
-        The penalty is infinite if the joint is impossible.
+        An impossible joint has an infinite penalty.
         """
         a, b = self.cut[joint.parent], self.cut[joint.child]
         ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
@@ -337,7 +341,7 @@ class RingLinks:
         return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:
-        """Return whether a ring has no other joints within `half` mm on each side of a station."""
+        """Return whether a ring has no other joint within `half` mm of a station on either side."""
         length = self.cut[ring].length
         for start, end in self.taken[ring]:
             middle, reach = 0.5 * (start + end), 0.5 * (end - start) + half - 1e-9
@@ -359,7 +363,7 @@ class RingLinks:
 
 
 def _total_turn(ring: Ring, start: float, length: float) -> float:
-    """Return the total change of direction of a ring over the given length, rad."""
+    """Return the total angle by which a ring turns over the given length, rad."""
     if length <= 0.0:
         return 0.0
     points = ring.stretch(start, start + length)

@@ -1,4 +1,4 @@
-"""Contour-parallel clearing: rings at equal distances from all walls, cut from the inside out."""
+"""Contour-parallel clearing: rings at constant distances from all walls, cut from the inside out."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LINK_STEPS = 2.0
 def rings(region: CentreRegion) -> list[Ring]:
     """Return the rings that clear a region, from the walls inwards.
 
-    For a clockwise spindle, walls are on the right of the tool in climb milling, and on its left in conventional
+    With a clockwise spindle, the walls are on the right of the tool for climb milling and on its left for conventional
     milling.
     """
     cut: list[Ring] = []
@@ -43,8 +43,9 @@ def neighbouring_rings(cut: list[Ring], step_over: float) -> list[tuple[int, int
 
 
 def contour_parallel_path(region: CentreRegion) -> PocketPath:
-    """Return closed rings from the inside out, in nearest-neighbour order. They are linked at depth where a short link
-    fits.
+    """Return closed rings from the inside out, in nearest-neighbour order.
+
+    If a link between two rings is short and fits, the tool stays down.
     """
     rules = region.rules
     cut = rings(region)
@@ -67,9 +68,9 @@ def contour_parallel_path(region: CentreRegion) -> PocketPath:
 
 
 class LinkedPath:
-    """A path that grows section by section and ends at `end`, float64[2], mm.
+    """A path that grows section by section. Its current end point is `end`, float64[2], mm.
 
-    A link at depth leads to each new section if the straight link is short and stays in the region.
+    If a straight link to the next section is short and stays in the region, the tool stays down.
     """
 
     def __init__(self, region: CentreRegion, start: Points) -> None:
@@ -77,7 +78,7 @@ class LinkedPath:
         self.pieces: list[PocketPiece] = []
 
     def append_section(self, path: Points, kind: str) -> None:
-        """Append a path section, with a link at depth if the link is short and stays in the region."""
+        """Append a path section. The tool stays down if the link is short and stays in the region."""
         link = shapely.LineString([self.end, path[0]])
         if (
             self.pieces
@@ -90,12 +91,12 @@ class LinkedPath:
 
 
 def never_stopped() -> bool:
-    """Return False, so that a search that calls this function never stops early."""
+    """Return False. A search that uses this function never stops early."""
     return False
 
 
 def kind_of_ring(ring: Ring, rules: PocketRules) -> str:
-    """Return ``finish`` for a ring along a wall on which no stock remains, otherwise ``rough``."""
+    """Return ``finish`` if the ring follows a wall and leaves no stock there, otherwise ``rough``."""
     return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
 
 
@@ -105,5 +106,5 @@ def _first_place(cut: list[Ring]) -> Points:
 
 
 def stays_in_region(region: CentreRegion, line: Any) -> bool:
-    """Return whether a line stays in the region of tool centres, apart from rounding errors."""
+    """Return whether a line stays in the region of tool centres, within rounding errors."""
     return bool(shapely.difference(line, region.polygon).length < 1e-6)

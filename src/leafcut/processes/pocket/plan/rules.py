@@ -1,4 +1,4 @@
-"""Rules and levels for the pockets of a job, which follow from its options."""
+"""Derive the rules and levels for the pockets of a job from its options."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
 from leafcut.processes.pocket.options import PocketOptions
 
-#: Maximum path tolerance, in mm and relative to the step-over, because close passes need a finer tolerance.
+#: Maximum path tolerance, in mm and relative to the step-over. Close passes need a finer tolerance.
 TOLERANCE, TOLERANCE_SHARE = 0.01, 0.05
 
 #: Default step-over, in tool diameters.
 STEP_OVER = 0.6
-#: Maximum number of levels: a larger number indicates a mistake.
+#: Maximum number of levels. A larger number is probably a mistake.
 MOST_LEVELS = 2000
 #: Maximum depth of a finishing pass, in tool diameters.
 FINISHING_DEPTH = 2.0
@@ -30,11 +30,22 @@ FINISHING_DEPTH = 2.0
 def rules_of(
     options: PocketOptions, milling: str, step_over: float | None, diameter: float | None, tolerance: float = TOLERANCE
 ) -> PocketRules:
-    """Return the rules for clearing a level. `milling` is ``climb`` or ``conventional``, `step_over` is a share of the
-    diameter, and the other lengths are in mm.
+    """Return the rules for clearing a level.
 
-    Raises OptionError if the tool diameter is missing, if the stock is wider than the step-over, or if the strategy
-    `adaptive` has no engagement limit.
+    Parameters
+    ----------
+    milling
+        ``climb`` or ``conventional``.
+    step_over
+        Step-over as a share of the tool diameter.
+    diameter, tolerance
+        Tool diameter and path tolerance, mm.
+
+    Raises
+    ------
+    OptionError
+        The tool diameter is missing, the stock is wider than the step-over, or the strategy `adaptive` has no
+        engagement limit.
     """
     if diameter is None:
         raise OptionError(
@@ -68,11 +79,22 @@ def levels_of(
     thickness: float | None = None,
     beyond: float = 0.0,
 ) -> PocketLevels:
-    """Return the levels of a pocket whose floor is `depth` mm below Z0, in equal steps of at most the step-down.
+    """Divide a pocket into equal levels that do not exceed the step-down.
 
-    `begin` is the height of the top of the material, mm: 0, or negative if the pocket starts lower, for example in the
-    floor of another pocket. `thickness` is the thickness of the plate, and `beyond` is the break-through below it, mm.
-    Raises OptionError if the pocket is deeper than plate and break-through, or if it has too many levels.
+    Parameters
+    ----------
+    depth
+        Depth of the floor below Z0, mm.
+    begin
+        Height of the top of the material, mm. It is negative if the pocket starts lower than Z0, for example in the
+        floor of another pocket.
+    thickness, beyond
+        Thickness of the plate, and break-through below the plate, mm.
+
+    Raises
+    ------
+    OptionError
+        The pocket is deeper than the plate and the break-through together, or it has too many levels.
     """
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
@@ -90,11 +112,24 @@ def levels_of(
 
 
 def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, list[Issue]]:
-    """Return the part with only the pockets to be milled, with their depths, and issues about the other pockets.
+    """Select the pockets to mill, and determine their depths.
 
-    All pockets of a drawing are `depth` mm deep. Pockets of a solid have their own depths, and `depth` selects the
-    pockets to be milled. A round pocket no wider than the tool is a hole. Raises OptionError if no depth is given for
-    the pockets of a drawing, and PlanError if no pocket of a solid is wider than the tool and has the requested depth.
+    All pockets of a drawing are `depth` mm deep. The pockets of a solid have their own depths, so `depth` only selects
+    among them. A round pocket that is not wider than the tool counts as a hole.
+
+    Returns
+    -------
+    part
+        The part with only the pockets to mill.
+    issues
+        Issues about all other pockets.
+
+    Raises
+    ------
+    OptionError
+        The pockets of a drawing need a depth.
+    PlanError
+        No pocket of a solid is wider than the tool and has the requested depth.
     """
     if not any(pocket.depth is not None for pocket in part.pockets):
         if depth is None:
@@ -150,13 +185,13 @@ def _opening_issues(part: Part, diameter: float | None) -> list[Issue]:
 
 
 def _depth_summary(pockets: Sequence[Pocket]) -> str:
-    """Return the depths of the pockets as text, for example ``6 mm (1 pocket), 8 mm (2 pockets)``."""
+    """Describe the depths of the pockets as text, for example ``6 mm (1 pocket), 8 mm (2 pockets)``."""
     counted = Counter(round(pocket.depth or 0.0, 3) for pocket in pockets)
     return ", ".join(f"{deep:g} mm ({count_of(counted[deep], 'pocket')})" for deep in sorted(counted))
 
 
 def enclosing_pockets(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
-    """Return, for each pocket, the index of the pocket whose floor contains it, or None."""
+    """Find the pocket whose floor contains each pocket. Return the index of this enclosing pocket, or None."""
     shapes = [pocket.region(tolerance) for pocket in pockets]
     around: list[int | None] = []
     for pocket, shape in zip(pockets, shapes, strict=True):
@@ -177,7 +212,7 @@ def _is_hole(pocket: Pocket, diameter: float | None) -> bool:
 
 
 def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]:
-    """Return the heights of the finishing passes, mm, down to the full depth in steps of at most two diameters."""
+    """Return the heights of the finishing passes, mm. Each pass is at most two diameters deep."""
     depth = levels.depth
     count = max(math.ceil(depth / (FINISHING_DEPTH * diameter) - 1e-9), 1)
     return tuple(levels.begin - depth * level / count for level in range(1, count + 1))
@@ -186,8 +221,8 @@ def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]
 def corner_rounding(machine: Machine, feed: float) -> float:
     """Return the maximum distance between the tool and a corner, mm, if the next move starts before the tool stops.
 
-    With acceleration a and velocity v, deceleration and acceleration each take v / a. Halfway through this time, each
-    of the two moves is v² / 8a from the corner. At a turn of θ, the tool is 2 sin(θ / 2) v² / 8a from the corner, which
-    is at most v² / 4a.
+    With acceleration a and velocity v, slowing down and speeding up each take the time v / a. After half this time,
+    each of the two moves is v² / 8a away from the corner. If the path turns by θ, the tool is then 2 sin(θ / 2) v² / 8a
+    away from the corner. This distance is at most v² / 4a.
     """
     return feed * feed / (4.0 * min(machine.acceleration[:2]))

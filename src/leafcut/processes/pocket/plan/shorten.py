@@ -1,4 +1,4 @@
-"""Shorten a path over a pocket where other passes already clear the area."""
+"""Shorten a path in places where other passes already clear the area."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: A replaced section of the path: indices of its first and last point, and the points of the new curve.
+#: A section that is replaced: indices of its first and last point, and the points of the new curve.
 Edit = tuple[int, int, Points]
 
 #: Spacing of the sample points of the area, in tool radii.
@@ -28,7 +28,7 @@ REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
 CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
 #: Distance from a chamfer within which other passes are considered, in step-overs.
 PASS_SEARCH_RADIUS = 3.0
-#: Maximum difference between the directions of passes side by side, rad; other passes meet in a corner.
+#: Maximum angle between passes that run side by side, rad. Passes at larger angles meet in a corner.
 SIDE_BY_SIDE = math.radians(30.0)
 #: Tolerance for chords and rounding, relative to the step-over.
 SLACK = 0.004
@@ -58,10 +58,10 @@ def subdivide_path(path: Points, longest: float) -> Points:
 def shorten_path(
     path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Shorten a path, but keep it within the maximum distance of every sample point.
+    """Shorten a path while every sample point stays within its maximum distance from the path.
 
-    The path does not change within a tool radius of the points `kept`, float64[n, 2]. Once `stopped` returns True,
-    return the path shortened so far.
+    The path stays unchanged within a tool radius of the points `kept`, float64[n, 2]. When `stopped` returns True, the
+    function returns the current path.
     """
     radius, changed = region.rules.radius, None
     for _ in range(PASSES):
@@ -104,9 +104,9 @@ def _length(path: Points) -> float:
 
 
 class _BendShortener:
-    """Shortens a path at its bends, in one round.
+    """Shortens a path at its bends in a single round.
 
-    If `changed`, float64[n, 2], is given, only the bends near these positions are tried.
+    If `changed`, float64[n, 2], is given, only bends close to these positions are tried.
     """
 
     reaches: tuple[float, ...] = REACHES
@@ -142,7 +142,7 @@ class _BendShortener:
         self.edits: list[Edit] = []
 
     def _selected(self) -> NDArray[np.bool_]:
-        """Return a mask of the segments near bends and near both ends of the path, bool[n − 1]."""
+        """Return a mask of the segments near a bend or near an end of the path, bool[n − 1]."""
         reach = self.reaches[0] * self.radius
         at = self.station[[0, *self.bends, len(self.path) - 1]]
         change = np.zeros(len(self.path) + 1, np.int64)
@@ -152,14 +152,14 @@ class _BendShortener:
         return selected
 
     def shorten_all(self, stopped: Callable[[], bool]) -> None:
-        """Shorten the section around each bend, until `stopped` returns True."""
+        """Shorten the section around each bend until `stopped` returns True."""
         for i in self.bends:
             if stopped():
                 break
             self._shorten_bend(i)
 
     def trim(self) -> None:
-        """Remove segments at both ends of the path that are not needed to clear any sample point."""
+        """Cut off segments at both ends of the path if they are not needed to clear a sample point."""
         n = len(self.path) - 1
         j = 0
         while j < n - 1 and not self.fixed[j] and not self.done[j] and self._stays_covered(j, j + 1, None):
@@ -177,7 +177,7 @@ class _BendShortener:
             self.done[k:] = True
 
     def _sharp_bends(self, least: float) -> list[int]:
-        """Return the points at which the path turns by more than `least`, the sharpest bend first."""
+        """Return the points where the path turns by more than `least`, sharpest bend first."""
         step = np.diff(self.path, axis=0)
         angle = np.arctan2(step[:, 1], step[:, 0])
         turn = np.zeros(len(self.path))
@@ -186,7 +186,7 @@ class _BendShortener:
         return [int(i) for i in bends[np.argsort(-turn[bends], kind="stable")]]
 
     def _shorten_bend(self, i: int) -> None:
-        """Replace the longest replaceable section around a bend."""
+        """Replace the section around a bend. The longest section that can be replaced is used."""
         for reach in self.reaches:
             a = int(np.searchsorted(self.station, self.station[i] - reach * self.radius))
             b = int(np.searchsorted(self.station, self.station[i] + reach * self.radius, side="right")) - 1
@@ -204,7 +204,10 @@ class _BendShortener:
                 return
 
     def _replacement_curve(self, a: int, i: int, b: int) -> Points | None:
-        """Return a parabola that replaces a section. It is tangential to the lines from the bend to both ends."""
+        """Return a parabola that replaces a section.
+
+        It is tangent to the lines from the bend to both ends of the section.
+        """
         t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
         p, q, r = self.path[a], self.path[i], self.path[b]
         curve: Points = (1.0 - t) ** 2 * p + 2.0 * t * (1.0 - t) * q + t * t * r
@@ -217,7 +220,7 @@ class _BendShortener:
         return self.point[self.first[a] : self.first[b]]
 
     def _stays_covered(self, a: int, b: int, curve: Points | None) -> bool:
-        """Return whether `curve` can replace a section so that all sample points stay within their limits."""
+        """Return whether all sample points stay within their limits if `curve` replaces a section."""
         who, times = np.unique(self._points_of(a, b), return_counts=True)
         lost = who[self.count[who] <= times]
         if not len(lost):
@@ -236,7 +239,7 @@ class _BendShortener:
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
 
     def changed(self) -> Points:
-        """Return the points of all replaced sections and of their replacements, float64[n, 2]."""
+        """Return the points of all sections that were replaced, and of their replacements, float64[n, 2]."""
         places = [part for a, b, curve in self.edits for part in (self.path[a : b + 1], curve)]
         return np.vstack([np.zeros((0, 2)), *places])
 
@@ -255,9 +258,9 @@ def _angle(a: Points, b: Points) -> float:
 
 
 class _CornerChamferer(_BendShortener):
-    """Chamfers the sharp corners of a path, in one round.
+    """Chamfers the sharp corners of a path in a single round.
 
-    Passes that run side by side must stay within the step-over; other passes may be further apart.
+    Passes that run side by side must stay within the step-over. Other passes may be further apart.
     """
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
@@ -287,10 +290,10 @@ class _CornerChamferer(_BendShortener):
         return np.array([p, r]) if self._next_passes_close(a, i, b) else None
 
     def _next_passes_close(self, a: int, i: int, b: int) -> bool:
-        """Return whether the passes next to a chamfer are within the step-over.
+        """Return whether the passes next to a chamfer stay within the step-over.
 
-        The neighbouring pass is the first pass that a growing disc touches while it stays tangential to the chamfer.
-        Passes that diverge from the chamfer do not count.
+        The neighbouring pass is the first pass that touches a growing disc which stays tangent to the chamfer. Passes
+        that diverge from the chamfer are ignored.
         """
         p, q, r = self.path[a], self.path[i], self.path[b]
         normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)

@@ -1,4 +1,4 @@
-"""Spurs: short moves away from a pass and back, which clear material that remains between passes."""
+"""Spurs: short detours from a pass and back, which clear material that is left between passes."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from leafcut.geometry.regions import chords_per_quarter, polygons, swept
 from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.stationed_path import StationedPath
 
-#: Minimum size of an uncut area that is cleared, relative to the area of the tool; chords of rings cause smaller areas.
+#: Minimum size of an uncut area that is cleared, relative to the area of the tool. The chords of rings leave smaller
+#: areas.
 SPECK = 1e-5
-#: Additional length of a spur, in tool radii. A longer spur clears more, so fewer spurs are needed.
+#: Extra length of a spur, in tool radii. Longer spurs clear more, so fewer spurs are needed.
 DEEPER = 0.1
-#: Maximum distance between an uncut area and the pass from which its spur starts, in tool radii.
+#: Maximum distance between an uncut area and the pass that its spur starts from, in tool radii.
 FAR = 4.0
 #: Rounding tolerance for a spur along the edge of the region, mm.
 ROUNDING = 1e-6
@@ -26,17 +27,17 @@ MOST = 60
 
 
 def uncut_areas(floor: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
-    """Return the areas of `floor` that are farther than the tool radius from all passes, as shapely polygons."""
+    """Return the areas of `floor` that no pass clears, as shapely polygons."""
     quarters = chords_per_quarter(rules.radius, rules.tolerance)
     cleared = shapely.union_all([line.buffer(rules.radius, quad_segs=quarters) for line in passes])
     return _significant_parts(floor.difference(cleared), rules)
 
 
 def add_spurs(paths: list[Points], floor: Any, rules: PocketRules) -> list[Points]:
-    """Add spurs to the paths, so that they clear all uncut areas of `floor`.
+    """Add spurs to the paths, so that the paths clear all of `floor`.
 
-    A spur goes straight from the nearest pass to an uncut area and back. If it would leave `floor`, it starts from the
-    next nearest pass.
+    A spur runs in a straight line from the nearest pass to an uncut area and back. If this line leaves `floor`, the
+    spur starts from the next nearest pass instead.
     """
     room = floor.buffer(ROUNDING)
     shapely.prepare(room)
@@ -70,7 +71,7 @@ def _significant_parts(shape: Any, rules: PocketRules) -> list[Any]:
 def _spur_to_uncut(
     places: list[Any], track: StationedPath, rules: PocketRules, room: Any
 ) -> tuple[float, Points] | None:
-    """Return the station and the tip of a spur towards the most distant uncut point of `places`.
+    """Return the station and the tip of a spur towards the point of `places` that is farthest from the passes.
 
     Return None if the spur would leave `room`.
     """

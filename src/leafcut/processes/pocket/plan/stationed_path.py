@@ -1,4 +1,4 @@
-"""Paths with stations. A station is a distance along the path from its start."""
+"""Paths with stations. A station is a distance along the path, measured from its start."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.geometry.arrays import Points, segments
 
 @dataclass(frozen=True, eq=False)
 class StationedPath:
-    """A path through points, float64[n, 2], mm. A station is the length of the path from the first point, mm."""
+    """A path through points, float64[n, 2], mm. A station is the distance along the path from the first point, mm."""
 
     points: Points
 
@@ -37,7 +37,8 @@ class StationedPath:
     def nearest(self, places: Points) -> tuple[Points, Points]:
         """Find the nearest point on the path for each of the positions `places`, float64[m, 2], mm.
 
-        Return the distances of these points from the positions, and their stations, both float64[m], mm.
+        Return the distance from each position to its nearest point, and the station of this point, both float64[m],
+        mm.
         """
         (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
         along = (self.points[1:] - self.points[:-1])[step]
@@ -48,15 +49,16 @@ class StationedPath:
 
 @dataclass(frozen=True, eq=False)
 class Ring(StationedPath):
-    """A closed path of the tool centre at a distance of `level` step-overs from the wall. Its last point repeats the
-    first.
+    """A closed path of the tool centre that is `level` step-overs away from the wall.
+
+    The last point repeats the first point.
     """
 
     level: int
 
     @classmethod
     def through(cls, points: Points, level: int) -> Ring:
-        """Create the ring through points, float64[n, 2], given without the closing point."""
+        """Create a ring from points, float64[n, 2], that do not include the closing point."""
         return cls(np.vstack([points, points[:1]]), level)
 
     @cached_property
@@ -70,12 +72,12 @@ class Ring(StationedPath):
         return float(self.stations[-1])
 
     def at(self, station: float) -> Points:
-        """Return the position at a station, float64[2], mm; the station may exceed the length of the ring."""
+        """Return the position at a station, float64[2], mm. The station may exceed the length of the ring."""
         place: Points = self.places(np.array([station]))[0]
         return place
 
     def places(self, stations: Points) -> Points:
-        """Return the positions at stations, float64[n, 2], mm; a station may exceed the length of the ring."""
+        """Return the positions at several stations, float64[n, 2], mm. A station may exceed the length of the ring."""
         return super().places(stations % self.length)
 
     def stretch(self, start: float, end: float) -> Points:
@@ -90,5 +92,5 @@ class Ring(StationedPath):
         return np.vstack([*parts, self.at(end)[None]])
 
     def station_of(self, place: Points) -> float:
-        """Return the station of the point on the ring that is nearest to a position, mm."""
+        """Return the station at which the ring is closest to a position, mm."""
         return float(self.nearest(np.asarray(place)[None, :2])[1][0])

@@ -1,6 +1,4 @@
-"""Compute the height of the material above each pocket of a solid: the highest point of the surface above and around
-the pocket.
-"""
+"""Compute the height of the material above each pocket of a solid, from the surface above and around the pocket."""
 
 from __future__ import annotations
 
@@ -13,7 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.model.pocket import Pocket
 
-#: Maximum projected area of a vertical triangle, mm². Such triangles are skipped, because a neighbour shares their
+#: Maximum projected area of a vertical triangle, mm². Such triangles are skipped, because a neighbour has the same
 #: upper edge.
 _UPRIGHT = 1e-9
 
@@ -23,10 +21,18 @@ def stock_tops(
 ) -> list[float]:
     """Return the height of the material above each pocket before milling, mm, relative to the top of the pocket.
 
-    The highest point of the solid counts, above the pocket or within a tool radius of it. The height never exceeds the
-    top of the pocket. A pocket inside another pocket counts as filled up to the rim of the outer pocket, whether or not
-    the outer pocket is milled. `of_solid` contains all pockets of the solid, and `triangles` its surface,
-    float64[n, 3, 3], mm.
+    The height is the highest point of the solid above the pocket or within a tool radius of it. It never exceeds the
+    top of the pocket. If a pocket lies inside another pocket, the outer pocket counts as filled up to its rim, even if
+    it is milled.
+
+    Parameters
+    ----------
+    of_solid
+        All pockets of the solid.
+    triangles
+        Surface of the solid, float64[n, 3, 3], mm.
+    radius
+        Tool radius, mm.
     """
     filled = [pocket.region(filled=True) for pocket in of_solid]
     tops = []
@@ -41,7 +47,7 @@ def stock_tops(
 def fill_pockets(
     triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Sequence[float]
 ) -> NDArray[np.float64]:
-    """Return the surface of a solid with all pockets filled up to their `stock_tops`, float64[n, 3, 3], mm."""
+    """Fill all pockets of a solid up to their `stock_tops`. Return the new surface, float64[n, 3, 3], mm."""
     lids = [triangles]
     for pocket, top in zip(of_solid, tops, strict=True):
         flat = shapely.get_parts(shapely.constrained_delaunay_triangles(pocket.region(filled=True)))
@@ -51,7 +57,7 @@ def fill_pockets(
 
 
 def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
-    """Return the maximum height of a surface above an area, mm; −∞ if no triangle is above the area."""
+    """Return the maximum height of a surface above an area, mm, or −∞ if the surface does not cover the area at all."""
     x0, y0, x1, y1 = area.bounds
     low, high = triangles[:, :, :2].min(axis=1), triangles[:, :, :2].max(axis=1)
     near = triangles[(low <= (x1, y1)).all(axis=1) & (high >= (x0, y0)).all(axis=1)]
@@ -69,7 +75,7 @@ def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
 
 
 def _raise_to_triangle(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
-    """Return the corners of a plane shape, raised to the plane of a triangle, float64[n, 3], mm."""
+    """Project a plane shape vertically onto the plane of a triangle. Return its corners, float64[n, 3], mm."""
     xy = shapely.get_coordinates(part)
     a, b, c = triangle
     share = np.linalg.solve(np.array([(b - a)[:2], (c - a)[:2]]).T, (xy - a[:2]).T)

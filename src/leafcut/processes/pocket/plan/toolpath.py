@@ -1,5 +1,6 @@
-"""Generate the motion of a pocketing program from the paths on one level: entries, links, retracts and finishing
-passes.
+"""Generate the motion of a pocketing program from the paths on a single level.
+
+The motion includes entry moves, links, retracts and finishing passes.
 """
 
 from __future__ import annotations
@@ -32,16 +33,22 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: Maximum number of moves of a program.
 MOST_MOVES = 3_000_000
-#: Number of significant digits of a feed in mm/min that differs from the tool's feed.
+#: Number of significant digits in mm/min for feeds that differ from the feed of the tool.
 DIGITS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Clearing:
-    """A region of a pocket, and the path that clears it on one level.
+    """A region of a pocket, and the path that clears the region on one level.
 
-    `region` contains the possible tool centres for the finished walls. `allowed` is the area of tool centres for
-    roughing (shapely geometry). `walls` is the finishing pass if roughing leaves stock, otherwise None.
+    Attributes
+    ----------
+    region
+        The possible tool centres for the finished walls.
+    allowed
+        The area of tool centres for roughing (shapely geometry).
+    walls
+        The finishing pass if roughing leaves stock, otherwise None.
     """
 
     region: CentreRegion
@@ -52,7 +59,7 @@ class Clearing:
 
     @property
     def path(self) -> PocketPath:
-        """The path on the last level: the roughing path, followed by the finishing pass along the walls."""
+        """The path on the last level: the roughing path, followed by the finishing pass if there is stock."""
         walls = () if self.walls is None else self.walls.pieces
         return PocketPath(self.rough.strategy, (*self.rough.pieces, *walls))
 
@@ -69,11 +76,11 @@ class Clearing:
 
 @dataclass(frozen=True, eq=False)
 class PocketHeights:
-    """Heights and positions of a pocketing program, mm.
+    """The heights and positions of a pocketing program, mm.
 
-    `zones`, float64[k, 4], are keep-out zones higher than the retract height, so the tool crosses them only at the
-    clearance height. The zones are enlarged by the overhang of a shank or holder that would hit them at the retract
-    height.
+    `zones`, float64[k, 4], contains keep-out zones that are higher than the retract height. The tool only crosses them
+    at the clearance height. If a shank or holder would hit a zone at the retract height, the zone is enlarged by the
+    overhang of this shank or holder.
     """
 
     clearance: float
@@ -96,16 +103,26 @@ def pocket_motion(
 ) -> tuple[Toolpath, tuple[Descent, ...]]:
     """Return the motion of the whole program, and all entries into material.
 
-    Each region is cleared level by level, from the top. If roughing left stock, the walls are then finished in steps of
-    at most two diameters, most pockets in one step. If roughing left more than `FILM`, as in a passage too narrow for
-    tool and stock, the walls are finished level by level.
+    The tool clears each region level by level, from the top. If roughing leaves stock, the tool then finishes the walls
+    in steps of at most two diameters. Most pockets need only one such step. If roughing leaves more than `FILM`, for
+    example in a passage that is too narrow for the tool and the stock, the walls are finished level by level.
 
-    Between levels, the tool stays down if the straight move to the next path is clear and quicker than a retract.
-    Otherwise it rises to the R plane or to the clearance height. Rapids below the surface end slightly above the floor
-    that is already cut.
+    Between levels, the tool stays down if it can move straight to the next path and if this is quicker than a retract.
+    Otherwise, it rises to the R plane or to the clearance height. Rapids below the surface end slightly above the floor
+    that was cut before.
 
-    `corner_tolerance` is P of G64, mm; 0 for none. If `rounded`, roughing blends corners as far as the acceleration
-    requires (G64), and all other moves stop exactly (G61). Raises PlanError for more than `MOST_MOVES` moves.
+    Parameters
+    ----------
+    corner_tolerance
+        Value of P for G64, mm, or 0 for none.
+    rounded
+        Whether roughing rounds corners as far as the acceleration requires (G64). All other moves then use exact stop
+        (G61).
+
+    Raises
+    ------
+    PlanError
+        The program would have more than `MOST_MOVES` moves.
     """
     moves = sum(p.path.n_segments * len(c.levels.levels) for c in clearings for p in c.path.pieces)
     if moves > MOST_MOVES:
@@ -126,10 +143,10 @@ def pocket_motion(
 
 
 class ClearingMotion:
-    """The motion that clears regions one after another.
+    """Generates the motion that clears several regions in sequence.
 
-    If `down` is true, the tool is already above the start of the first region, at or below the retract height. Then it
-    does not rise first.
+    With `down`, the tool is already above the start of the first region, at or below the retract height, and does not
+    rise first.
     """
 
     def __init__(
@@ -149,7 +166,7 @@ class ClearingMotion:
         self.down = down
 
     def clear(self, clearing: Clearing) -> None:
-        """Clear a region level by level, then finish its walls if roughing left stock."""
+        """Clear a region level by level. If roughing leaves stock, finish the walls afterwards."""
         shapely.prepare(clearing.allowed)
         levels, cleared = clearing.levels, ClearedArea(clearing.region.rules)
         top = levels.begin
@@ -181,7 +198,8 @@ class ClearingMotion:
     def _move_to(self, place: Point, at: float, allowed: Any, z: float) -> None:
         """Move to the start of a series of feed moves at height `z`, mm.
 
-        The tool moves straight at height `at` if this move stays in `allowed` and is quicker; otherwise it retracts.
+        The tool moves straight at the height `at` if this move stays in `allowed` and is quicker than a retract.
+        Otherwise, the tool retracts.
         """
         builder = self.builder
         x, y, now = builder.position
@@ -196,7 +214,7 @@ class ClearingMotion:
             builder.rapid(z=self.heights.retract)
 
     def _is_quicker_at_depth(self, here: Point, place: Point, allowed: Any) -> bool:
-        """Return whether the straight move at depth stays in the region and is not slower than a retract."""
+        """Return whether a straight move at depth stays in the region and takes no longer than a retract."""
         distance = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
@@ -226,8 +244,9 @@ class ClearingMotion:
         *,
         walls: bool = False,
     ) -> None:
-        """Descend to the height `z`, then follow the run. The descent is an entry move if the material below `top` has
-        not been cleared.
+        """Descend to the height `z`, then follow the run.
+
+        If the material below `top` has not been cleared yet, the tool descends with an entry move.
         """
         builder, data = self.builder, self.data
         floor = z if opened is DescentClearance.CLEAR else top
@@ -266,7 +285,7 @@ class ClearingMotion:
 
 @dataclass(frozen=True, eq=False)
 class _FeedRun:
-    """Path sections that the tool follows without a retract, and the polyline that joins these sections."""
+    """Path sections that the tool follows without a retract, and the polyline that joins them."""
 
     pieces: tuple[PocketPiece, ...]
     path: Polyline
@@ -294,7 +313,7 @@ def _feed_runs(path: PocketPath) -> list[_FeedRun]:
 
 
 def rounded_feed(share: float, feed: float) -> float:
-    """Return a share of the feed of a tool, mm/s, rounded down to `DIGITS` significant digits in mm/min."""
+    """Return a share of a tool's feed, mm/s, rounded down to `DIGITS` significant digits in mm/min."""
     if share == 1.0:
         return feed
     value = share * feed * SECONDS_PER_MINUTE
@@ -302,16 +321,17 @@ def rounded_feed(share: float, feed: float) -> float:
     return math.floor(value / unit + 1e-9) * unit / SECONDS_PER_MINUTE
 
 
-#: Maximum width of the material under the tool for a straight descent at feed, in tool radii.
+#: Maximum width of the material under the tool at which the tool may descend straight at feed, in tool radii.
 _SLIVER = 0.02
-#: Maximum width of the material under the tool for a descent by rapid, in path tolerances; verification allows slightly
-#: more.
+#: Maximum width of the material under the tool at which the tool may descend by rapid, in path tolerances. The
+#: verification allows slightly more.
 _FILM = 0.5
 
 
 class DescentClearance(IntEnum):
-    """State of the area under the tool before a descent: not cleared, cleared except for a sliver, or completely
-    cleared.
+    """How much of the area under the tool has been cleared before a descent: nothing, nearly everything, or everything.
+
+    If nearly everything has been cleared, only a sliver is left.
     """
 
     NO = 0
@@ -320,14 +340,15 @@ class DescentClearance(IntEnum):
 
 
 class ClearedArea:
-    """The area that successive runs of feed moves clear."""
+    """The area that a series of feed moves clears."""
 
     def __init__(self, rules: PocketRules) -> None:
         self.rules, self._steps = rules, np.zeros((0, 2, 2))
 
     def add_run(self, run: Polyline) -> DescentClearance:
-        """Add the area that a run clears. Return whether the start of the run had already been cleared
-        (`DescentClearance`).
+        """Add the area that a run clears.
+
+        Return the state of the area at the start of the run before the run was added (`DescentClearance`).
         """
         opened = self._descent_clearance(run.start)
         steps = segments(run.flattened(FINE * self.rules.tolerance))
@@ -336,7 +357,7 @@ class ClearedArea:
         return opened
 
     def area(self) -> Any:
-        """Return the area that all runs clear together (shapely geometry)."""
+        """Return the area that all runs together clear (shapely geometry)."""
         return cleared_area(self._steps, self.rules)
 
     def _descent_clearance(self, start: Point) -> DescentClearance:

@@ -1,4 +1,4 @@
-"""The finishing pass along every wall, which removes the stock that roughing leaves."""
+"""The finishing pass along each wall, which removes the stock that roughing leaves."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ TOUCH = 0.1
 
 
 def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
-    """Return a path with a pass along every wall of a region. Each pass starts and ends in the cleared area.
+    """Return a path with a pass along each wall of a region. Each pass starts and ends in the cleared area.
 
-    Lead-in and lead-out are quarter circles; where they do not fit, the pass starts on the wall. `roughed` is the area
-    of tool centres for roughing (shapely geometry).
+    The lead-in and lead-out are quarter circles. If they do not fit, the pass starts directly on the wall. `roughed` is
+    the area of tool centres for roughing (shapely geometry).
     """
     shapely.prepare(roughed)
     room = region.polygon.buffer(TOUCH * region.rules.tolerance)
@@ -75,14 +75,14 @@ def _wall_pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float
 
 
 def _add_midpoints(ring: Points, least: float) -> Points:
-    """Return a ring with the midpoint of each edge that is longer than `least`, mm, added."""
+    """Add the midpoint of each edge of a ring that is longer than `least`, mm."""
     after = np.roll(ring, -1, axis=0)
     long = np.hypot(*(after - ring).T) > least
     return np.insert(ring, np.flatnonzero(long) + 1, 0.5 * (ring + after)[long], axis=0)
 
 
 def _straight_places(ring: Points) -> list[int]:
-    """Return the indices of points where a ring hardly turns; points between long edges come first."""
+    """Return the indices of points where a ring hardly turns. Points between long edges come first."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)
     turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)))
@@ -95,7 +95,7 @@ def _straight_places(ring: Points) -> list[int]:
 
 
 def _wall_leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
-    """Return the lead-in and the lead-out at a point of a ring: quarter circles on the inner side of the wall."""
+    """Return the lead-in and lead-out at a point of a ring. Both are quarter circles on the inner side of the wall."""
     ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
     tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)
     tangent /= math.hypot(*tangent)

@@ -1,4 +1,4 @@
-"""Direction-parallel clearing: zigzag lines at the best of several angles, followed by passes along all walls."""
+"""Direction-parallel clearing: try zigzag lines at several angles, use the best angle, then follow all walls."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from leafcut.processes.pocket.plan.spurs import add_spurs
 
 #: Number of angles to try.
 ANGLES = 12
-#: Distances between the ends of lines and the finishing pass, in step-overs. The second distance is tried if the first
-#: leaves gaps, for example along a wall nearly parallel to the lines.
+#: Distances between the ends of lines and the finishing pass, in step-overs. If the first distance leaves gaps, for
+#: example along a wall that is nearly parallel to the lines, the second distance is tried.
 MARGINS = (0.5, 0.0)
 #: Spacing of samples along a wall, in step-overs, and maximum angle between a wall and a line along it, rad.
 SAMPLE_SPACING, SIDE_BY_SIDE = 0.1, math.radians(30.0)
@@ -41,13 +41,20 @@ def zigzag(
     stopped: Callable[[], bool] = never_stopped,
     too_wide: Callable[[PocketPath], Points] | None = None,
 ) -> PocketPath:
-    """Return a path of zigzag lines at an angle, rad (None for the best of twelve angles), followed by passes along the
-    walls.
+    """Return a path of zigzag lines, followed by passes along all walls.
 
     Neighbouring lines form a run if straight links between their ends stay in the region. Runs are visited in
-    nearest-neighbour order. Spurs clear any remaining material. The shortest path without gaps between passes is
-    chosen. `too_wide` finds the points of a path, float64[n, 2], where passes are further apart than the step-over.
-    Once `stopped` returns True, no further angle is tried.
+    nearest-neighbour order, and spurs clear any material that remains. The function returns the shortest path without
+    gaps between passes.
+
+    Parameters
+    ----------
+    angle
+        Angle of the lines, rad. If None, twelve angles are tried.
+    stopped
+        Function that returns whether the search must stop. No further angle is tried then.
+    too_wide
+        Function that returns the points of a path, float64[n, 2], where passes are further apart than the step-over.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
     candidates: list[tuple[int, PocketPath]] = []
@@ -65,9 +72,9 @@ def zigzag(
 
 
 def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple[PocketPath, int]:
-    """Return the zigzag path at an angle, rad, and the number of its gaps along walls.
+    """Return the zigzag path at an angle, rad, and the number of gaps along the walls.
 
-    Lines end `margin` mm from the walls.
+    Lines end `margin` mm before the walls.
     """
     rules = region.rules
     inner = shrink(region.polygon, margin, rules.tolerance) if margin else region.polygon
@@ -90,7 +97,7 @@ def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple
 
 
 def _count_gaps_at_walls(runs: list[Points], walls: list[Points], step_over: float) -> int:
-    """Return the number of sample points on wall passes whose nearest parallel line is one to two step-overs away."""
+    """Count the sample points on wall passes whose nearest parallel line is one to two step-overs away."""
     if not runs or not walls:
         return 0
     lines = np.concatenate([segments(run) for run in runs])
@@ -132,9 +139,9 @@ def _zigzag_lines(region: CentreRegion, inner: Any, angle: float, rules: PocketR
 
 
 def _joined_lines(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
-    """Join the first line of a row to lines of the following rows.
+    """Join the first line of a row to lines in the following rows, and remove the joined lines from `rows`.
 
-    A link to the next row must be short and stay in the region. The joined lines are removed from `rows`.
+    Each link to the next row must be short and stay in the region.
     """
     lines = [rows[row].pop(0)]
     while row + 1 < len(rows):
@@ -153,7 +160,10 @@ def _joined_lines(region: CentreRegion, rows: list[list[Points]], row: int, turn
 
 
 def _nearest_line(path: LinkedPath, lines: list[Points]) -> Points:
-    """Return the line that starts nearest to the tool. The first line must be long enough for an entry ramp."""
+    """Return the line that starts closest to the tool.
+
+    The first line of a path must be long enough for an entry ramp.
+    """
     if path.pieces:
         return min(lines, key=lambda line: math.dist(path.end, line[0]))
     lengths = [float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in lines]

@@ -1,1 +1,1 @@
-"""Verification of a pocketing program, which is read back and simulated."""
+"""Verify a pocketing program by reading it back and simulating it."""

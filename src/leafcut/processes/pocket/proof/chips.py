@@ -1,4 +1,4 @@
-"""Chip thickness and power of a pocketing program, computed from the program that was read back."""
+"""Compute the chip thickness and the power of a pocketing program after it has been read back."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from leafcut.processes.pocket.proof.pocket import (
 from leafcut.proof.difference import cap_differences, position_text
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Relative tolerance of all limits, because numbers in the program are rounded.
+#: Relative tolerance of all limits, because a program contains rounded numbers.
 _PART = 1e-4
 #: Maximum difference between heights that count as equal, mm.
 _SAME = 1e-6
-#: Maximum width of the material under a plunging tool that is ignored, in tool radii.
+#: Maximum width of material under a plunging tool that is ignored, in tool radii.
 _SLIVER = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredChips:
-    """Load of the end mill: chips and feeds, number of cuts with a changed feed, and violations of the limits."""
+    """The load on the end mill: chips and feeds, number of cuts with a changed feed, and violations of limits."""
 
     tool: ToolPace
     changed: int
@@ -69,13 +69,13 @@ def measured_chips(
 ) -> MeasuredChips:
     """Measure the chips in a program, and check these rules:
 
-    1. At every sample, no chip is thicker than with the tool's own feed and speed, and no cut needs more power than the
-       spindle has (`material.chip_feeds`).
-    2. No cutting move is faster than the maximum feed.
-    3. No descent below the surface is faster than the tool's own feed, and none needs more power than the spindle has.
-       A ramp or helix counts as a slot as deep as the level. A plunge into a cleared area needs no power.
+    1. No chip is thicker than with the feed and speed of the tool, and no cut needs more power than the spindle has
+       (`material.chip_feeds`). This applies to every sample.
+    2. No cutting move exceeds the maximum feed.
+    3. No descent below the surface exceeds the feed of the tool or the power of the spindle. A ramp or helix counts as
+       a slot as deep as the level. A plunge into a cleared area needs no power.
 
-    Films thinner than `thickest_film` are ignored. `levels` contains the heights of cuts, mm; all other moves are
+    Films thinner than `thickest_film` are ignored. `levels` contains the heights of cuts, mm. All other moves are
     descents.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
@@ -124,7 +124,10 @@ def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
 
 
 def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """Yield the power limit of the spindle, if known, with the maximum power before and after feeds were changed."""
+    """Yield the power limit of the spindle, if it is known.
+
+    The result includes the maximum power before and after feeds were changed.
+    """
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))
@@ -177,7 +180,7 @@ def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimi
 
 
 def _worst_samples(level: _LevelSamples, share: Floats) -> Iterator[tuple[PocketCut, int]]:
-    """Yield each move that exceeds its limit (`share` above 1), with the index of its worst sample."""
+    """Yield each move that exceeds its limit (`share` above 1), with the index of the worst sample of the move."""
     over = np.flatnonzero(share > 1.0 + _PART)
     for move in np.unique(level.move[over]).tolist():
         mine = over[level.move[over] == move]
@@ -187,9 +190,10 @@ def _worst_samples(level: _LevelSamples, share: Floats) -> Iterator[tuple[Pocket
 def _ramps(
     cuts: list[PocketCut], written: Toolpath, limits: FeedLimits, flat: set[int], levels: Sequence[float]
 ) -> Iterator[_Ramp]:
-    """Yield each ramp with the power that it needs, W.
+    """Yield each ramp, with the power that it needs, W.
 
-    Consecutive moves with the same feed count as one ramp, because rounded heights give each move a different slope.
+    Consecutive moves with the same feed form a single ramp. Because heights are rounded, the slope varies from move to
+    move.
     """
     descents: list[list[PocketCut]] = []
     for cut in cuts:
@@ -210,7 +214,7 @@ def _ramps(
 
 
 def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limits: FeedLimits) -> Iterator[_Ramp]:
-    """Yield each plunge into uncleared material with the power that it needs, W."""
+    """Yield each plunge into material, with the power that it needs, W."""
     if limits.material is None:
         return
     earlier = EarlierCuts(cuts, rules)

@@ -1,4 +1,4 @@
-"""Verify a pocketing program by simulation: no gouges, no cuts that are too deep, and no rapids in material."""
+"""Verify a pocketing program by simulation: it must not gouge, cut too deep, or make rapids in material."""
 
 from __future__ import annotations
 
@@ -31,15 +31,22 @@ from leafcut.proof.surface import surface_meets_area
 HEIGHT_TOLERANCE = 0.002
 #: Minimum height above the cleared floor at which a rapid may end, mm.
 OVER = 0.4
-#: Maximum width of a film that does not count as material, in tool diameters.
+#: Maximum width of a film that is ignored, in tool diameters.
 AIR_FILM = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class PocketCut:
-    """A feed move: its row in the toolpath, its line in the program, and the path of the tool tip, float64[n, 3], mm.
+    """A feed move.
 
-    `bulge` is the bulge (`geometry.polyline`) of an arc of at most half a turn; it is 0 for all other moves.
+    Attributes
+    ----------
+    row, line
+        Row in the toolpath, and line in the program.
+    path
+        Path of the tool tip, float64[n, 3], mm.
+    bulge
+        Bulge of an arc of at most half a turn (`geometry.polyline`), or 0 for all other moves.
     """
 
     row: int
@@ -49,17 +56,17 @@ class PocketCut:
 
     @property
     def z(self) -> float:
-        """Height of the end of the move, mm."""
+        """Height at the end of the move, mm."""
         return float(self.path[-1, 2])
 
     @property
     def height(self) -> float:
-        """Difference between the highest and the lowest point of the move, mm."""
+        """Height difference between the highest and the lowest point of the move, mm."""
         return float(np.ptp(self.path[:, 2]))
 
     @property
     def vertices(self) -> NDArray[np.float64]:
-        """The path of the move in the plane, as the vertices of a polyline, float64[n, 3]; arcs stay arcs."""
+        """The path of the move in the plane, as vertices of a polyline, float64[n, 3]. Arcs stay arcs."""
         points = self.path[[0, -1], :2] if self.bulge else self.path[:, :2]
         return np.column_stack([points, np.append(np.full(len(points) - 1, self.bulge), 0.0)])
 
@@ -72,16 +79,20 @@ def check_pockets(
     retract: float,
     tops: Sequence[float] = (),
 ) -> list[Difference]:
-    """Return the gouges and dangerous rapids of a program. An empty list means that the program obeys these rules:
+    """Find the gouges and dangerous rapids of a program. If the list is empty, the program obeys these rules:
 
-    1. No feed move is deeper than its pocket, and no feed move below the surface takes the tool more than the tolerance
-       beyond a wall.
+    1. No feed move is deeper than its pocket. Below the surface, no feed move takes the tool beyond a wall by more than
+       the tolerance.
     2. Each feed move starts and ends at a known position.
-    3. Rapids below the R plane are vertical. A rapid down below the R plane ends above an area that earlier feed moves
-       cleared under the whole tool, or above a pocket whose material starts lower.
+    3. Rapids below the R plane are vertical. A rapid that descends below the R plane ends above an area that earlier
+       feed moves cleared under the whole tool, or above a pocket whose material starts lower.
 
-    `depths` contains the depths of the pockets from the surface, mm, positive. `tops` contains the heights of the
-    material above the pockets before milling, mm; if empty, all are 0.
+    Parameters
+    ----------
+    depths
+        Depth of each pocket below the surface, mm, positive.
+    tops
+        Height of the material above each pocket before milling, mm. By default, all heights are 0.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     low = _lower_tops(pockets, tops, rules)
@@ -91,7 +102,7 @@ def check_pockets(
 
 @dataclass(frozen=True, eq=False)
 class SimulatedLevel:
-    """The material removed from one pocket at height `z`, and the maximum distance between neighbouring passes, mm."""
+    """The material removed from a pocket at height `z`, and the maximum distance between neighbouring passes, mm."""
 
     z: float
     number: int
@@ -108,8 +119,8 @@ def simulated_levels(
 ) -> list[SimulatedLevel]:
     """Simulate each pocket at its `levels` and at the heights of its finishing passes, mm.
 
-    The step-over of a finishing pass is measured to the passes of the next lower level. Levels with identical paths are
-    simulated only once.
+    The step-over of a finishing pass is the distance to the passes on the next lower level. Levels with identical paths
+    are only simulated once.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     shapes = [pocket.region(rules.tolerance) for pocket in pockets]
@@ -140,11 +151,11 @@ def simulated_levels(
 
 
 def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[Difference]:
-    """Return the moves below the surface that cut material faster than the feed of the mill, mm/s.
+    """Find moves below the surface that cut material faster than the feed of the mill, mm/s.
 
-    A faster move must be level, and earlier moves at its height must have cleared its whole path. The path is sampled
-    (`material.engagement`). Films with a thickness of up to a hundredth of the diameter are ignored. Passes within the
-    tolerance may leave such films, and at the same feed, their chips are only a fifth as thick as usual.
+    A faster move must be level, and earlier moves at the same height must have cleared its whole path. The path is
+    sampled (`material.engagement`). Films up to a hundredth of the diameter are ignored, because passes within the
+    tolerance may leave such films. At the same feed, their chips are only a fifth as thick as usual.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
@@ -177,16 +188,16 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
 
 
 def thickest_film(rules: PocketRules) -> float:
-    """Return the maximum width of a film that does not count as material, mm."""
+    """Return the maximum width of a film that is ignored, mm."""
     return max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
 
 
 def engaged_levels(
     cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
 ) -> Iterator[tuple[list[PocketCut], ToolSteps, Engaged]]:
-    """Yield the moves at one height, their sampled path, and the engagement along this path.
+    """Yield the moves at each height, their sampled path, and the engagement along the path.
 
-    This is done for each height at which a move of `rows` ends. The engagement at the end of a descent is left out.
+    Only heights at which a move of `rows` ends are included. The engagement at the end of a descent is left out.
     """
     known: dict[bytes, tuple[ToolSteps, Engaged]] = {}
     for z in sorted({round(cut.z, 3) for cut in cuts if cut.row in rows}):
@@ -201,14 +212,14 @@ def engaged_levels(
 
 
 def path_of_cuts(pieces: Sequence[Points]) -> PocketPath:
-    """Return a path with one section for each polyline, which is given by its vertices, float64[n, 3]."""
+    """Return a path with a section for each polyline. The polylines are given by their vertices, float64[n, 3]."""
     return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
 def _area_in_helices(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
-    """Return the area inside full circles of the tool centre, such as turns of a helix. The tool clears this area.
+    """Return the area inside full circles of the tool centre, such as the turns of a helix. The tool clears this area.
 
-    Circles with a radius larger than the tool radius do not count, because a core remains inside.
+    If the circle is larger than the tool radius, a core remains inside, so the circle does not count.
     """
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
@@ -227,7 +238,7 @@ def _area_in_helices(written: Toolpath, cuts: Sequence[PocketCut], rules: Pocket
 
 
 def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket]) -> list[Difference]:
-    """Return a difference for each simulated level at which the tool cuts into a wall."""
+    """Create a difference for each simulated level at which the tool cuts into a wall."""
     wrong = []
     for level in simulated:
         gouges = level.removal.gouges
@@ -243,7 +254,7 @@ def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Poc
 def step_over_differences(
     simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket], rules: PocketRules
 ) -> list[Difference]:
-    """Return a difference for each level whose passes are further apart than the requested step-over."""
+    """Create a difference for each level whose passes are further apart than the requested step-over."""
     return [
         Difference(
             Message("step-over"),
@@ -265,10 +276,10 @@ def step_over_differences(
 def depth_differences(
     written: Toolpath, rules: PocketRules, step: float, pockets: Sequence[Pocket] = (), tops: Sequence[float] = ()
 ) -> list[Difference]:
-    """Return the levels at which the tool cuts more than `step` mm below earlier levels.
+    """Find levels at which the tool cuts more than `step` mm deeper than earlier levels.
 
-    Strips narrower than `FILM` diameters are allowed, because a finishing pass removes the stock over its whole depth.
-    `tops` contains the heights of the material above the pockets before milling, mm; if empty, all are 0.
+    Strips narrower than `FILM` diameters are allowed, because a finishing pass removes the stock over its full depth.
+    `tops` contains the heights of the material above the pockets before milling, mm. By default, all heights are 0.
     """
     lower = _lower_tops(pockets, tops, rules)
     wrong, levels = [], _levels(list(cutting_moves(written, rules.tolerance)))
@@ -299,7 +310,7 @@ def depth_differences(
 
 @dataclass
 class _Level:
-    """Consecutive cuts at the same height: their segments, and the line of the first cut in the program."""
+    """Consecutive cuts at the same height, with their segments and the program line of the first cut."""
 
     z: float
     line: int
@@ -311,7 +322,7 @@ class _Level:
 
 
 def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
-    """Return the levels in cutting order, without descents."""
+    """Return all levels in cutting order, without descents."""
     levels: list[_Level] = []
     for cut in cuts:
         if cut.height > HEIGHT_TOLERANCE:
@@ -323,7 +334,7 @@ def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
 
 
 def _undirected_keys(steps: NDArray[np.float64]) -> NDArray[Any]:
-    """Return a key for each segment that is the same in both directions."""
+    """Return a key for each segment that does not depend on its direction."""
     rounded = np.round(steps, 3) + 0.0
     turned = (rounded[:, 0] > rounded[:, 1])[:, 0] | (
         (rounded[:, 0, 0] == rounded[:, 1, 0]) & (rounded[:, 0, 1] > rounded[:, 1, 1])
@@ -340,7 +351,7 @@ def _lies_in(points: Points, shape: Any) -> bool:
 
 
 def cutting_moves(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
-    """Yield the feed moves that go below the surface, with arcs replaced by chords."""
+    """Yield the feed moves that go below the surface. Chords replace the arcs."""
     moves = straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf)
     turns = turns_of(path)
     bulges = {
@@ -357,7 +368,7 @@ def cutting_moves(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
 
 
 def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
-    """Yield each connected path at height `z` as the vertices of a polyline, float64[n, 3]."""
+    """Yield each connected path at height `z`, as the vertices of a polyline, float64[n, 3]."""
     run: list[Points] = []
     for cut in cuts:
         there = np.abs(cut.path[:, 2] - z) <= HEIGHT_TOLERANCE
@@ -378,7 +389,7 @@ def _join_cuts(run: Sequence[Points]) -> Points:
 
 
 def _lower_tops(pockets: Sequence[Pocket], tops: Sequence[float], rules: PocketRules) -> list[tuple[float, Any]]:
-    """Return the height, mm, and the area of each pocket whose material starts below Z0."""
+    """Return the top height, mm, and the area of each pocket whose material starts below Z0."""
     if not tops:
         return []
     return [(top, pocket.region(rules.tolerance)) for pocket, top in zip(pockets, tops, strict=True) if top < 0.0]
@@ -406,7 +417,7 @@ def _unknown_places(path: Toolpath) -> list[Difference]:
 def _dangerous_rapids(
     path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float, lower: Sequence[tuple[float, Any]]
 ) -> list[Difference]:
-    """Return the rapids below the R plane that move sideways, or descend to an area that is not cleared."""
+    """Find rapids below the R plane that move sideways or descend to an area that is not cleared."""
     before = path.before
     rapid = path.kind == Kind.RAPID
     sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
@@ -438,10 +449,10 @@ def _rapids_into_material(
     rules: PocketRules,
     lower: Sequence[tuple[float, Any]],
 ) -> list[int]:
-    """Return the rows of vertical rapids that end less than `OVER` mm above uncleared material.
+    """Return the rows of vertical rapids that end less than `OVER` mm above material.
 
-    Earlier feed moves must have cleared a disc of the tool's radius minus the tolerance. `lower` contains the pockets
-    whose material starts below 0.
+    Earlier feed moves must have cleared a disc that is smaller than the tool by the tolerance. `lower` contains the
+    pockets whose material starts below 0.
     """
     before, earlier, uncleared = path.before, EarlierCuts(cuts, rules), []
     chords = chords_per_quarter(rules.radius, FINE * rules.tolerance)
@@ -460,7 +471,7 @@ def _rapids_into_material(
 
 
 class EarlierCuts:
-    """Finds the area that earlier feed moves of a program have cleared around a position. Plunges clear nothing."""
+    """Finds the area around a position that earlier feed moves of a program have cleared. Plunges clear no area."""
 
     def __init__(self, cuts: Sequence[PocketCut], rules: PocketRules) -> None:
         self.rules, moving = rules, [cut for cut in cuts if np.ptp(cut.path[:, :2], axis=0).any()]
@@ -470,11 +481,11 @@ class EarlierCuts:
         self._tree = shapely.STRtree([shapely.LineString(cut.path[:, :2]) for cut in moving])
 
     def passed(self, place: Floats, row: int, height: float) -> bool:
-        """Return whether the tool centre passed a position at `height` mm or lower in an earlier move than `row`."""
+        """Return whether the tool centre passed a position at or below `height` mm in a move before `row`."""
         return len(self._near(place, row, height, 0.1 * self.rules.tolerance)) > 0
 
     def cleared(self, place: Floats, row: int, height: float) -> Any:
-        """Return the area around a position that is cleared down to `height` mm by the moves before `row`."""
+        """Return the area around a position that the moves before `row` clear down to `height` mm."""
         near = self._near(place, row, height, self.rules.tool_diameter)
         steps = steps_near(np.concatenate([np.zeros((0, 2, 2)), *(self._steps[k] for k in near)]), place, self.rules)
         return cleared_area(steps[(steps[:, 0] != steps[:, 1]).any(axis=1)], self.rules)
@@ -525,10 +536,20 @@ def stock_top_differences(
     triangles: NDArray[np.float64],
     radius: float,
 ) -> list[Difference]:
-    """Return a difference for each pocket with higher material than assumed, above it or within a tool radius of it.
+    """Find pockets with higher material than assumed, either above the pocket or within a tool radius of it.
 
-    Other pockets of the solid (`of_solid`) count as filled up to their rims. The check tests the distance of each
-    triangle, and shares no code with the planning of heights. `triangles` is the surface, float64[n, 3, 3], mm.
+    The check measures the distance to each triangle, and shares no code with the planning of heights.
+
+    Parameters
+    ----------
+    tops
+        Assumed height of the material above each pocket, mm.
+    of_solid
+        All pockets of the solid. Other pockets count as filled up to their rims.
+    triangles
+        Surface of the solid, float64[n, 3, 3], mm.
+    radius
+        Tool radius, mm.
     """
     wrong = []
     for pocket, top in zip(pockets, tops, strict=True):

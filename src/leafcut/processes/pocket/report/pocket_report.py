@@ -1,4 +1,4 @@
-"""Facts and report page of pockets: the chosen strategy, compared with the other strategies."""
+"""Facts and report page of a pocket job: the chosen strategy in comparison with all other strategies."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ from leafcut.report.wording import (
 
 #: Maximum number of path segments for which uncut areas are drawn.
 MOST_PIECES = 200_000
-#: Minimum additional uncut area, compared with the usual strategy, that the report mentions, in percentage points.
+#: Minimum additional uncut area that the report mentions, in percentage points more than the usual strategy.
 LESS_WORK = 0.1
-#: Minimum share of air cuts in the path that is reported as a fact.
+#: Minimum share of air cuts in a path that the report mentions as a fact.
 _AIR = 0.01
 #: Height above the material for moves between the sections of a path, mm.
 _ABOVE = 2.0
 _FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
-#: Columns of the table of strategies, and the columns that the summary omits.
+#: Columns of the strategy table, and the columns that the summary leaves out.
 _TITLES = ("feed", "rapid", "retracts", "uncut", "step-over mm", "engagement", "mean", "air", "program time")
 _WIDE = ("step-over mm", "air")
 #: Chord error for arcs, in user units of the drawing.
@@ -75,7 +75,7 @@ _KINDS = ("rough", "link", "entry", "finish")
 
 
 class PocketReport(PathReport[PocketDetail]):
-    """Facts, table, report page and pictures of cleared pockets."""
+    """The facts, the table, the report page and the pictures of cleared pockets."""
 
     proof = "read back and simulated"
     found = "read back and simulated: it does the work that was planned"
@@ -98,15 +98,18 @@ class PocketReport(PathReport[PocketDetail]):
         return strategy_figures(self.outcome)
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the measures of the usual strategy, unless it is the written strategy, and of the written strategy."""
+        """Return the measures of the usual strategy and of the written strategy.
+
+        If both strategies are the same, only the written strategy is included.
+        """
         usual = [(self.usual.capitalize(), self.outcome.before)] if self.compared else []
         return [*usual, (f"{OURS}: {self.chosen}", self.outcome.after)]
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """Facts for the operator, and the reasons why strategies were rejected.
+        """Facts for the operator, and the reasons for rejecting strategies.
 
-        Every user needs to know about a faster strategy that was rejected; other rejected strategies are details of the
+        Every user should know why a faster strategy was rejected. Other rejected strategies are details of the
         search.
         """
         reasons = [
@@ -150,7 +153,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def savings(self) -> list[Fact]:
-        """Return the time that load-dependent feeds save, if they were requested."""
+        """Return the time that load-dependent feeds save, if the user requested such feeds."""
         pace = self.outcome.detail.pace
         return [] if pace is None else pace_facts(pace)
 
@@ -217,7 +220,7 @@ class PocketReport(PathReport[PocketDetail]):
         return facts
 
     def _uncut_words(self, m: PocketMeasures) -> str:
-        """Return the uncut area and the reachable area as text. Issue L701 reports the unreachable area."""
+        """Return the uncut and the reachable area as text. Issue L701 reports the unreachable area."""
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         if all(issue.code != "L701" for issue in self.outcome.issues):
             return Message("{} of {}", area, whole)
@@ -264,7 +267,7 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the rows of a table that compares all possible strategies on one level.
+        """Return the rows of a table that compares all possible strategies on a single level.
 
         Each row has a flag that is true for the chosen strategy.
         """
@@ -273,7 +276,7 @@ class PocketReport(PathReport[PocketDetail]):
         return [(("one level", *(_TITLES[k] for k in keep)), False), *rows]
 
     def page(self) -> dict[str, Any]:
-        """Return the data of the report page: the drawing, and all strategies side by side."""
+        """Return the data for the report page: the drawing, and all strategies side by side."""
         outcome, plans = self.outcome, self.outcome.detail.plans
         scene = build_pocket_scene(plans, outcome.missing)
         paths = [plan.result.path for plan in plans if plan.result.path is not None]
@@ -302,7 +305,10 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def saved(self) -> views.PageRow:
-        """Return the headline figure and its text: the time saved, or the program time if there is no comparison."""
+        """Return the headline figure and its text.
+
+        The figure is the time saved, or the program time without a comparison.
+        """
         outcome = self.outcome
         if not self.compared:
             alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
@@ -320,9 +326,9 @@ class PocketReport(PathReport[PocketDetail]):
         return {**row, "words": compared, "percent": row["percent"] + less, "gap": _length_change(now, usual)}
 
     def drawing(self, which: Which) -> str:
-        """Return a drawing of the paths on one level.
+        """Draw the paths on one level.
 
-        It shows the usual strategy (``before``) or the written strategy (``after``).
+        The drawing shows the usual strategy (``before``) or the written strategy (``after``).
         """
         plans = self.outcome.detail.plans
         chosen = [plan.usual if which == "before" else plan.result for plan in plans]
@@ -332,7 +338,7 @@ class PocketReport(PathReport[PocketDetail]):
         return pocket_drawing(scene, paths, which, words, tool_diameter=diameter, size=True)
 
     def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
-        """Yield the toolpath of each strategy on one level of all pockets."""
+        """Yield the toolpath of each strategy on a single level of all pockets."""
         outcome = self.outcome
         for row in self.strategies:
             paths = self._paths(row.name)
@@ -343,8 +349,9 @@ class PocketReport(PathReport[PocketDetail]):
                 )
 
     def stock(self) -> ShownStock:
-        """Return the tools and the stock: the solid with filled pockets if it is known, otherwise a block around the
-        cuts.
+        """Return the tools and the stock.
+
+        The stock is the solid with filled pockets. Without a solid, it is a block around the cuts.
         """
         found, before = super().stock(), self.outcome.detail.before
         return found if before is None else replace(found, surface=before)
@@ -353,8 +360,9 @@ class PocketReport(PathReport[PocketDetail]):
         return f"Tool path over one level of {replace_unprintable(self.outcome.part.name)}, {strategy}"
 
     def _size(self) -> str:
-        """Return the size of the bounding box of several pockets, or "" for a single pocket, whose size is already a
-        fact.
+        """Format the size of the bounding box of several pockets.
+
+        Return "" for a single pocket, whose size is a separate fact.
         """
         boxes = [plan.pocket.outline.extents for plan in self.outcome.detail.plans]
         if len(boxes) == 1:
@@ -381,7 +389,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def _small(self, scene: PocketScene) -> list[views.PageRow]:
-        """Return a small drawing for each strategy that clears all pockets, with the length of its path."""
+        """Return a small drawing and the path length of each strategy that clears all pockets."""
         return [
             {
                 "name": row.name,
@@ -403,7 +411,7 @@ def _strategy(row: StrategyFigures) -> dict[str, Any]:
 
 
 def _cells(row: StrategyFigures) -> tuple[str, ...]:
-    """Return the measures of a strategy as texts, in the order of `_TITLES`; empty if the strategy is refused."""
+    """Format the measures of a strategy as texts, in the order of `_TITLES`. A refused strategy has no texts."""
     m = row.measures
     if m is None:
         return ()
@@ -429,7 +437,7 @@ def _length_change(now: PocketMeasures, usual: PocketMeasures) -> str:
 
 
 def toolpath_over_level(paths: Sequence[PocketPath], level: float, tool: Tool) -> Toolpath:
-    """Return the paths of all pockets on one level as a toolpath. The tool plunges after each gap in a path."""
+    """Combine the paths of all pockets on one level into a toolpath. The tool plunges after each gap in a path."""
     builder = ToolpathBuilder()
     builder.tool(tool.number)
     builder.spindle(tool.spindle_rpm)
@@ -454,12 +462,19 @@ def toolpath_over_level(paths: Sequence[PocketPath], level: float, tool: Tool) -
 
 @dataclass(frozen=True)
 class StrategyFigures:
-    """Measures of a strategy over one level of all pockets.
+    """The measures of a strategy on one level of all pockets.
 
-    `measures` contains sums and maxima; it is None if the strategy is refused. `program_s` is the time of a program
-    that clears all pockets by this strategy. `passed_over` states why the strategy was rejected although it is cheaper,
-    for the first pocket with a reason. `usual` is true if the written program is compared with this strategy in any
-    pocket.
+    Attributes
+    ----------
+    measures
+        Sums and maxima over all pockets, or None if the strategy is refused.
+    program_s
+        Time of a program that clears all pockets with this strategy, s.
+    passed_over
+        Why the strategy was rejected although it is cheaper. If several pockets have a reason, the first reason is
+        used.
+    usual
+        Whether the written program is compared with this strategy in any pocket.
     """
 
     name: str
@@ -474,7 +489,7 @@ class StrategyFigures:
 def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
     """Return the measures of each strategy over all pockets.
 
-    If the written program uses the same strategy in all pockets, the strategy gets the machine time of this program.
+    If the written program uses a single strategy for all pockets, this strategy gets the machine time of the program.
     The same applies to the program for comparison.
     """
     detail = outcome.detail
@@ -487,7 +502,7 @@ def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
 
 
 def figures_by_strategy(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
-    """Return the measures of each strategy over all pockets. A strategy that is refused in any pocket is refused.
+    """Return the measures of each strategy over all pockets. A strategy is refused if it is refused in any pocket.
 
     `programs` contains the times and rapids of programs for several pockets.
     """
@@ -506,16 +521,16 @@ def figures_by_strategy(plans: Sequence[PocketPlan], programs: Sequence[PocketPr
 
 
 def _with_moves_between(measures: PocketMeasures, program: PocketProgram | None) -> PocketMeasures:
-    """Return the measures with the rapids and retracts of a program for several pockets, if there is a program."""
+    """Add the rapids and retracts of a program for several pockets, if there is such a program."""
     if program is None:
         return measures
     return replace(measures, rapid_mm=program.rapid_mm, retracts=program.retracts)
 
 
 def sum_measures(every: Sequence[PocketMeasures]) -> PocketMeasures:
-    """Return the combined measures of several pockets.
+    """Combine the measures of several pockets.
 
-    Lengths and areas are added, the mean engagement is weighted by path length, and all other values are maxima.
+    Lengths and areas are added up. The mean engagement is weighted by path length. All other values are maxima.
     """
     feed = sum(m.feed_mm for m in every)
     return PocketMeasures(
@@ -538,14 +553,14 @@ def sum_measures(every: Sequence[PocketMeasures]) -> PocketMeasures:
 
 
 def written_measures(outcome: Outcome[PocketDetail]) -> PocketMeasures:
-    """Return the measures of the written path on one level of each pocket, including the moves between pockets."""
+    """Return the measures of the written path on one level of each pocket, including moves between pockets."""
     known = [plan.result.measures for plan in outcome.detail.plans if plan.result.measures is not None]
     program = next((program for program in outcome.detail.programs if not program.strategy), None)
     return _with_moves_between(sum_measures(known), program)
 
 
 def plain_measures(m: PocketMeasures) -> dict[str, Any]:
-    """Return the measures on one level as plain numbers for the JSON result; angles are in degrees."""
+    """Convert the measures on one level to plain numbers for the JSON result. Angles are in degrees."""
     return {
         "length_mm": plain_number(m.feed_mm + m.rapid_mm),
         "feed_mm": plain_number(m.feed_mm),
@@ -570,14 +585,14 @@ def plain_measures(m: PocketMeasures) -> dict[str, Any]:
 
 
 def several_depths(plans: Sequence[PocketPlan]) -> bool:
-    """Return whether the pockets differ in the heights of their levels."""
+    """Return whether the levels of some pockets are at different heights."""
     return len({plan.heights for plan in plans}) > 1
 
 
 def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
-    """Return a text such as ``3 × 2 mm to Z-6`` for each set of levels.
+    """Describe each set of levels as text, such as ``3 × 2 mm to Z-6``.
 
-    If there are several sets, each text also states the number of pockets.
+    If there are several sets, each text also gives the number of pockets.
     """
     counted = Counter((plan.begin, plan.levels, plan.heights, plan.in_floor) for plan in plans)
     words = []
@@ -592,9 +607,7 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
 
 
 def wide_cut_words(m: PocketMeasures, diameter: float) -> str:
-    """Return a sentence about cuts that are much wider than the step-over: their share of the path, and the widest
-    cut.
-    """
+    """Describe cuts that are much wider than the step-over, with their share of the path and their maximum width."""
     full = Message("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
     return Message("first cuts and corners, {} of the path, are wider than the step-over: up to {}", share, full)
@@ -605,7 +618,7 @@ def wide_cut_words(m: PocketMeasures, diameter: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PocketShapes:
-    """The area of a pocket that the tool cannot reach, and the reachable area that remains uncut (shapely geometry)."""
+    """The unreachable area of a pocket, and the reachable area that is left uncut (shapely geometry)."""
 
     unreachable: Any
     uncovered: Any
@@ -613,7 +626,7 @@ class PocketShapes:
 
 @dataclass(frozen=True, eq=False)
 class PocketScene:
-    """Data that all drawings of a page share: the frame, the pockets, and the issues about missing work."""
+    """The data that all drawings on a page share: the frame, the pockets, and the issues about missing work."""
 
     frame: Frame
     pockets: tuple[Pocket, ...]
@@ -621,7 +634,7 @@ class PocketScene:
 
 
 def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] = ()) -> PocketScene:
-    """Return the scene of all pockets of a drawing."""
+    """Create the scene for all pockets of a drawing."""
     boxes = np.array([plan.pocket.outline.extents for plan in plans])
     corners = np.concatenate([boxes.reshape(-1, 2), missing_points(missing)])
     low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
@@ -630,7 +643,7 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
-    """Return the unreachable area and the uncut area of a pocket, without slivers thinner than the tolerance."""
+    """Return the unreachable and the uncut area of a pocket. Slivers thinner than the tolerance are ignored."""
     whole = pocket.region(_SEEN)
     reachable = swept(shrink(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
     steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
@@ -653,9 +666,9 @@ def pocket_drawing(
     tool_diameter: float = 0.0,
     size: bool = False,
 ) -> str:
-    """Return an SVG element with the pockets and a path in each of them.
+    """Return an SVG element that shows the pockets, with a path in each pocket.
 
-    The title of the element is `words`; `name` must be unique on the page.
+    The element has the title `words`, and its `name` must be unique on the page.
     """
     frame, window = scene.frame, f"window-{name}"
     parts = (
@@ -670,7 +683,7 @@ def pocket_drawing(
 
 
 def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -> str:
-    """Return a small SVG drawing of pockets and paths, without axes and marks."""
+    """Return a small SVG drawing of pockets and paths without axes or marks."""
     frame = scene.frame
     parts = (*(_pocket(frame, p) for p in scene.pockets), *(_tool_path(frame, path) for path in paths))
     box = f"0 0 {svg_number(frame.width)} {svg_number(frame.height)}"
@@ -687,7 +700,7 @@ def _pocket(frame: Frame, pocket: Pocket) -> str:
 
 
 def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
-    """Draw unreachable areas hatched, and uncut areas filled."""
+    """Draw unreachable areas with hatching, and uncut areas with a solid fill."""
     drawn = []
     if not shapes.unreachable.is_empty:
         clip, hatch = f"far-{name}", _hatch(frame, shapes.unreachable)
