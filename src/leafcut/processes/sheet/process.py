@@ -152,8 +152,9 @@ class SheetCutting(Process):
         )
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Compare the program with the planned motion, the limits of the machine and the drawing. Return the
-        differences.
+        """Compare the program with the planned motion, the limits of the machine and the drawing.
+
+        Return the motion that was read back from the program, and the differences.
         """
         from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
         from leafcut.processes.sheet.proof.sheet import check_sheet

@@ -1,4 +1,4 @@
-"""Texts and JSON data about a cutting plan: cycle time, cost, cutting data, and the titles of cuts and parts."""
+"""Texts and JSON data about a cutting plan: cycle time, cost, cutting data, and titles of cuts and parts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from leafcut.report.wording import (
 )
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Minimum amount that is printed as a number; smaller amounts are printed as less than this.
+#: Smallest amount that is printed as a number. A smaller amount is printed as "less than" this value.
 _LEAST_AMOUNT = 1e-4
 
 
@@ -36,7 +36,7 @@ def cut_counts(plan: CutPlan) -> dict[str, int]:
 
 
 def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
-    """Return the data, cycle time and cost of a cutting plan, and the times of the other orders, as JSON data."""
+    """Return a cutting plan as JSON data: its cutting data, cycle time and cost, and the times of the other orders."""
     plan = detail.plan
     data, norm = plan.data, plan.measures
     contours = [plan.sheet.contours[i] for c in plan.cuts if not c.common for i in c.contours]
@@ -83,7 +83,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
 
 
 def _times_by_name(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return the time and cost for each part name. Parts without a name are left out."""
+    """Return the time and cost of the parts, grouped by part name. Parts without a name are left out."""
     found: dict[str, list[PartTimes]] = {}
     for part in norm.parts:
         if part.name:
@@ -137,7 +137,7 @@ def cost_figure(cost: float, places: int) -> str:
 
 
 def contour_words(plan: CutPlan, cut: Cut) -> str:
-    """Return the kinds of the contours of a cut: ``hole``, ``outline`` or ``mark``, or ``4 holes, outline`` for a
+    """Return the kinds of the contours in a cut: ``hole``, ``outline`` or ``mark``, or ``4 holes, outline`` for a
     chain.
     """
     if cut.common:
@@ -182,7 +182,7 @@ def part_title(plan: CutPlan, part: int) -> str:
 
 
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
-    """Return the name and amount of each medium and wear part. Without data in the chart, the amount is a dash."""
+    """Return the name and amount of each medium and wear part. If the chart has no data, the amount is a dash."""
     # Names in the chart are the same in each language.
     gas: str = name_words(rates.gas) if rates.gas else Message("gas")
     second: str = name_words(rates.second_gas) if rates.second_gas else Message("second gas")

@@ -1,4 +1,4 @@
-"""Table of cycle times and consumption, with a row for each kind of part, the sheet, and the batch."""
+"""The table of cycle times and consumption. It has a row for each kind of part, for the sheet, and for the batch."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class NormRow:
 
 
 def cycle_time_rows(norm: CutMeasures) -> list[NormRow]:
-    """Return a table row for each part name, in the order of first appearance.
+    """Return a table row for each part name, in the order in which the names first appear.
 
     Parts without a name share a row if their area and perimeter are equal. Contours outside parts, and the moves at the
-    start and end of the program, count only for the sheet.
+    start and end of the program, only count for the sheet.
     """
     kinds: dict[object, list[PartTimes]] = {}
     for part in norm.parts:
@@ -93,14 +93,15 @@ def _total(used: Iterable[Consumption]) -> Consumption:
 
 
 def consumption_as_json(used: Consumption) -> dict[str, Any]:
-    """Return the consumption in litres, kWh, kg and numbers of wear parts. Amounts without data in the chart are
-    null.
+    """Return the consumption in litres, kWh, kg and numbers of wear parts.
+
+    If the chart has no data for an amount, the amount is null.
     """
     return {**{name: getattr(used, name) for name in AMOUNTS}, "energy_at_arc": used.at_arc}
 
 
 def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
-    """Return the nozzle and the gases that the chart specifies."""
+    """Return the nozzle and the gases in the chart."""
     return {"nozzle": rates.nozzle, "gas": rates.gas, "second_gas": rates.second_gas}
 
 
@@ -139,7 +140,9 @@ def cycle_times_csv(plan: CutPlan) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Return the text of a CSV cell. Names come from drawings, so no text may be interpreted as a formula."""
+    """Return the text of a CSV cell. Names come from drawings, so a spreadsheet must not interpret the text as a
+    formula.
+    """
     if value is None:
         return ""
     if isinstance(value, bool):
