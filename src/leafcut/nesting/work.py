@@ -1,4 +1,4 @@
-"""Nesting as a kind of work: its options and its form."""
+"""Nesting as a type of work, with its options and its form."""
 
 from __future__ import annotations
 
