@@ -75,7 +75,7 @@ def _draw_stock(space: Any, stock: Stock) -> None:
 
 
 def _escape_ascii(name: str) -> str:
-    r"""Escape non-ASCII characters as in DXF R2000, for example \U+00E4."""
+    r"""Escape non-ASCII characters in the style of DXF R2000, for example \U+00E4."""
     return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in name)
 
 

@@ -127,7 +127,7 @@ def _without_duplicates(nests: list[Nest]) -> list[Nest]:
 
 
 def sized_sheets(options: NestOptions) -> list[Stock]:
-    """Return the sheets given in the options. Raises OptionError if an option names a drawing instead of a size."""
+    """Return the sheets in the options. Raises OptionError if an option names a drawing instead of a size."""
     stocks = []
     for sheet in options.sheets:
         if sheet.size is None:
@@ -309,7 +309,7 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
 
 
 def _names(error: PlanError, file: str) -> bool:
-    """Return whether the message of an error starts with the name of a file."""
+    """Return whether the message of an error starts with a file name."""
     message = error.args[0]
     return isinstance(message, Message) and message.values[:1] == (file,)
 

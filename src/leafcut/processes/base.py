@@ -317,13 +317,13 @@ class Process(Work, Protocol):
         return ()
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Read the program back. Return its toolpath, and its differences from the request."""
+        """Read the program back. Return the toolpath, and the differences between the program and the request."""
         raise NotImplementedError
 
     def keep_in_place(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return an order that leaves the refused tasks at their position in the input; `trial` counts from 1.
+        """Return an order that leaves the refused tasks at their position in the input. `trial` counts from 1.
 
-        Raises VerifyError if no such order exists, which is the default.
+        Raises VerifyError if no such order exists. By default, there is none.
         """
         raise VerifyError("the program was not written: {}", refused)
 

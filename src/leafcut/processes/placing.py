@@ -114,7 +114,7 @@ def _exact_length(length: float) -> str:
 
 
 def _matrix(options: ReadOptions) -> NDArray[np.float64]:
-    """Return the matrix that mirrors and then rotates a point, float64[2, 2]."""
+    """Return a matrix that first mirrors a point and then rotates it, float64[2, 2]."""
     mirror = np.diag([-1.0 if options.mirror == "x" else 1.0, -1.0 if options.mirror == "y" else 1.0])
     quarters = round(options.rotate / (0.5 * math.pi))
     c, s = math.cos(options.rotate), math.sin(options.rotate)

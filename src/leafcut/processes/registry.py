@@ -139,14 +139,14 @@ def _built_in(name: str) -> Process:
 
 
 def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
-    """Return the report of an outcome. Raises OptionError if its process is a plug-in that is not installed."""
+    """Return the report of an outcome. Raises OptionError if the process is a plug-in that is not installed."""
     # An outcome stored by an earlier version names no process.
     usual = "program" if outcome.part.format == "gcode" else outcome.process
     return process(outcome.made_by or usual).report(outcome)
 
 
 def names() -> tuple[str, ...]:
-    """Return the names of all processes, built-in processes first."""
+    """Return the names of all processes. Built-in processes come first."""
     return (*BUILT_IN, *PACKAGED.names())
 
 

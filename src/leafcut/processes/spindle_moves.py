@@ -128,7 +128,7 @@ def leave_tool(builder: ToolpathBuilder, machine: Machine, height: float, *, coo
 def end_program(
     builder: ToolpathBuilder, machine: Machine, clearance: float, end: Point | None, *, coolant: bool
 ) -> None:
-    """Move to the end point, if there is one, retract, stop the spindle, and end the program."""
+    """Move to the end point, if the user gave one. Then retract, stop the spindle, and end the program."""
     if end is not None:
         builder.rapid(*end)
     rise(builder, machine, clearance)

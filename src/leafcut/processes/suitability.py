@@ -141,7 +141,7 @@ class WholeDrawing:
 
     @property
     def figures(self) -> dict[str, int | str]:
-        """Numbers of holes and outlines for messages."""
+        """The numbers of holes and outlines, for messages."""
         return {"holes": self.n_holes, "outlines": self.n_outlines}
 
 

@@ -34,7 +34,7 @@ MAX_KINDS = 2_000
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """The bounding box of a piece after rotation by `angle`, rad: lower left corner and sides, mm."""
+    """The bounding box of a piece that is rotated by `angle`, rad: lower left corner and sides, mm."""
 
     angle: float
     x: float
@@ -64,7 +64,7 @@ class NestPiece:
 
     @cached_property
     def polygon(self) -> Polygon:
-        """The outline as a polygon, with arcs approximated by chords."""
+        """The outline as a polygon. Arcs are approximated by chords."""
         return polygon_of(self.path)
 
     @cached_property
@@ -117,7 +117,7 @@ class NestPiece:
 
 
 def polygon_of(path: Polyline) -> Polygon:
-    """Return a closed path as a polygon, with arcs approximated by chords."""
+    """Convert a closed path to a polygon. Arcs are approximated by chords."""
     return Polygon(path.flattened(CHORD))
 
 

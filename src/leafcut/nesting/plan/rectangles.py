@@ -58,7 +58,12 @@ class Cell:
 class RectanglePacker:
     """Packs the bounding boxes of pieces, one sheet after another.
 
-    `length` and `width` are the sides of the sheet without its margins, mm. `RULES[rule]` names the algorithm.
+    Parameters
+    ----------
+    length, width
+        Sides of the sheet without its margins, mm.
+    rule
+        Index of the packing algorithm in `RULES`.
     """
 
     #: Total area of the pieces that are offered for a sheet, relative to the area of the sheet.

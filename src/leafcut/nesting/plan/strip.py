@@ -38,7 +38,8 @@ class NesterError(PlanError):
 
 @dataclass(frozen=True)
 class StripItem:
-    """A shape (x, y in mm, without holes), its quantity, and its allowed rotations in degrees (None for any)."""
+    """A shape to pack (x, y in mm, without holes), its quantity, and its allowed rotations in degrees (None for any).
+    """
 
     shape: Sequence[tuple[float, float]]
     demand: int

@@ -86,7 +86,7 @@ class Prices(NamedTuple):
 
 
 class CuttingResults(NamedTuple):
-    """Results for many pairs of speed and feed, with one array for each quantity of `CuttingPoint`."""
+    """Results for many pairs of speed and feed. There is an array for each quantity of `CuttingPoint`."""
 
     rpm: Floats
     feed: Floats
@@ -105,7 +105,7 @@ class CuttingResults(NamedTuple):
         return CuttingResults(*(column[selection] for column in self))
 
     def points(self) -> tuple[CuttingPoint, ...]:
-        """Return a separate object for each pair of speed and feed."""
+        """Convert the results to one object per pair of speed and feed."""
         return tuple(CuttingPoint(*row) for row in zip(*(column.tolist() for column in self), strict=True))
 
 

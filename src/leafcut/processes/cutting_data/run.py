@@ -393,7 +393,10 @@ class SpeedGrid(NamedTuple):
     teeth: int = 1
 
     def blocks(self) -> Iterator[tuple[Floats, Floats]]:
-        """Yield all pairs of speed, rpm, and feed, mm/s, in batches. Raises PlanError if there are too many."""
+        """Yield all pairs of speed, rpm, and feed, mm/s, in batches.
+
+        Raises PlanError if there are too many pairs.
+        """
         speeds = self._steps(self.lowest_rpm, self.highest_rpm, self.rpm_step)
         by_rpm = self.teeth / SECONDS_PER_MINUTE
         first = np.maximum(np.ceil(self.least_chip * by_rpm * speeds / self.feed_step - _ROUNDING_TOLERANCE), 1.0)
@@ -449,7 +452,9 @@ class CuttingLimit:
     nearest: float = field(default=math.nan)
 
     def holds(self, results: CuttingResults) -> Mask:
-        """Return a mask of the candidates within the limit, and record the value that comes closest to it."""
+        """Return a mask of the candidates within the limit. The method also records which value comes closest to the
+        limit.
+        """
         values = self.values_of(results)
         within: Mask = values >= self.value if self.at_least else values <= self.value
         best = float(values.max() if self.at_least else values.min())

@@ -467,7 +467,7 @@ def _read_motions(
 
 
 class _PointIndex:
-    """Points in the plane, in mm, sorted by x."""
+    """Points in the plane, mm. They are sorted by x."""
 
     def __init__(self, points: Sequence[tuple[float, float]]) -> None:
         self._points = sorted((x, y, k) for k, (x, y) in enumerate(points))

@@ -133,7 +133,7 @@ class Drilling(Process):
         )
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Generate and time the motion for an order."""
+        """Generate the motion for an order and compute its time."""
         from leafcut.model.plan import Candidate
         from leafcut.timing.toolpath import measure_toolpath
 
@@ -141,7 +141,10 @@ class Drilling(Process):
         return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Compare the program with the planned motion, the limits of the machine, and the drawing."""
+        """Compare the program with the planned motion, the limits of the machine, and the drawing.
+
+        Return the motion that was read back from the program, and the differences.
+        """
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
         from leafcut.processes.zones import crossing_heights

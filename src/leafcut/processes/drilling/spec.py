@@ -71,7 +71,7 @@ def _issues_of_layers(part: Part) -> list[Issue]:
 
 
 def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
-    """Load the surface and the fixture, in the coordinates of the part as it was read."""
+    """Load the surface and the fixture. Both use the coordinates of the part as it was read."""
     drill_options, solid_number = job.settings.of(DrillOptions), job.settings.read.solid
     if drill_options.surface is None and drill_options.fixture is None and not part.has_hole_depths:
         return None, None

@@ -99,7 +99,7 @@ class SheetWork:
 
 
 def slide(plan: Plan, order: Order) -> Order:
-    """Move the start points along their contours to shorten travel."""
+    """Move the start points along their contours, so that travel gets shorter."""
     cuts = cuts_in_order(plan, order)
     plan.job.report(Message("refining the starts"))
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
@@ -269,7 +269,7 @@ def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutS
 
 
 def cuts_in_order(plan: Plan, order: Order) -> CutSequence:
-    """Return the cuts in a given order, which may come from the search or from a pass."""
+    """Convert an order to a sequence of cuts. The order may come from the search or from a pass."""
     if len(order.choices) == 1 and isinstance(order.choices[0], CutSequence):
         return order.choices[0]
     return sequence_of(plan.job, plan.work.cutting, order.choices)
@@ -292,9 +292,9 @@ def _with_cuts(order: Order, cuts: CutSequence) -> Order:
 
 
 def cached_motion(plan: Plan, order: Order) -> Candidate:
-    """Return the motion of an order, from the cache if possible.
+    """Return the motion of an order. Recent results are cached.
 
-    Its `detail` is a pair of `CutPlan` and `HeadRoutes`; the routes are None for a head that retracts.
+    The `detail` of the result is a pair of `CutPlan` and `HeadRoutes`. If the head retracts, the routes are None.
     """
     cuts, known = cuts_in_order(plan, order), plan.work.motions
     made: Candidate = known.pop(cuts, None) or _generate_motion(plan, cuts)

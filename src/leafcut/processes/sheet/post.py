@@ -60,8 +60,6 @@ def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensa
 
 
 class _TorchWriter(Writer):
-    """Writes the rows of a toolpath with the commands of a torch."""
-
     def __init__(self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions) -> None:
         super().__init__(convert_for_controller(path, dialect), dialect, options)
         self.plan, self.torch = plan, torch

@@ -122,7 +122,7 @@ class SheetCutting(Process):
         return PASSES
 
     def given(self, plan: Plan) -> Candidate:
-        """Return the motion in the order of the drawing or of the plan file."""
+        """Return the motion in the order that the drawing or the plan file gives."""
         from leafcut.model.plan import Order
 
         return self.generate(plan, Order((plan.work.given,)))
@@ -136,13 +136,13 @@ class SheetCutting(Process):
         return self.generate(plan, detached_nearest(plan))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion for an order of cuts."""
+        """Generate the motion for an order of cuts."""
         from leafcut.processes.sheet.passes import cached_motion
 
         return cached_motion(plan, order)
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
-        """Return the program for a torch or a beam."""
+        """Write the program for a torch or a beam."""
         from leafcut.processes.header import header_lines
         from leafcut.processes.sheet.post import write_cut_program
 
@@ -216,7 +216,7 @@ class SheetCutting(Process):
         return SheetReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours of the drawing, moved to the program origin."""
+        """Return the contours of the drawing. They are moved to the program origin."""
         from leafcut.processes.placing import place_part
         from leafcut.read import read_contours
 

@@ -443,7 +443,7 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
 
 
 def _lowering_time(machine: Machine, torch: TorchSetup) -> float:
-    """Return the time to lower the head, touch off and retract for each cut, s."""
+    """Return the time that each cut needs to lower the head, touch off and retract, s."""
     data, probe, clearance = torch.data, torch.probe, torch.clearance
     velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
     strokes = [clearance - data.pierce_height, clearance - data.cut_height]

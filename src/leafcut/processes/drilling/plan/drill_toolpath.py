@@ -80,7 +80,7 @@ def drawing_order(operation: DrillOperation) -> NDArray[np.int32]:
 
 
 def targets_in_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the indices of the holes or slots of the part, in the order of `nodes`."""
+    """Return the indices of the part's holes or slots, in the order of `nodes`."""
     return operation.targets[nodes // 2 if operation.slots else nodes]
 
 

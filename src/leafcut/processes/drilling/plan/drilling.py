@@ -116,7 +116,7 @@ class DrillPlan:
 
     @property
     def tools(self) -> tuple[Tool, ...]:
-        """The tools in order of use, without duplicates."""
+        """The tools in the order in which they are used, without duplicates."""
         return tuple({o.tool.number: o.tool for o in self.operations}.values())
 
     def zones_for(self, tool: Tool, tip: float) -> NDArray[np.float64]:
@@ -137,7 +137,7 @@ class DrillPlan:
         return widest_below(radius, [*cone, *bodies_of(tool)], tip, self.zone_heights)
 
     def high_zones_for(self, tool: Tool) -> NDArray[np.float64]:
-        """Return the rectangles of `zones_for` that rapids at the retract height must not cross."""
+        """Return the rectangles of `zones_for` that are too high for rapids at the retract height to cross."""
         return self.zones_for(tool, self.retract_height)[self.zone_heights > self.retract_height]
 
 

@@ -81,7 +81,7 @@ class WorkSurface:
 
     @property
     def triangles(self) -> NDArray[np.float64]:
-        """The surface, the keep-out boxes and the fixture as triangles, float64[n, 3, 3], mm."""
+        """Triangles of the surface, the keep-out boxes and the fixture, float64[n, 3, 3], mm."""
         fixture_triangles = [] if self.fixture is None else [self.fixture.triangles]
         return np.concatenate([self.mesh.triangles, *(_box_triangles(box) for box in self.boxes), *fixture_triangles])
 

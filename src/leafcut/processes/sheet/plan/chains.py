@@ -264,7 +264,7 @@ def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterabl
 
 
 def _split_long_run(run: list[int]) -> Iterable[list[int]]:
-    """Split a run into pieces of about equal length, with at most `MOST_CONTOURS` contours each."""
+    """Split a run into pieces of similar length that contain at most `MOST_CONTOURS` contours each."""
     parts = math.ceil(len(run) / MOST_CONTOURS)
     for k in range(parts):
         yield run[len(run) * k // parts : len(run) * (k + 1) // parts]

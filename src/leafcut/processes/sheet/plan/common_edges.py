@@ -40,20 +40,20 @@ MOST = 0.5
 
 @dataclass(frozen=True)
 class EdgeGap:
-    """The gap between facing edges of two contours.
+    """The gap between two edges that face each other.
 
     Attributes
     ----------
     parts
-        Indices of the contours, in ascending order.
+        Indices of the two contours, in ascending order.
     begin, end
         Ends of the centreline of the gap, mm.
     width
-        Width of the gap, mm; 0 for coincident curved edges.
+        Width of the gap, mm. It is 0 for coincident curved edges.
     normal
-        Unit vector across the gap; (0, 0) for coincident curved edges.
+        Unit vector across the gap. It is (0, 0) for coincident curved edges.
     between
-        Points of the centreline between its ends, mm, for coincident curved edges.
+        For coincident curved edges, the points of the centreline between its ends, mm.
     """
 
     parts: tuple[int, int]

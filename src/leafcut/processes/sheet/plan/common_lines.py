@@ -574,7 +574,7 @@ class Grouper:
 
 
 def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
-    """Return whether a section of a path is the arc around a sharp corner of the drawing."""
+    """Return whether a section of a path is an arc around a sharp corner of the drawing."""
     drawn = contour.source.path
     corners: Any = shapely.points(drawn.vertices[np.abs(corner_turns(drawn)) > SHARP, :2])
     points: Any = shapely.points(shapely.get_coordinates(piece))
@@ -582,7 +582,7 @@ def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
 
 
 def _straightened(path: Polyline) -> Polyline:
-    """Replace nearly straight arcs with lines, because no controller accepts their large radius."""
+    """Replace nearly straight arcs with lines. No controller accepts arcs with such a large radius."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
     bulge = np.abs(rows[:, 2])

@@ -48,32 +48,33 @@ class CutContour:
     index
         Index of the contour in `Sheet.contours`.
     path
-        Centreline of the kerf, counter-clockwise if closed.
+        Centreline of the kerf. It is counter-clockwise if closed.
     line
         The path as a shapely line of chords.
     hole
-        Whether the contour is a hole, with the scrap inside and the part outside.
+        Whether the contour is a hole. Its scrap is inside, and the part is outside.
     diameter
-        Diameter of the circle of equal area, mm; 0 for an open contour.
+        Diameter of a circle with the same area, mm; 0 for an open contour.
     rules
-        Rules of the sheet. If the controller cannot compensate the kerf of this contour, the rules are adapted to
-        compensation by the program.
+        Rules of the sheet. If the controller cannot compensate the kerf of this contour, these rules let the program do
+        it.
     corners
-        Positions of the corners in the drawing along the path, mm.
+        Positions of the drawn corners along the path, mm.
     loops
         Start and end of each corner loop along the path, mm.
     covers
-        With common lines, the indices of the outlines that this contour cuts, completely or in part; otherwise empty.
+        With common lines, the outlines that this contour cuts, completely or in part, as indices; otherwise empty.
     group
-        Number of the group of parts with common lines, from 1; 0 for none.
+        Number of the group of parts with common lines, starting at 1; 0 if the contour belongs to no group.
     common
-        For a common line, the length that two parts share, mm; otherwise 0.
+        Length that two parts share, mm, if the contour is a common line; otherwise 0.
     inlets
-        For an open cut, the lead-in at each end; None if the cut cannot start there.
+        For an open cut, the lead-in at each end. It is None if the cut cannot start at this end.
     pinched
-        For an outline, the rings of the kerf's centreline in notches whose mouths are too narrow for the kerf.
+        For an outline with notches whose mouths are too narrow for the kerf, the kerf centrelines in these notches, as
+        rings.
     notch_of
-        For a contour in a notch that the kerf closes, the index of the notched outline; otherwise -1.
+        If the contour lies in a notch that the kerf closes, the index of the notched outline; otherwise -1.
     """
 
     index: int
@@ -99,7 +100,7 @@ class CutContour:
 
     @property
     def kind(self) -> str:
-        """Kind of the contour: ``cut`` or ``mark``."""
+        """Whether the contour is cut or marked: ``cut`` or ``mark``."""
         return self.source.kind
 
     @property
@@ -153,7 +154,7 @@ class CutContour:
         return {"clockwise": (True,), "counter-clockwise": (False,), "free": (False, True)}[wanted]
 
     def name(self) -> str:
-        """Return a name with the part and the position of the contour, for messages."""
+        """Return a name for messages. It contains the part and the position of the contour."""
         x, y = self.source.path.start
         if self.common:
             return Message("common line of part {} from ({:.4g}, {:.4g})", self.source.part, x, y)
@@ -228,7 +229,7 @@ def distance_along(a: float, b: float, length: float) -> float:
 
 
 def flat_line(path: Polyline) -> Any:
-    """Return a path as a shapely line of chords that is prepared for distance queries."""
+    """Approximate a path by chords, as a shapely line that is prepared for distance queries."""
     points = path.flattened(FLATNESS)
     if len(points) < 2:
         points = np.repeat(points, 2, axis=0)

@@ -102,7 +102,7 @@ class CutRules:
         return self.data.kerf
 
     def direction_of(self, hole: bool) -> str:
-        """Return the cutting direction of holes or of outlines: ``clockwise``, ``counter-clockwise`` or ``free``."""
+        """Return the direction in which holes or outlines are cut: ``clockwise``, ``counter-clockwise`` or ``free``."""
         if self.outline_direction == "free" or not hole:
             return self.outline_direction
         return "clockwise" if self.outline_direction == "counter-clockwise" else "counter-clockwise"

@@ -80,7 +80,7 @@ class HeadTravel:
         return travel_cost(self.metric, a, b)
 
     def neighbours(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
-        """Return the positions of the head before and after cut number `k` in an order of cuts."""
+        """Return the positions of the head just before and just after cut number `k`."""
         return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
 
     def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
@@ -234,7 +234,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
 
 def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
-    """Raise PlanError if a kerf touches another part or a clamp, or if its centreline leaves the sheet."""
+    """Raise PlanError if a kerf touches another part or a clamp, or if the centreline of a kerf leaves the sheet."""
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
     found = []
@@ -460,7 +460,7 @@ def sorted_by_band(cutting: Cutting, order: Sequence[CutStart], options: CutOpti
 
 
 def _outermost_contour(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
-    """Return the outermost contour around a contour, or the contour itself if no other contour surrounds it."""
+    """Return the outermost contour that surrounds a contour. If there is none, return the contour itself."""
     contour = cutting.contours[k]
     if contour.kind == "mark" and contour.source.part in outlines:
         k = outlines[contour.source.part]
@@ -675,7 +675,7 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
 
 
 def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
-    """Return the length of the path of a chain, mm, including micro-joints."""
+    """Return the length of the path of a chain, mm. Micro-joints are included."""
     steps = [start, *start.then]
     places = [contours[s.contour].path.point_at(s.at) for s in steps]
     bridges = sum(math.dist(a, b) for a, b in itertools.pairwise(places))
@@ -711,7 +711,7 @@ def without_tiny_segments(piece: Polyline) -> Polyline:
 
 
 def plan_file_entry(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
-    """Return the entry of a start in a plan file."""
+    """Return the entry for a start in a plan file."""
     x, y = contour.path.point_at(start.at)
     words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")
     return CutChoice(
@@ -811,7 +811,7 @@ def _controller_can_compensate(number: int, contour: CutContour, scrap: Scrap) -
 
 
 def _drawn_path(contour: CutContour) -> Polyline:
-    """Return the path of a contour as drawn, counter-clockwise."""
+    """Return the drawn path of a contour, counter-clockwise."""
     path = contour.source.path
     return path if path.area >= 0.0 else path.reversed()
 

@@ -132,7 +132,7 @@ class _CutPaths:
         self._lines: dict[int, tuple[CutStart, Any]] = {}
 
     def line(self, start: CutStart) -> Any:
-        """Return the torch path of the cut for a start, as a cached shapely line."""
+        """Return the torch path for a start as a shapely line. The lines are cached."""
         if id(start) not in self._lines:
             path: Polyline = self.cutting.cut(start).path
             self._lines[id(start)] = start, shapely.LineString(path.flattened(FLATNESS))

@@ -59,7 +59,7 @@ class Scrap:
 
     @property
     def _half(self) -> float:
-        """Half the width of the kerf of a lead, mm, with or without compensation."""
+        """Half the width of the kerf that a lead leaves, mm. It does not matter whether the kerf is compensated."""
         return 0.5 * self.rules.kerf
 
     def allows(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:

@@ -244,7 +244,7 @@ def starts_with_leads(
 
 
 def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead]:
-    """Return a straight lead from the centre of a hole to each of the positions `places`."""
+    """For each of the positions `places`, return a straight lead from the centre of a hole to that position."""
     middle = shapely.Polygon(contour.line.coords).centroid
     leads = []
     for place in places:
@@ -303,7 +303,7 @@ def lead_ins_fit(
 def _start_with_lead(
     number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead, entry: Point
 ) -> CutStart:
-    """Return a start with the given lead-in and the longest lead-out that fits."""
+    """Combine a lead-in with the longest lead-out that fits."""
     out, leave = fitting_lead_out(contour, scrap, place)
     return CutStart(number, *place, entry, leave, lead, out)
 

@@ -233,7 +233,7 @@ def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
 
 
 def follow_path(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
-    """Cut along an open path from its start, at a constant speed, mm/s."""
+    """Cut along an open path from its start at a constant speed, mm/s."""
     for s in _writable_segments(without_short_steps(path)):
         if s.is_arc:
             z = builder.position[2]

@@ -142,7 +142,7 @@ class MatchedRuns:
         return np.where(self.marks, nothing, self.lines)
 
     def pierces(self, number: int) -> bool:
-        """Return whether the run with the given index starts with a pierce."""
+        """Return whether a run starts with a pierce. `number` is the index of the run."""
         cuts = self.plan.cuts
         return cuts[number].pierce if number < len(cuts) else True
 

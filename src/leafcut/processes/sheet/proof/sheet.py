@@ -62,7 +62,7 @@ _LEEWAY = 0.2
 def check_sheet(
     sheet: Sheet, plan: CutPlan, text: str, path: Toolpath, dialect: Dialect, machine: Machine, asked: CutRequest
 ) -> list[Difference]:
-    """Return the faults of a cutting program, given its text and the `path` that was read back.
+    """Check a cutting program and return its faults. `path` is the motion that was read back from the `text`.
 
     The program is verified if it obeys these rules:
 

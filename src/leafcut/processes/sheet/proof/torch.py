@@ -239,7 +239,6 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
 def _material_faults(
     path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
 ) -> list[Difference]:
-    """Return the faults of the material and of other controller settings in a program."""
     torch = dialect.torch
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)

@@ -122,17 +122,17 @@ def _times_as_json(times: CutTimes) -> dict[str, Any]:
 
 
 def size_words(mm: float) -> str:
-    """Return a kerf or a thickness, in mm, with three significant digits, for example ``0.237``, ``6`` or ``25.4``."""
+    """Format a kerf or a thickness, mm, with three significant digits. Examples are ``0.237``, ``6`` and ``25.4``."""
     return f"{mm:.3g}" if mm < 100.0 else f"{mm:.0f}"
 
 
 def name_words(name: str) -> str:
-    """Return a name from the cut chart in readable form, for example ``mild steel`` or ``laser fiber 3 kW``."""
+    """Make a name from the cut chart readable. Examples are ``mild steel`` and ``laser fiber 3 kW``."""
     return re.sub(r"(\d)kw\b", r"\1 kW", name.replace("_", " "), flags=re.IGNORECASE)
 
 
 def cost_figure(cost: float, places: int) -> str:
-    """Return a cost as text, with the given number of decimals and with thousands separators."""
+    """Format a cost with the given number of decimals and with thousands separators."""
     return f"{cost:,.{places}f}"
 
 
@@ -151,7 +151,7 @@ def contour_words(plan: CutPlan, cut: Cut) -> str:
 
 
 def cut_name(plan: CutPlan, cut: Cut) -> str:
-    """Return the name of a cut, such as ``part 3, hole``, or ``parts 1, 2, hole, outline`` for a chain."""
+    """Return the name of a cut, such as ``part 3, hole``. For a chain, it is ``parts 1, 2, hole, outline``."""
     parts = list(dict.fromkeys(plan.sheet.contours[i].part for i in cut.contours))
     of_part = f"{'part' if len(parts) == 1 else 'parts'} {', '.join(map(str, parts))}, " if any(parts) else ""
     return of_part + contour_words(plan, cut)
@@ -200,7 +200,7 @@ def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]
 
 
 def _amount(value: float | None, unit: str) -> str:
-    """Return an amount with three significant digits and its unit, for example ``0.084 kWh``."""
+    """Format an amount with three significant digits and its unit, for example ``0.084 kWh``."""
     if value is None:
         return NO_VALUE
     figure = f"{value:,.0f}" if value >= 100.0 else f"{value:#.3g}"

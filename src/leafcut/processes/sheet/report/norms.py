@@ -24,7 +24,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class NormRow:
-    """Totals of all parts with the same name, of a sheet, or of a batch, in mm and s."""
+    """The totals of a sheet, of a batch, or of all parts with the same name, in mm and s."""
 
     of: str
     name: str
@@ -40,7 +40,7 @@ class NormRow:
 
     @property
     def clock(self) -> tuple[int, int, int]:
-        """The total time in hours, minutes and whole seconds."""
+        """The total time as hours, minutes and whole seconds."""
         return clock_parts(self.total_s)
 
 
@@ -123,7 +123,7 @@ def cycle_times_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
 
 
 def cycle_times_csv(plan: CutPlan) -> str:
-    """Return the table of cycle times and consumption as CSV text, with the cutting data in each row."""
+    """Return the table of cycle times and consumption as CSV text. Each row also contains the cutting data."""
     data = plan.data
     cutting_data = {
         "process": data.process,

@@ -81,7 +81,7 @@ class SheetScene:
 
 
 def build_sheet_scene(plans: list[CutPlan], missing: tuple[Issue, ...] = ()) -> SheetScene:
-    """Return the scene for the plans of a sheet, including the issues about missing work."""
+    """Collect the data that all drawings of a sheet share, including the issues about missing work."""
     sheet = plans[-1].sheet
     boxes = [c.path.extents for plan in plans for c in plan.cuts]
     boxes += [c.path.extents for c in sheet.contours]
@@ -141,7 +141,7 @@ def part_id(part: int) -> str:
 
 
 def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
-    """Draw the edge of the sheet, the clamps, and the area of each part without its holes."""
+    """Draw the edge of the sheet, the clamps, and the parts without their holes."""
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
@@ -314,7 +314,7 @@ def _order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[str]:
 
 
 def legend(scene: SheetScene, plans: list[CutPlan]) -> dict[str, Any]:
-    """Return the marks and colours that the drawings use."""
+    """Return the marks and colours that appear in the drawings."""
     cuts = [cut for plan in plans for cut in plan.cuts]
     kinds = {kind for cut in cuts for kind, _, _ in path_sections(cut)}
     return {

@@ -79,7 +79,7 @@ _SMALLEST_DOT = 2.4
 
 
 class SheetReport(PathReport[SheetDetail]):
-    """Facts, tables, report page and pictures of a cut sheet."""
+    """The facts, tables, report page and pictures for a sheet."""
 
     package = "leafcut.processes.sheet.report"
     template = "sheet"
@@ -169,7 +169,7 @@ class SheetReport(PathReport[SheetDetail]):
         return words + (", each band from the end of the last" if several else "")
 
     def search_name(self, number: int) -> str:
-        """Return the name of the cuts that a search orders: all cuts, or the cuts of a band."""
+        """Return a name for the cuts that one search orders. These are all cuts, or the cuts of one band."""
         operations = self.outcome.operations
         cuts = count(operations[number].cuts, "cut")
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
@@ -179,7 +179,7 @@ class SheetReport(PathReport[SheetDetail]):
         return None
 
     def tables(self) -> dict[str, Any]:
-        """Return the tables of times by order, of parts, and of cycle times and consumption."""
+        """Return the tables: times by order, parts, and cycle times with consumption."""
         from leafcut.report.views import stacked_bars
 
         kinds = {"feed": Message("cutting"), "dwell": Message("piercing"), "rapid": Message("rapids")}
@@ -306,7 +306,7 @@ def _time_cells(times: CutTimes) -> dict[str, str]:
 
 
 def parts_table(plan: CutPlan) -> PageRow:
-    """Return the table of parts, with a row for each part and rows with totals."""
+    """Build the table of parts. It has a row for each part, and rows with totals."""
     norm = plan.measures
     with_cost = norm.cost > 0.0
     places = 3 if with_cost and min((p.cost for p in norm.parts), default=1.0) < 0.1 else 2
@@ -364,7 +364,7 @@ def _contours_words(plan: CutPlan, part: int) -> str:
 
 
 def cycle_time_table(plan: CutPlan) -> PageRow:
-    """Return the table of cycle times and consumption, with a row for each kind of part and rows with totals."""
+    """Build the table of cycle times and consumption. It has a row for each kind of part, and rows with totals."""
     norm, rates = plan.measures, plan.data.rates
     found = cycle_time_rows(norm)
     rows = found[:MOST_PART_ROWS]
@@ -438,7 +438,7 @@ def _data(plan: CutPlan) -> PageRow:
 
 @dataclass(frozen=True)
 class DetailView:
-    """A window on the sheet: its centre in mm, and its scale in user units per mm."""
+    """A window that shows a section of the sheet. It has a centre in mm, and a scale in user units per mm."""
 
     middle: tuple[float, float]
     scale: float
@@ -450,7 +450,7 @@ class DetailView:
         return (x - half[0], y - half[1], x + half[0], y + half[1])
 
     def place(self, points: Points) -> Points:
-        """Convert points in mm, float64[…, 2], to user units with y pointing down."""
+        """Convert points in mm, float64[…, 2], to user units. In the result, y points down."""
         x, y = self.middle
         placed: Points = np.stack(
             [0.5 * _WIDTH + (points[..., 0] - x) * self.scale, 0.5 * _HEIGHT - (points[..., 1] - y) * self.scale],
@@ -480,7 +480,7 @@ class DetailView:
 
 
 def detailed_cuts(plan: CutPlan) -> list[int]:
-    """Return the indices of the cuts to draw in detail: the first hole and the first outline with a lead-in."""
+    """Choose the cuts to draw in detail: the first hole and the first outline with a lead-in. Return their indices."""
     found: dict[bool, int] = {}
     for number, cut in enumerate(plan.cuts):
         if cut.kind == "cut" and cut.lead_in > 0.0 and cut.contours:
