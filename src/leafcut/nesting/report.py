@@ -92,7 +92,9 @@ def _part_counts(nest: Nest, layout: Layout) -> dict[str, int]:
 
 
 def print_nests(outcome: NestOutcome, console: Console) -> None:
-    """Print the table of variants, the files that were written, and the issues. File names are printed without markup.
+    """Print the table of variants, the files that were written, and the issues.
+
+    File names are printed without markup.
     """
     from rich.table import Table
     from rich.text import Text

@@ -150,7 +150,9 @@ class Work(Protocol):
         return own_options | dict(self.uses)
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings, completed with the defaults of this work. For example, a work may have a usual machine.
+        """Return the settings, completed with the defaults of this work.
+
+        For example, a work may have a usual machine.
         """
         return settings
 
@@ -213,8 +215,9 @@ class Process(Work, Protocol):
 
     @property
     def asks(self) -> str:
-        """The value of ``--process`` that selects this process if a file suits several. It is ``auto`` for the usual
-        process.
+        """The value of ``--process`` that selects this process if a file suits several.
+
+        It is ``auto`` for the usual process.
         """
         return self.command
 
@@ -232,7 +235,9 @@ class Process(Work, Protocol):
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """The passes that improve the order after the search. They deal with costs that depend on neighbouring tasks.
+        """The passes that improve the order after the search.
+
+        They deal with costs that depend on neighbouring tasks.
         """
         return ()
 
@@ -241,8 +246,9 @@ class Process(Work, Protocol):
         return self.generate(plan, plan.given)
 
     def nearest(self, plan: Plan) -> Candidate | None:
-        """Return the motion in the nearest-neighbour order. Return None if the process does not compare with this
-        order.
+        """Return the motion in the nearest-neighbour order.
+
+        Return None if the process does not compare with this order.
         """
         from leafcut.processes.ordering import nearest_order
 

@@ -61,8 +61,9 @@ _SLACK = 1e-6
 
 
 def read_placed_contours(job: Job, source: Source) -> Part:
-    """Read the contours of a drawing and move them to the program zero. The part includes the issues about its
-    thickness.
+    """Read the contours of a drawing and move them to the program zero.
+
+    The part includes the issues about its thickness.
     """
     part = read_contours(source, job.settings.read, job.start_step(Message("reading")))
     part = replace(part, issues=(*part.issues, *check_thickness(part, job.settings.job.thickness)))
@@ -134,7 +135,9 @@ def prepare_sheet(
 
 
 def engraved_paths(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[Contour]:
-    """Return the lines and texts to engrave. Lines are joined where they meet, and closed paths are counter-clockwise.
+    """Return the lines and texts to engrave.
+
+    Lines are joined where they meet, and closed paths are counter-clockwise.
     """
     every = replace(options, cut_layers=(), mark_layers=("*",), sheet_layers=(), ignore_layers=())
     strokes = _strokes_by_kind(contours, kinds_of(contours, every, issues), issues)
@@ -658,8 +661,9 @@ def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
 
 
 def round_diameter(path: Polyline) -> float | None:
-    """Return the diameter of a circle, or of a polygon that approximates a circle, mm. Return None for all other
-    shapes.
+    """Return the diameter of a circle, or of a polygon that approximates a circle, mm.
+
+    Return None for all other shapes.
     """
     low_x, low_y, high_x, high_y = path.extents
     narrow, wide = sorted((high_x - low_x, high_y - low_y))

@@ -171,8 +171,9 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 
 
 def assumed_machine_note(settings: Settings, machine: Machine, issues: Iterable[Issue]) -> list[Issue]:
-    """Return a note that the default machine is used. There is no note if the user or the note L807 already names a
-    machine.
+    """Return a note that the default machine is used.
+
+    There is no note if the user or the note L807 already names a machine.
     """
     if "machine" in settings.given or any(issue.code == "L807" for issue in issues):
         return []

@@ -1,5 +1,4 @@
-"""Work that does not write a program: solving maps, simulating and comparing programs, cutting stock, choosing speeds.
-"""
+"""Work that does not write a program. Examples are simulating a program and choosing speeds."""
 
 from __future__ import annotations
 

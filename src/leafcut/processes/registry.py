@@ -66,8 +66,9 @@ COMMANDS = {
 
 
 def _create_plugin_process(name: str, entry: Any) -> Process:
-    """Load the process of an entry point. Check that its names and options are valid and that no other process uses
-    them.
+    """Load the process of an entry point.
+
+    Check that its names and options are valid and that no other process uses them.
     """
     if not isinstance(entry, type) or Process not in entry.__mro__:
         raise TypeError("a class that inherits from leafcut.processes.base.Process was expected")
@@ -189,8 +190,9 @@ def processes() -> Iterator[Process]:
 
 
 def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
-    """Return the shared groups of options and the groups `own`. By default, `own` contains the groups of all types of
-    work.
+    """Return the shared groups of options and the groups `own`.
+
+    By default, `own` contains the groups of all types of work.
     """
     if own is None:
         own = dict.fromkeys(group for work_ in works() for group in work_.options)
@@ -232,7 +234,9 @@ def process_words() -> tuple[str, ...]:
 
 
 def offered_works(works: Sequence[str], format_name: str) -> tuple[str, ...]:
-    """Return the types of work to offer for an input: `works`, nesting after cutting, and plug-ins for the file format.
+    """Return the types of work to offer for an input.
+
+    These are `works`, nesting after cutting, and plug-ins for the file format.
     """
     plugins = (process_.name for process_ in processes() if format_name in process_.formats)
     return (*(name for work in works for name in ((work, "nest") if work == "cut" else (work,))), *plugins)

@@ -89,8 +89,9 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
 @cache
 def _groups_by_option(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
-    """Map the name of each option to its group. The result is cached, because a page of the studio needs hundreds of
-    options.
+    """Map the name of each option to its group.
+
+    The result is cached, because a page of the studio needs hundreds of options.
     """
     return {name: group for group in groups for name in group.specs()}
 
@@ -144,8 +145,9 @@ def files_read(settings: Settings) -> list[str]:
 
 
 def unused_option_message(name: str, title: str, instead: str = "") -> Message:
-    """Return the message for an option that the work `title` does not use. It names the works that use it, and a
-    remedy.
+    """Return the message for an option that the work `title` does not use.
+
+    It names the works that use it, and a remedy.
     """
     titles = [work.title for work in registry.works() if name in work.used()]
     title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
@@ -154,9 +156,7 @@ def unused_option_message(name: str, title: str, instead: str = "") -> Message:
 
 
 def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict[str, str]:
-    """For each given option that the work does not use, return the reason and the remedy, keyed by the name of the
-    option.
-    """
+    """Return the reason and the remedy for each given option that the work does not use, keyed by the option."""
     return dict(_find_unused(settings, work, input_kind))
 
 

@@ -97,7 +97,9 @@ def take_tool(
 
 
 def rise(builder: ToolpathBuilder, machine: Machine, clearance: float) -> None:
-    """Retract to the safe height of the machine, or to the `clearance` height, mm, if the machine has no safe height.
+    """Retract to the safe height of the machine.
+
+    If the machine has no safe height, retract to the `clearance` height, mm.
     """
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)

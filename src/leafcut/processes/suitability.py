@@ -118,7 +118,9 @@ class WholeDrawing:
 
     @cached_property
     def has_openings(self) -> bool:
-        """Whether a closed outline surrounds a round hole or another contour. Open lines are joined first if they meet.
+        """Whether a closed outline surrounds a round hole or another contour.
+
+        Open lines are joined first if they meet.
         """
         outlines: list[Any] = [_area(c) for c in self._outlines if c.path.closed]
         outlines += _areas(self._open_lines)

@@ -145,7 +145,9 @@ def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
 
 
 def _build_block(piece: NestPiece, path: Polyline, positions: Sequence[PartPlace]) -> NestPiece | None:
-    """Build a block from copies of a piece at the given positions. Return None if no allowed rotation suits all copies.
+    """Build a block from copies of a piece at the given positions.
+
+    Return None if no allowed rotation suits all copies.
     """
     members: list[Placement] = [m for angle, x, y in positions for m in piece.placements(angle, x, y)]
     angles = piece.angles

@@ -69,8 +69,9 @@ class NestTask:
     remnants: Mapping[int, Packer] = field(default_factory=dict)
 
     def inner(self, stock: int) -> tuple[float, float]:
-        """Return the length and width of a sheet without its margins, mm. If it is not a rectangle, its bounding box
-        counts.
+        """Return the length and width of a sheet without its margins, mm.
+
+        If it is not a rectangle, its bounding box counts.
         """
         sheet = self.stocks[stock]
         return sheet.length - 2.0 * self.options.margin, sheet.width - 2.0 * self.options.margin
@@ -141,8 +142,9 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Select slightly more pieces than a sheet can hold. Pieces that fit on no later kind of sheet are selected
-        first.
+        """Select slightly more pieces than a sheet can hold.
+
+        Pieces that fit on no later kind of sheet are selected first.
         """
         remaining, area = self.left, packer.offered * packer.sheet_area
         only_here: Counter[int] = Counter()
@@ -157,7 +159,9 @@ class Filling:
         return offered + (select_by_area(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
-        """Place the largest piece that fits into the corner of the sheet. This is needed if the packer placed no piece.
+        """Place the largest piece that fits into the corner of the sheet.
+
+        This is needed if the packer placed no piece.
         """
         if self.task.stocks[stock].edge:
             return []

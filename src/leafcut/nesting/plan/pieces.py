@@ -106,8 +106,9 @@ class NestPiece:
         return any(b.width <= length + SIDE_TOLERANCE and b.height <= width + SIDE_TOLERANCE for b in self.boxes)
 
     def placements(self, angle: float, x: float, y: float) -> list[Placement]:
-        """Return the placements of all members. The piece is first rotated by `angle`, rad, and then moved by (x, y),
-        mm.
+        """Return the placements of all members.
+
+        The piece is first rotated by `angle`, rad, and then moved by (x, y), mm.
         """
         cos, sin = math.cos(angle), math.sin(angle)
         return [

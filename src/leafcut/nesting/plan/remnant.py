@@ -73,8 +73,9 @@ class RemnantPacker:
         return float(self.inner.area)
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Fill the sheet with some of the offered pieces. Return the pieces that fit, with their positions. Results are
-        cached.
+        """Fill the sheet with some of the offered pieces.
+
+        Return the pieces that fit, with their positions. Results are cached.
         """
         key = tuple(sorted((+offered).items()))
         if key not in self._filled:

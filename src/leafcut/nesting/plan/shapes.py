@@ -142,8 +142,9 @@ class ShapePacker:
         return Strip(strip.width, placed, strip.steps, strip.ended)
 
     def _fits(self, piece: int) -> bool:
-        """Return whether the enlarged outline fits the strip. A piece as large as the sheet is placed by `Filling`
-        instead.
+        """Return whether the enlarged outline fits the strip.
+
+        A piece as large as the sheet is placed by `Filling` instead.
         """
         return self.extent(piece)[0] < self.length
 

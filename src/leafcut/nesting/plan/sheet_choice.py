@@ -32,7 +32,9 @@ def plan_of_nest(nest: Nest) -> FillPlan:
 
 
 def cheapest_nest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
-    """Return the cheapest nest on any combination of sheets. No more combinations are tried once `late` returns true.
+    """Return the cheapest nest on any combination of sheets.
+
+    No more combinations are tried once `late` returns true.
     """
     if len(packers) == 1:
         return fill_sheets(task, packers, single_kind_plan(task), method, seed)

@@ -1,5 +1,6 @@
-"""Pack pieces on a strip with the shape nester. It runs in a subprocess (`sparrow_process`), so it can be stopped
-anytime.
+"""Pack pieces on a strip with the shape nester.
+
+It runs in a subprocess (`sparrow_process`), so it can be stopped anytime.
 """
 
 from __future__ import annotations
@@ -38,7 +39,9 @@ class NesterError(PlanError):
 
 @dataclass(frozen=True)
 class StripItem:
-    """A shape to pack (x, y in mm, without holes), its quantity, and its allowed rotations in degrees (None for any).
+    """A shape to pack.
+
+    It has points (x, y in mm, without holes), a quantity, and allowed rotations in degrees (None for any).
     """
 
     shape: Sequence[tuple[float, float]]

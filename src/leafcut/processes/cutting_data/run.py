@@ -186,8 +186,7 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
 
 
 def _check_tool(work: ToolWork) -> None:
-    """Raise PlanError if the flutes of a drill are shorter than its holes, or if a mill has an unknown number of teeth.
-    """
+    """Raise PlanError if the flutes of a drill are shorter than its holes, or if a mill states no number of teeth."""
     if not work.teeth:
         raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
     flute_length = work.tool.flute_length
@@ -452,8 +451,9 @@ class CuttingLimit:
     nearest: float = field(default=math.nan)
 
     def holds(self, results: CuttingResults) -> Mask:
-        """Return a mask of the candidates within the limit. The method also records which value comes closest to the
-        limit.
+        """Return a mask of the candidates within the limit.
+
+        The method also records which value comes closest to the limit.
         """
         values = self.values_of(results)
         within: Mask = values >= self.value if self.at_least else values <= self.value

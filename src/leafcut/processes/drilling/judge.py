@@ -150,8 +150,7 @@ class DrillingRequest:
 
     @cached_property
     def drawn_points(self) -> NDArray[np.complex128]:
-        """Positions of the holes, followed by both ends of each slot, after mirroring and rotation, complex128[n], mm.
-        """
+        """Positions of the holes and then both ends of each slot, after mirroring and rotation, complex128[n], mm."""
         points = [complex(hole.x, hole.y) for hole in self.part.holes]
         points += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
         return self.rotated(np.array(points, dtype=np.complex128))
@@ -415,8 +414,9 @@ def _tool_of_wide_part(request: DrillingRequest, wide: HoleStep, top: tuple[floa
 
 
 def _assumed_tools(text: str) -> dict[int, str]:
-    """Read the comments at the tool changes. Return the kind and diameter of each assumed tool, keyed by the tool
-    number.
+    """Read the comments at the tool changes.
+
+    Return the kind and diameter of each assumed tool, keyed by the tool number.
     """
     return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _TOOL_COMMENT.findall(text)}
 

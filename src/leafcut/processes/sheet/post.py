@@ -39,9 +39,7 @@ def write_cut_program(
 
 
 def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
-    """Raise PostError if the dialect cannot express a requested feature: marks, kerf compensation, or a material
-    number.
-    """
+    """Raise PostError if the dialect does not support marks, kerf compensation, or a material number."""
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
         raise PostError(
@@ -132,7 +130,9 @@ class _TorchWriter(Writer):
         super()._arc(row)
 
     def _set_feed_share(self, row: Motion) -> None:
-        """Write the feed of a row as a percentage of the feed in the chart (M67), unless the percentage stays the same.
+        """Write the feed of a row as a percentage of the feed in the chart (M67).
+
+        Nothing is written if the percentage stays the same.
         """
         if self.torch.feed_output is None or self.lit is None:
             return
@@ -145,7 +145,9 @@ class _TorchWriter(Writer):
         self.percent = percent
 
     def _feed_share(self, row: Motion) -> float:
-        """Return the feed of a row as a percentage of the feed in the chart. If the F word states the feed, return 100.
+        """Return the feed of a row as a percentage of the feed in the chart.
+
+        If the F word states the feed, return 100.
         """
         percent = round(100.0 * row.value / self.plan.data.feed, _PERCENT_DECIMALS)
         assert self.lit is not None

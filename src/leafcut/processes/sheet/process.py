@@ -128,8 +128,9 @@ class SheetCutting(Process):
         return self.generate(plan, Order((plan.work.given,)))
 
     def nearest(self, plan: Plan) -> Candidate:
-        """Return the motion in nearest-neighbour order. It avoids detached parts in the same way as the order from the
-        search.
+        """Return the motion in nearest-neighbour order.
+
+        It avoids detached parts in the same way as the order from the search.
         """
         from leafcut.processes.sheet.passes import detached_nearest
 
@@ -188,8 +189,9 @@ class SheetCutting(Process):
         return order_issues(plan, best)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> SheetDetail:
-        """Return the cuts in the order of the input, in nearest-neighbour order and in the best order, with times and
-        costs.
+        """Return the cuts in three orders, with times and costs.
+
+        These are the order of the input, the nearest-neighbour order, and the best order.
         """
         from leafcut.processes.sheet.model import SheetDetail
 

@@ -484,7 +484,9 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
 
 
 def parse_size(text: str) -> Point:
-    """Parse the size of a sheet, such as ``3000x1500``. Return width and height, mm. Raises OptionError for other text.
+    """Parse the size of a sheet, such as ``3000x1500``.
+
+    Return width and height, mm. Raises OptionError for other text.
     """
     try:
         width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))

@@ -158,7 +158,9 @@ def _drill(
 def _travel_heights(
     plan: DrillPlan, machine: Machine, operation: DrillOperation, xy: NDArray[np.float64], relief: Relief | None
 ) -> list[float]:
-    """Return the minimum height of the travel move to each hole, mm. The height is −∞ if the move may be at any height.
+    """Return the minimum height of the travel move to each hole, mm.
+
+    The height is −∞ if the move may be at any height.
     """
     heights = np.full(len(xy), -np.inf)
     dogleg = machine.rapid_style == "dogleg"

@@ -332,8 +332,9 @@ class ToolChooser:
         )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
-        """Return the spindle speed of a tool, rpm, and an assumed feed, mm/s. If the speed is unknown, it is assumed as
-        well.
+        """Return the spindle speed of a tool, rpm, and an assumed feed, mm/s.
+
+        If the speed is unknown, it is assumed as well.
         """
         machine = self.machine
         # A given speed is kept, and refused later if the machine cannot reach it.
@@ -382,8 +383,9 @@ class ToolChooser:
         )
 
     def _speed_advice(self, tool: Tool) -> str:
-        """Return the end of a message, which recommends a speed if the tool turns much too fast. Otherwise, the text is
-        empty.
+        """Return the end of a message, which recommends a speed if the tool turns much too fast.
+
+        Otherwise, the text is empty.
         """
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm

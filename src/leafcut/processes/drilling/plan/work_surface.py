@@ -218,8 +218,7 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
 
 
 def _plausible_unit(fixture: Mesh, mesh: Mesh, fixture_length: float, length: float) -> str:
-    """If the size of a fixture is implausible, return the unit in which it would fit the part, or "" if there is none.
-    """
+    """Return the unit in which a fixture of implausible size would fit the part. Return "" if no unit fits."""
     for name, factor in OTHER_UNITS.items():
         if not (fixture_length < length / ODD_TIMES if factor > 1.0 else fixture_length > length * ODD_TIMES):
             continue
@@ -539,8 +538,7 @@ def _describe_lengths(part: Part, mesh: Mesh) -> Message:
 
 
 def _similar_length(part: Part, mesh: Mesh, factor: float) -> bool:
-    """Return whether the holes span between half and all of the length of the surface, after it is scaled by `factor`.
-    """
+    """Return whether the holes span half to all of the length of the surface, which is scaled by `factor`."""
     x0, y0, x1, y1 = part.extents
     drawing, surface = max(x1 - x0, y1 - y0), float(max((mesh.high - mesh.low)[:2]))
     return drawing > 0.0 < surface and _NEARLY <= drawing / (surface * factor) <= 1.1

@@ -293,8 +293,7 @@ def exit_position(contour: CutContour, at: float, clockwise: bool) -> float:
 
 
 def bridge_fits(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap: Scrap) -> bool:
-    """Return whether two contours border on the same scrap and the bridge `ends` between them stays inside that scrap.
-    """
+    """Return whether two contours border on the same scrap, and the bridge `ends` stays inside this scrap."""
     one, other = (contours[k] for k in pair)
     if one.hole or pair[0] == pair[1] or scrap_of(one) != scrap_of(other):
         return False

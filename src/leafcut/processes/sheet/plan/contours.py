@@ -1,5 +1,6 @@
-"""The contours of a sheet and the torch paths along them. A torch path runs half a kerf away from the part, in the
-scrap.
+"""The contours of a sheet and the torch paths along them.
+
+A torch path runs half a kerf away from the part, in the scrap.
 """
 
 from __future__ import annotations
@@ -125,7 +126,9 @@ class CutContour:
 
     @property
     def closing_joint(self) -> float:
-        """Length of the gap that a micro-joint leaves at the end of the path, mm. It includes half a kerf on each side.
+        """Length of the gap that a micro-joint leaves at the end of the path, mm.
+
+        It includes half a kerf on each side.
         """
         if not self.joints or self.rules.kind == CutMethod.LASER:
             return 0.0
@@ -193,8 +196,7 @@ class CutContour:
         return at - past if clockwise else at + past
 
     def is_smooth(self, at: float) -> bool:
-        """Return whether a position is far enough from all corners for the controller to start kerf compensation there.
-        """
+        """Return whether a position is far enough from corners for the controller to start kerf compensation."""
         return all(distance_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:

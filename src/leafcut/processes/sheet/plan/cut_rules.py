@@ -1,4 +1,6 @@
-"""The rules for cutting a sheet. They come from the user's options, with defaults that depend on the cutting process.
+"""The rules for cutting a sheet.
+
+They come from the user's options, with defaults that depend on the cutting process.
 """
 
 from __future__ import annotations
@@ -91,9 +93,7 @@ class CutRules:
         return self.small_hole_feed if small else self.data.feed
 
     def compensated_by_program(self) -> CutRules:
-        """Return the rules for a contour for which the program has to compensate the kerf because the controller
-        cannot.
-        """
+        """Return the rules for a contour whose kerf the program must compensate because the controller cannot."""
         return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
     @property

@@ -153,8 +153,9 @@ class Cutting:
         return self._cut_cache[start]
 
     def seconds(self, start: CutStart) -> float:
-        """Return the duration of a cut without travel, s. It is the pierce time plus the time to follow the path at its
-        feed.
+        """Return the duration of a cut without travel, s.
+
+        It is the pierce time plus the time to follow the path at its feed.
         """
         contour, data = self.contours[start.contour], self.rules.data
         if start.then:
@@ -729,7 +730,9 @@ def _distance_along_cut(contour: CutContour, start: CutStart, at: float) -> floa
 
 
 def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the corner loops of a cut as sections of its path. The contour itself starts `begin` mm along this path.
+    """Return the corner loops of a cut as sections of its path.
+
+    The contour itself starts `begin` mm along this path.
     """
     spans = []
     for low, high in contour.loops:

@@ -114,7 +114,9 @@ class DetachableParts:
         self.map = ObstacleMap(outlines, {-1 - z: shapely.box(*zone) for z, zone in enumerate(sheet.zones)})
 
     def detached_by(self, cut: Cut) -> list[int]:
-        """Return the outlines that a cut detaches. Common lines, and outlines with micro-joints, do not detach a part.
+        """Return the outlines that a cut detaches.
+
+        Common lines, and outlines with micro-joints, do not detach a part.
         """
         if cut.kind != "cut" or cut.joints or cut.common:
             return []

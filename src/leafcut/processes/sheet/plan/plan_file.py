@@ -148,7 +148,9 @@ def _contour_position(
 
 
 def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
-    """Sort the cuts as in the plan file, unless the precedence requires another order. Return one start for each cut.
+    """Sort the cuts as in the plan file, unless the precedence requires another order.
+
+    Return one start for each cut.
     """
     rank = {c.contours[0]: number for number, c in enumerate(plan.cuts)}
     last = len(plan.cuts)

@@ -170,7 +170,9 @@ def starts_without_lead(number: int, contour: CutContour, places: Sequence[Place
 
 
 def start_places(contour: CutContour, most: int) -> list[float]:
-    """Return the positions along a closed contour at which to try a start, mm: its corners, and positions between them.
+    """Return the positions along a closed contour at which to try a start, mm.
+
+    These are its corners, and positions between them.
     """
     length, by_controller = contour.path.length, contour.rules.compensation == "controller"
     pitch = min(max(length / PLACES, NEAREST), FARTHEST)
@@ -400,7 +402,9 @@ def start_at(
 
 
 def _is_from_centre(contour: CutContour, start: CutStart) -> bool:
-    """Return whether the lead-in comes from the centre of a small hole. Such a lead-in depends on the start position.
+    """Return whether the lead-in comes from the centre of a small hole.
+
+    Such a lead-in depends on the start position.
     """
     if not contour.is_small or start.lead_in.style != "line":
         return False

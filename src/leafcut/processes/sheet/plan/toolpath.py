@@ -204,8 +204,9 @@ def _light_torch(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierc
 
 
 def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
-    """Follow the path of a cut, one section at a time. A new section starts where the speed or the state of the torch
-    changes.
+    """Follow the path of a cut, one section at a time.
+
+    A new section starts where the speed or the state of the torch changes.
     """
     length = cut.path.length
     changes = {0.0, length, *(at for at, _ in cut.speeds), *(at for span in cut.joints for at in span)}

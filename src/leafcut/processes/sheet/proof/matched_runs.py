@@ -135,8 +135,9 @@ class MatchedRuns:
 
     @cached_property
     def kerf_lines(self) -> NDArray[Any]:
-        """For each run, the lines along which it cuts through the sheet, as shapely geometry. The geometry of a mark is
-        empty.
+        """For each run, the lines along which it cuts through the sheet, as shapely geometry.
+
+        The geometry of a mark is empty.
         """
         nothing: Any = shapely.MultiLineString()
         return np.where(self.marks, nothing, self.lines)
@@ -147,15 +148,15 @@ class MatchedRuns:
         return cuts[number].pierce if number < len(cuts) else True
 
     def detaches(self, claim: RunMatch) -> bool:
-        """Return whether a run cuts a contour free. A run that merely passes the contour at a distance of one kerf does
-        not.
+        """Return whether a run cuts a contour free.
+
+        A run that merely passes the contour at a distance of one kerf does not.
         """
         whole = claim.followed > MOST * claim.target.centreline.length and not self.only_follows_common_line(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
     def only_follows_common_line(self, claim: RunMatch) -> bool:
-        """Return whether a run goes around other parts with common lines, and merely passes the contour one kerf away.
-        """
+        """Return whether a run goes around other parts with common lines and only passes the contour one kerf away."""
         cut = self.plan.cuts[claim.run] if claim.run < len(self.plan.cuts) else None
         return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
 
@@ -167,8 +168,9 @@ class MatchedRuns:
 
 
 def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return whether each run marks. A run marks if it uses the spindle of the marking tool or less than the cutting
-    power.
+    """Return whether each run marks.
+
+    A run marks if it uses the spindle of the marking tool or less than the cutting power.
     """
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power

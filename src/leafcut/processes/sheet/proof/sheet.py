@@ -196,8 +196,9 @@ def find_gouges(matched: MatchedRuns) -> list[Difference]:
 
 
 def find_strays(matched: MatchedRuns) -> list[Difference]:
-    """Return a fault for each kerf that hits a clamp or leaves the sheet. Starts beyond the edge of the sheet are
-    allowed.
+    """Return a fault for each kerf that hits a clamp or leaves the sheet.
+
+    Starts beyond the edge of the sheet are allowed.
     """
     found = []
     half = 0.5 * matched.plan.data.kerf  # with or without compensation
@@ -241,8 +242,7 @@ def _line_of(runs: list[TorchRun], claims: list[RunMatch]) -> int:
 
 
 def plan_faults(matched: MatchedRuns) -> list[Difference]:
-    """Return a fault if the number of cuts differs from the plan, and for each contour that is missing in the plan.
-    """
+    """Return a fault if the number of cuts is not as planned, and for each contour that the plan does not contain."""
     cuts, found = matched.plan.cuts, []
     if len(cuts) != len(matched.runs):
         text = Message(
@@ -317,8 +317,9 @@ def _run_after(matched: MatchedRuns, inner: Target, around: Target) -> int | Non
 
 
 def pierce_faults(matched: MatchedRuns) -> list[Difference]:
-    """Return the faults of pierces. A pierce may be missing, or lie in an earlier kerf, in a detached part, or in a
-    slug.
+    """Return the faults of pierces.
+
+    A pierce may be missing, or lie in an earlier kerf, in a detached part, or in a slug.
     """
     found = []
     starts = shapely.points([run.start for run in matched.runs])
@@ -445,8 +446,9 @@ def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[in
 
 
 def _stretch_of_run(run: TorchRun, begin: float, end: float) -> Any:
-    """Return the section of a run between two distances, mm along the run, as a shapely line. Return None if it is
-    empty.
+    """Return the section of a run between two distances, mm along the run, as a shapely line.
+
+    Return None if it is empty.
     """
     return None if end - begin <= OVERLAP else substring(shapely.LineString(run.points), begin, end)
 

@@ -279,7 +279,9 @@ def _moves_sideways(row: Motion, before: NDArray[np.float64]) -> bool:
 
 
 def arc_chords(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the ends of the chords that approximate an arc, float64[k, 2], mm. The chord error is r·(1 − cos(step/2)).
+    """Return the ends of the chords that approximate an arc, float64[k, 2], mm.
+
+    The chord error is r·(1 − cos(step/2)).
     """
     radius, begin, sweep = arc_sweep(path, row)
     centre = path.arcs[int(path.ref[row])].center

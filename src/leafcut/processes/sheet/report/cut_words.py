@@ -137,8 +137,9 @@ def cost_figure(cost: float, places: int) -> str:
 
 
 def contour_words(plan: CutPlan, cut: Cut) -> str:
-    """Return the kinds of the contours in a cut: ``hole``, ``outline`` or ``mark``, or ``4 holes, outline`` for a
-    chain.
+    """Return the kinds of the contours in a cut.
+
+    This is ``hole``, ``outline`` or ``mark``, or ``4 holes, outline`` for a chain.
     """
     if cut.common:
         return "common line"

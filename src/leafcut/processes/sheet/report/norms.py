@@ -140,8 +140,9 @@ def cycle_times_csv(plan: CutPlan) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Return the text of a CSV cell. Names come from drawings, so a spreadsheet must not interpret the text as a
-    formula.
+    """Return the text of a CSV cell.
+
+    Names come from drawings, so a spreadsheet must not interpret the text as a formula.
     """
     if value is None:
         return ""

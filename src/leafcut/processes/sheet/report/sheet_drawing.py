@@ -249,8 +249,9 @@ def _width(scene: SheetScene, kind: str) -> float:
 
 
 def dot_class(cut: Cut) -> str:
-    """Return the CSS class of the dot at the start of a cut. It depends on the kind of start: a pierce, the edge, or a
-    mark.
+    """Return the CSS class of the dot at the start of a cut.
+
+    It depends on the kind of start: a pierce, the edge, or a mark.
     """
     return "begin mark" if cut.kind == "mark" else "begin pierce" if cut.pierce else "begin edge-start"
 

@@ -93,7 +93,9 @@ class SheetReport(PathReport[SheetDetail]):
             self.came_in = "plan"
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the measures of the original, nearest-neighbour and final orders. The lengths are totals of the sheet.
+        """Return the measures of the original, nearest-neighbour and final orders.
+
+        The lengths are totals of the sheet.
         """
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
         near = (
@@ -489,7 +491,9 @@ def detailed_cuts(plan: CutPlan) -> list[int]:
 
 
 def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
-    """Draw the start and end of a cut. Return the drawing (``svg``), its ``caption``, and its lead lengths (``words``).
+    """Draw the start and end of a cut.
+
+    Return the drawing (``svg``), its ``caption``, and its lead lengths (``words``).
     """
     cut = plan.cuts[number]
     half = max(_LEADS * cut.lead_in, _KERFS * plan.data.kerf, _LEAST)
