@@ -76,8 +76,9 @@ def prepare_sheet(
     concentric: str = "smallest",
     open_values: str = OPEN_VALUES,
 ) -> Sheet:
-    """Build the sheet of a drawing in O(n log n): join, clean and check the contours, and determine how they are
-    nested.
+    """Build the sheet of a drawing in O(n log n).
+
+    Contours are joined, cleaned and checked. The function also determines which contours lie inside others.
 
     Parameters
     ----------

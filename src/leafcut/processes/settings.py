@@ -27,8 +27,9 @@ def collect_settings(
     defaults: Path | None = None,
     own: Iterable[type[OptionGroup]] | None = None,
 ) -> Settings:
-    """Merge the settings from `values`, an options file, and a file of defaults. Earlier sources override later
-    sources.
+    """Merge the settings from `values`, an options file, and a file of defaults.
+
+    Earlier sources override later sources.
 
     Numbers without a unit mean the same in all three (`units.BARE_UNIT`). Paths in the file of defaults are relative to
     this file.

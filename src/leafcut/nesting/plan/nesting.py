@@ -131,8 +131,9 @@ def variants(
 def _nest_on_several_kinds(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield nests on the cheapest sheets. Nesting by rectangles is fast and comes first; shapes then try cheaper
-    sheets.
+    """Yield nests on the cheapest sheets.
+
+    Nesting by rectangles is fast and comes first; shapes then try cheaper sheets.
 
     The first variant by shapes chooses the sheets for all other variants. With a time limit, it is the only variant by
     shapes.

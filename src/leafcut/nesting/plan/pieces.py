@@ -176,8 +176,9 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
 
 
 def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
-    """Select pieces up to a total weight of about `area`, mm², but at least one piece. Return the quantity of each
-    piece.
+    """Select pieces up to a total weight of about `area`, mm², but at least one piece.
+
+    Return the quantity of each piece.
 
     First, each kind of piece contributes the same share of its quantity. Then the largest pieces fill the remaining
     area. `weight` returns the area that a piece requires, mm².

@@ -123,9 +123,9 @@ class DrillingRequest:
         return complex(x0 if "left" in origin else x1, y0 if "lower" in origin else y1)
 
     def _bounds(self, outline: Part) -> NDArray[np.complex128]:
-        """Return points that span the bounding box of an outline, complex128[n], mm. The outline is mirrored and
-        rotated
-        first.
+        """Return points that span the bounding box of an outline, complex128[n], mm.
+
+        The outline is mirrored and rotated first.
         """
         corners = [complex(hole.x, hole.y) for hole in outline.holes]
         points = [self.rotated(np.array(corners, dtype=np.complex128))]

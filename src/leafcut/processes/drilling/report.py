@@ -65,9 +65,9 @@ class DrillingReport(PathReport[DrillingDetail]):
         return [Fact("low_ways_saved_s", saved, "s", label, Message("Low moves"))]
 
     def stock(self) -> ShownStock:
-        """Return the tools and the stock, which is the surface of the part, or the plate if its bounds and thickness
-        are
-        known.
+        """Return the tools and the stock.
+
+        The stock is the surface of the part. If there is no surface, it is the plate, as far as its size is known.
         """
         outcome, stock = self.outcome, super().stock()
         if outcome.detail.surface is not None:

@@ -378,9 +378,9 @@ def _check_dialect(post_dialect: Dialect, process: str) -> None:
 
 
 def probe_for(machine: Machine, post_dialect: Dialect) -> Probe | None:
-    """Return the probe for touching off before each pierce. Return None if the machine has no probe or programs cannot
-    use
-    it.
+    """Return the probe for touching off before each pierce.
+
+    Return None if the machine has no probe or programs cannot use it.
     """
     return machine.probe if post_dialect.torch is not None and post_dialect.torch.probe else None
 

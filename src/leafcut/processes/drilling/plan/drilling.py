@@ -120,9 +120,9 @@ class DrillPlan:
         return tuple({o.tool.number: o.tool for o in self.operations}.values())
 
     def zones_for(self, tool: Tool, tip: float) -> NDArray[np.float64]:
-        """Return the rectangles that the centre of a tool must avoid while its tip is at the height `tip`, float64[k,
-        4],
-        mm.
+        """Return the rectangles that the centre of a tool must avoid, float64[k, 4], mm.
+
+        The tip of the tool is at the height `tip`, mm.
 
         Each zone grows by the largest radius that tool, shank and holder have below the height of the zone.
         """
@@ -262,8 +262,9 @@ def plan_drilling(
 def _depths_of_solid(
     part: Part, work: dict[Step, list[int]], job: JobOptions
 ) -> tuple[JobOptions, NDArray[np.float64]]:
-    """Return the job, with the depth of the shallowest hole as its thickness, and the additional depth of each hole,
-    mm.
+    """Return the job with an adapted thickness, and the additional depth of each hole, mm.
+
+    The thickness becomes the depth of the shallowest hole.
 
     Each hole of a solid has its own depth. In a through hole, the full diameter of the drill goes below the part by the
     break-through, as in a plate. In a blind hole, the full diameter ends at the depth of the hole. If a blind hole has

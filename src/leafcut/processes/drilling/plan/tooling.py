@@ -116,8 +116,9 @@ class ToolChooser:
         return list(dict.fromkeys((*self._chosen.values(), *sorted(self._widened, key=repr))))
 
     def step_for_wide_part(self, hole: Hole, part: HoleStep) -> Step | None:
-        """Return the step for a counterbore or countersink, or None if no tool fits. It follows the other steps of the
-        hole.
+        """Return the step for a counterbore or countersink, or None if no tool fits.
+
+        It follows the other steps of the hole.
 
         A counterbore needs an end mill of the same diameter. A countersink needs a chamfer mill or a V-bit that has the
         same angle and is wide enough.

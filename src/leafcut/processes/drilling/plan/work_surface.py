@@ -153,8 +153,9 @@ class WorkSurface:
 
 
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
-    """Check the mesh of a fixture and return it with the issues. If the mesh is not closed, return its bounding box
-    instead.
+    """Check the mesh of a fixture and return it with the issues.
+
+    If the mesh is not closed, return its bounding box instead.
 
     Raises PlanError if the fixture is far from the surface or if its size is implausible. In both cases, the unit or
     the origin of the fixture is wrong.

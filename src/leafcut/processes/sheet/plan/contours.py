@@ -200,9 +200,7 @@ class CutContour:
         return all(distance_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:
-        """Return whether a position is in a corner loop, or so close to the loop that the closing joint would reach
-        into
-        it.
+        """Return whether a position is in a corner loop, or so close that the closing joint would be in the loop.
 
         A joint must lie on the edge of the part. A joint in a loop would leave the arc around the corner uncut.
         """

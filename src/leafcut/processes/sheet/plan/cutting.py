@@ -424,8 +424,9 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 
 
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
-    """Group the cuts into bands that follow each other in the direction of the sweep. Without a sweep, there is one
-    band.
+    """Group the cuts into bands that follow each other in the direction of the sweep.
+
+    Without a sweep, there is one band.
 
     Each cut is represented by its first contour. All contours of a part belong to the band that contains the centre of
     the outline.

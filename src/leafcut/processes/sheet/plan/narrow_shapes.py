@@ -36,8 +36,9 @@ FITTED = 0.002
 
 
 def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Replace narrow shapes with shapes that the kerf can cut. If the kerf is not compensated, the sheet does not
-    change.
+    """Replace narrow shapes with shapes that the kerf can cut.
+
+    If the kerf is not compensated, the sheet does not change.
 
     Returns
     -------

@@ -61,10 +61,10 @@ def check_torch(
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return a fault for each row that switches on the torch or the scribe with the wrong tool or without an active
-    offset.
+    """Return a fault for each row that switches on the torch or the scribe in the wrong state.
 
-    An offset becomes active with the next move in X and Y.
+    The state is wrong if another tool is selected, or if its offset is not active. An offset becomes
+    active with the next move in X and Y.
     """
     number = None if dialect.torch is None else dialect.torch.mark_tool
     if number is None:
