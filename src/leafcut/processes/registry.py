@@ -328,7 +328,6 @@ def _ratings(names: list[str], drawing: WholeDrawing | None) -> dict[str, Suitab
 
 
 def _whole_drawing(source: Source, settings: Settings) -> WholeDrawing | None:
-    """Return the drawing to rate, or None if it cannot be read."""
     from leafcut.processes.suitability import WholeDrawing
     from leafcut.read import read_whole
 

@@ -203,7 +203,6 @@ def keep_nearest(plan: Plan, order: Order) -> Order:
 
 
 def _may_be_nearest(plan: Plan) -> bool:
-    """Return whether the nearest-neighbour order may replace the order from the search."""
     work, searches = plan.work, plan.job.settings.solve.algorithm == "auto"
     return searches and work.planned is None and work.nearest.cutting is work.cutting
 

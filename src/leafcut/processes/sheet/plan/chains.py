@@ -563,7 +563,6 @@ def _add_single_starts(
 
 
 def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a contour outside chains, without the starts whose leads touch a bridge."""
     contour, own = cutting.contours[number], cutting.starts_of([number])
     if contour.kind != "cut":
         return own
