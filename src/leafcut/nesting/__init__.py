@@ -1,1 +1,1 @@
-"""Nesting: place parts close together on sheets."""
+"""Nesting: arrange parts close together on sheets."""

@@ -25,7 +25,7 @@ def nest(
 ) -> tuple[NestOutcome, list[str | Path | None]]:
     """Nest parts and write the sheets.
 
-    Return the outcome, and the names of all files that were read, including `other_inputs`.
+    The function returns the outcome and the names of all files that were read, including `other_inputs`.
     """
     from leafcut.nesting.run import nest_drawings
 

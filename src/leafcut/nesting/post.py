@@ -1,4 +1,4 @@
-"""Write a nested sheet as a DXF drawing for any cutting program; leafcut can read it back."""
+"""Write a nested sheet as a DXF drawing. Any cutting program can use it, and leafcut can read it back."""
 
 from __future__ import annotations
 
@@ -12,30 +12,31 @@ from leafcut.files.digests import DIGEST_LINE, sign_program
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 
-#: Lock on the global metadata option of ezdxf, so that one thread at a time changes it.
+#: Lock for the metadata option of ezdxf. The option is global, so only one thread at a time may change it.
 _EZDXF_LOCK = threading.Lock()
 #: AutoCAD colour index by layer.
 LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
-#: Application name of the extended data (XDATA) that contains the name of a part.
+#: Application name under which the name of a part is stored as extended data (XDATA).
 APPLICATION = "LEAFCUT"
-#: Number of decimals of coordinates in mm; rounding to a nanometre hides effects of the order of addition.
+#: Number of decimals of coordinates in mm. Rounding to a nanometre hides differences that depend on the order of
+#: additions.
 DIGITS = 6
-#: Tolerance for the bulges of two half circles that form a circle.
+#: Tolerance for recognising a circle by the bulges of its two half circles.
 ROUND = 1e-9
 
 
 def write_layout(nest: Nest, layout: Layout) -> str:
-    """Return one sheet of a nest as DXF R2000 in mm.
+    """Write one sheet of a nest as DXF R2000 in mm.
 
-    Outlines are on layer CUT, with the name of their part as XDATA. Holes are on CUT_HOLES, marks on MARK, and the edge
-    of the sheet on SHEET. Arcs stay arcs. The output is deterministic.
+    Outlines are on layer CUT, and the name of the part is attached as XDATA. Holes are on layer CUT_HOLES, marks on
+    MARK, and the edge of the sheet on SHEET. Arcs remain arcs. The same nest always gives the same text.
     """
     with _without_dates():
         return _drawing_text(_layout_drawing(nest, layout))
 
 
 def write_stock(stock: Stock) -> str:
-    """Return a remnant as a drawing, with its outline and its holes on layer SHEET."""
+    """Write a remnant as a drawing. Its outline and its holes are on layer SHEET."""
     with _without_dates():
         drawing = _new_drawing()
         _draw_stock(drawing.modelspace(), stock)
@@ -74,12 +75,12 @@ def _draw_stock(space: Any, stock: Stock) -> None:
 
 
 def _escape_ascii(name: str) -> str:
-    r"""Escape non-ASCII characters as in DXF R2000, for example \U+00E4."""
+    r"""Escape non-ASCII characters in the style of DXF R2000, for example \U+00E4."""
     return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in name)
 
 
 def _draw_path(space: Any, path: Polyline, layer: str) -> Any:
-    """Draw a circle as CIRCLE, any other path as LWPOLYLINE with bulges. Return the entity."""
+    """Draw a circle as CIRCLE, and any other path as LWPOLYLINE with bulges. Return the entity."""
     attributes = {"layer": layer}
     bulges = path.bulges
     if path.closed and len(bulges) == 2 and abs(abs(bulges[0]) - 1.0) < ROUND and abs(bulges[0] - bulges[1]) < ROUND:
@@ -91,7 +92,7 @@ def _draw_path(space: Any, path: Polyline, layer: str) -> Any:
 
 
 def _drawing_text(drawing: Any) -> str:
-    """Return a drawing as text, with its digest in a comment (group code 999)."""
+    """Return a drawing as text. A comment (group code 999) contains its digest."""
     stream = io.StringIO()
     drawing.write(stream)
     return sign_program(f"999\n{DIGEST_LINE}\n{stream.getvalue()}")
@@ -99,7 +100,7 @@ def _drawing_text(drawing: Any) -> str:
 
 @contextmanager
 def _without_dates() -> Iterator[None]:
-    """Prevent ezdxf from writing dates and random numbers. A lock protects its option, which is global."""
+    """Prevent ezdxf from writing dates and random numbers. The option for this is global, so a lock protects it."""
     import ezdxf
 
     with _EZDXF_LOCK:

@@ -1,4 +1,4 @@
-"""Check a nest independently of the planner: count the parts and measure their distances."""
+"""Check a nest independently of the planner by counting its parts and measuring the distances between them."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
 
-#: Error of the chords that approximate arcs, mm. It is added to the required distance for each outline with arcs.
+#: Chord error of arcs, mm. It is added to the required distance for each outline that contains arcs.
 CHORD = 0.005
 #: Tolerance for rounding errors of distances, mm.
 ROUNDING = 1e-5
-#: Largest difference between the plan and the drawing read back, mm.
+#: Largest accepted difference between the plan and the drawing that was read back, mm.
 SAME_PLACE = 1e-3
 #: Minimum length of a common edge, mm.
 COMMON = 2.0
@@ -30,7 +30,7 @@ SAME_ANGLE = 1e-6
 
 
 def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> list[Message]:
-    """Return messages about the errors in a nest; empty if it can be cut.
+    """Check a nest and return its errors as messages. The list is empty if the nest can be cut.
 
     * The number of sheets of each kind does not exceed the available number.
     * Every part is placed as often as requested, at an allowed rotation, and inside the margin of the sheet.
@@ -169,10 +169,10 @@ def _placed_region(nest: Nest, placement: Placement) -> Polygon:
 def check_remnants(
     nest: Nest, layout: Layout, remnants: Sequence[tuple[Stock, tuple[float, float]]], spacing: float
 ) -> list[Message]:
-    """Return the errors of remnants as messages; empty if the remnants can be used.
+    """Check the remnants of a sheet and return their errors as messages. The list is empty if the remnants can be used.
 
-    `remnants` contains each remnant with the position of its lower left corner on the sheet, mm. A remnant must lie
-    within the sheet, at least `spacing` mm away from each part.
+    A remnant must lie within the sheet, at least `spacing` mm away from each part. `remnants` contains each remnant and
+    the position of its lower left corner on the sheet, mm.
     """
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)
@@ -192,7 +192,7 @@ def check_remnants(
 
 
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[Message]:
-    """Return the differences between the planned sheet and the sheet read back from its drawing, as messages."""
+    """Compare the planned sheet with the drawing that was read back. Return the differences as messages."""
     errors: list[Message] = []
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]

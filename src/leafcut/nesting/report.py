@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def nest_as_json(outcome: NestOutcome) -> dict[str, Any]:
-    """Return the outcome as plain values, best variant first; lengths are in mm, and shares in percent."""
+    """Return the outcome as plain values, with the best variant first. Lengths are in mm, and shares in percent."""
     first = outcome.nests[0]
     return {
         "sheet": {"length_mm": first.stocks[0].length, "width_mm": first.stocks[0].width},
@@ -92,7 +92,10 @@ def _part_counts(nest: Nest, layout: Layout) -> dict[str, int]:
 
 
 def print_nests(outcome: NestOutcome, console: Console) -> None:
-    """Print the table of variants, the files written, and the issues. File names are printed without markup."""
+    """Print the table of variants, the files that were written, and the issues.
+
+    File names are printed without markup.
+    """
     from rich.table import Table
     from rich.text import Text
 

@@ -1,4 +1,4 @@
-"""Nest the parts of drawings: read them, search for nests, check the nests, and write the sheets as drawings."""
+"""Nest the parts of drawings: read the parts, search for nests, check them, and write the sheets as drawings."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
     from leafcut.read.nest_list import WantedDrawing
 
-#: Rounding step of the default sheet size, mm.
+#: The default size of a sheet is rounded to a multiple of this, mm.
 SHEET_STEP = 50.0
-#: Maximum number of unplaced parts named in a message.
+#: Maximum number of unplaced parts that a message names.
 MAX_NAMED = 5
-#: Maximum difference between the ranking values (mm², cost, mm) of nests that count as duplicates.
+#: Nests count as duplicates if their ranking values (mm², cost, mm) differ by no more than this.
 ALIKE = 0.01
 
 #: Default kerf width, mm.
 KERF = 2.0
-#: Minimum width of a remnant that is kept, mm.
+#: Remnants narrower than this are not kept, mm.
 REMNANT_SIZE = 150.0
 
 
@@ -62,13 +62,16 @@ def nest(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> NestOutcome:
-    """Return the nests that passed the check, best first.
+    """Search for nests and return the ones that passed the check, best first.
 
-    They use `stocks`, or else the sheet sizes of the options. `kerf` is in mm. The same seed gives the same nests,
-    unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is set, or on Ctrl-C, the nests that are
-    already complete are returned.
+    The nests use `stocks`, or the sheet sizes in the options if `stocks` is empty. `kerf` is in mm. The same seed gives
+    the same nests, unless a time limit ended the search (`Nest.repeatable`). If `cancelled` is set, or the user presses
+    Ctrl-C, the nests that are already complete are returned.
 
-    Raises PlanError if the list of parts is empty, a part fits no sheet, or no nest passed the check.
+    Raises
+    ------
+    PlanError
+        If the list of parts is empty, a part fits no sheet, or no nest passed the check.
     """
     from leafcut.nesting.plan.nesting import prepare_task, variants
 
@@ -124,7 +127,7 @@ def _without_duplicates(nests: list[Nest]) -> list[Nest]:
 
 
 def sized_sheets(options: NestOptions) -> list[Stock]:
-    """Return the sheets given in the options. Raises OptionError if an option names a drawing instead of a size."""
+    """Return the sheets in the options. Raises OptionError if an option names a drawing instead of a size."""
     stocks = []
     for sheet in options.sheets:
         if sheet.size is None:
@@ -166,10 +169,22 @@ def nest_drawings(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> tuple[NestOutcome, dict[str, str]]:
-    """Nest the parts of drawings. Return the outcome, and the text of each file to be written, by its path.
+    """Nest the parts of drawings.
 
     Each different sheet becomes a drawing, which is read back and compared with the plan. Without `output`, no sheet
-    files are written. Raises ReadError, OptionError, PlanError or VerifyError.
+    files are written.
+
+    Returns
+    -------
+    NestOutcome
+        The nests.
+    dict of str to str
+        The text of each file to be written, keyed by its path.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError or VerifyError
+        If the parts cannot be read or nested, or if the result is wrong.
     """
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError("--output: nested sheets are written as DXF; name a .dxf, not '{}'", Path(output).name)
@@ -196,7 +211,7 @@ def _read_inputs(
 ) -> tuple[Settings, list[NestPart], list[Stock], list[Issue]]:
     """Return the settings with the sheet size, the parts to nest, the kinds of sheet, and the issues.
 
-    Each file is read only once, even if it is listed several times.
+    If a file is listed several times, it is only read once.
     """
 
     @cache
@@ -243,7 +258,7 @@ def _available_sheets(
 ) -> tuple[Settings, list[Stock]]:
     """Return the settings and the kinds of sheet.
 
-    The default is an unlimited number of sheets of the size of the machine's table.
+    By default, there is an unlimited number of sheets, which are as large as the table of the machine.
     """
     options, machine = settings.of(NestOptions), load_machine(with_cutting_machine(settings).machine.machine)
     reach = [machine.reach(axis) for axis in (0, 1)]
@@ -269,7 +284,7 @@ def _available_sheets(
 
 
 def _exceeds_table(stock: Stock, machine: Machine) -> str:
-    """Return a message if a sheet is larger than the travel of the machine, otherwise ""."""
+    """Return a message if a sheet is larger than the travel of the machine, otherwise an empty text."""
     reach = [machine.reach(axis) for axis in (0, 1)]
     if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
         return ""
@@ -283,7 +298,7 @@ def _exceeds_table(stock: Stock, machine: Machine) -> str:
 
 
 def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
-    """Return an issue for each used kind of sheet that is larger than the table of the cutting machine."""
+    """Report each kind of sheet in use that is larger than the table of the cutting machine."""
     machine = load_machine(with_cutting_machine(settings).machine.machine)
     used = {nest.stock_of(layout).name: nest.stock_of(layout) for nest in nests for layout in nest.layouts}
     return [
@@ -294,13 +309,17 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
 
 
 def _names(error: PlanError, file: str) -> bool:
-    """Return whether the message of an error starts with the name of a file."""
+    """Return whether the message of an error starts with a file name."""
     message = error.args[0]
     return isinstance(message, Message) and message.values[:1] == (file,)
 
 
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
-    """Return the sheet shown in a drawing: one closed outline with holes, on any layer except layers for marks."""
+    """Read a sheet from a drawing.
+
+    The drawing must contain one closed outline, which may have holes. It may be on any layer except the layers for
+    marks.
+    """
     from leafcut.processes.contours import prepare_sheet
 
     part = read_contours(source, ReadOptions(), on_progress)
@@ -357,7 +376,7 @@ def _sheet_texts(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
-    """Raise `VerifyError` if a drawing that was read back differs from the plan."""
+    """Raise `VerifyError` if the drawing of a sheet, after it is read back, differs from the plan."""
     from leafcut.processes.contours import prepare_sheet
     from leafcut.read.dxf_contours import read_dxf_contours
 
@@ -368,7 +387,7 @@ def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
 
 
 def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
-    """Return the parts of a drawing, each with the given quantity and rotations (rad), and the issues.
+    """Return the parts of a drawing, and the issues. Each part gets the given quantity and rotations (rad).
 
     Raises PlanError if the drawing has no closed outline.
     """

@@ -1,4 +1,4 @@
-"""Nesting as a kind of work: its options and its form."""
+"""Nesting as a type of work, with its options and its form."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MAIN = ("sheet", "kerf", "gap", "margin", "rotations")
 
 
 class Nesting(Work):
-    """Parts and quantities that are nested on sheets."""
+    """Nesting of parts in given quantities on sheets."""
 
     name = command = "nest"
     title = "nesting"
@@ -47,11 +47,11 @@ class Nesting(Work):
     )
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings of the cutting process that will cut the nest."""
+        """Return the settings of the process that will cut the nested sheets."""
         return with_cutting_machine(settings)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours unchanged, because the nest determines their positions."""
+        """Return the contours as they are drawn. Nesting decides on their positions later."""
         from leafcut.read import read_contours
 
         return read_contours(source, settings.read)

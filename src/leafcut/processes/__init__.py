@@ -1,1 +1,1 @@
-"""Processes: one package for each kind of work. The module `course` runs a job of any process."""
+"""Processes: one package for each type of work. The module `course` runs a job for any process."""

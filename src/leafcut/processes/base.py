@@ -1,4 +1,4 @@
-"""`Work` is a kind of work with its options. `Process` is a kind of work that also generates programs."""
+"""The base classes of all work. A `Work` has options, and a `Process` is a `Work` that also generates programs."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
     from leafcut.report.path_report import PathReport
 
-#: Groups of a form in the studio: the key of the title, and the names of the options.
+#: Groups of a form in the studio. Each group has the key of its title and the names of its options.
 FormGroups = tuple[tuple[str, tuple[str, ...]], ...]
 
-#: Options in the forms of several processes, by group.
+#: Options that appear in the forms of several processes, by group.
 SEARCH = ("preset", "time_limit", "algorithm", "objective")
 SEARCH_MORE = (
     "iterations",
@@ -58,23 +58,24 @@ def option_names(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str
 
 
 def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs: Conditions) -> dict[str, Conditions]:
-    """Return the options of a group that a kind of work uses, each with the conditions for its use.
+    """Return the options of a group that a type of work uses. Each option comes with the conditions for its use.
 
     Parameters
     ----------
     names
-        Used options in addition to the keys of `needs`. Without `names` and `needs`, the whole group is used.
+        Options to use in addition to the keys of `needs`. Without `names` and `needs`, the whole group is used.
     but
-        Options that are not used.
+        Options to leave out.
     needs
-        Conditions that replace the conditions of an option (`OptionSpec.needs`).
+        Conditions that replace the usual conditions of an option (`OptionSpec.needs`).
     """
     specs, left_out = group.specs(), set(but)
     chosen = (*names, *needs) if names or needs else tuple(specs)
     return {name: needs.get(name, specs[name].needs) for name in chosen if name not in left_out}
 
 
-#: Options of several processes: for the search, for programs from drawings, and for cutting data that a program lacks.
+#: Options that several processes share: for the search, for programs from drawings, and for cutting data that a program
+#: lacks.
 ORDERED = use(SolveOptions) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
 _LOOKED_UP = (when_absent("cut_speed"),)
@@ -82,7 +83,7 @@ LOOKED_UP = use(CutDataOptions, "cut_speed")
 LOOKED_UP |= use(CutDataOptions, cut_process=_LOOKED_UP, amps=_LOOKED_UP, nozzle=_LOOKED_UP, chart=_LOOKED_UP)
 LOOKED_UP |= use(JobOptions, thickness=_LOOKED_UP, material=_LOOKED_UP)
 
-#: Help texts and defaults of options that have a special meaning for foreign programs.
+#: Help texts and defaults of options that mean something special for programs from other CAM systems.
 HELP_OF_CUTTING_DATA = {
     "thickness": ("thickness of the sheet, for cutting data that the program does not state", "unknown"),
     "material": ("material of the sheet, by its name in the cut chart", ""),
@@ -99,27 +100,27 @@ HELP_OF_PROGRAM = {
 
 
 class Work(Protocol):
-    """A kind of work: its name and its options.
+    """A type of work, with its name and its options.
 
     Attributes
     ----------
     name, title
-        Name in commands, and name in messages: "drilling".
+        Name in commands, and name in messages, such as "drilling".
     options
-        Groups of options of this work only. In a file of options, the table of the first group accepts all options
-        that the work uses.
+        Groups of options that only this work has. In a file of options, the table of the first group accepts all
+        options that the work uses.
     uses
         Shared options that the work uses, with their conditions (`use`).
     otherwise
-        For an option that the work does not use: advice that replaces "leave it out".
+        Advice for options that the work does not use. It replaces "leave it out".
     helps
-        For an option with a special meaning in this work: its help text, and its default in words ("" for the usual
+        Options with a special meaning in this work. Each has a help text, and its default in words ("" for the usual
         default).
     command, help
-        Name of the command, and one line of help. The command of a process is also a value of ``--process``.
+        Name of the command, and a one-line help text. The command of a process is also a value of ``--process``.
     form
-        Groups of options in the form, the most important first: (key of the title, names of options). The first two
-        groups are open.
+        Groups of options in the form, with the most important group first: (key of the title, names of options). The
+        first two groups are open.
     heads
         Machine heads that can do the work; empty if any head can.
     pictured
@@ -140,54 +141,57 @@ class Work(Protocol):
 
     @property
     def asks(self) -> str:
-        """The value of ``--process`` for a file that suits several processes."""
+        """The value of ``--process`` that selects this work if a file suits several processes."""
         return "auto"
 
     def used(self) -> Mapping[str, Conditions]:
-        """Return all options that the work uses, its own and shared options, with their conditions."""
+        """Return all options that the work uses, with their conditions. This includes its own and shared options."""
         own_options = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
         return own_options | dict(self.uses)
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings completed with the defaults of this work, such as its usual machine."""
+        """Return the settings, completed with the defaults of this work.
+
+        For example, a work may have a usual machine.
+        """
         return settings
 
     def machine_for(self, format_name: str) -> str:
-        """Return the usual machine for files of a format, or "" for the default machine."""
+        """Return the usual machine for files of a format. If the default machine is right for them, return ""."""
         return ""
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the rating of a drawing for this kind of work, or None if drawings are not rated."""
+        """Rate how well a drawing suits this work. Return None if the work does not rate drawings."""
         return None
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the geometry of an input for a preview: by default, its holes."""
+        """Return the geometry of an input for a preview. By default, this is its holes."""
         from leafcut.read import read
 
         return read(source, settings.read)
 
 
 class Process(Work, Protocol):
-    """A kind of work that generates programs. The methods have defaults that suit most processes.
+    """A type of work that generates programs. The default methods suit most processes.
 
     Attributes
     ----------
     name
-        Name of the process; file formats refer to it.
+        Name of the process, to which file formats refer.
     reads
-        Kind of input: ``drawing`` or ``program``; "" if `api.optimize` does not run the process.
+        Type of input: ``drawing`` or ``program``. If `api.optimize` does not run the process, it is "".
     formats
-        For a plug-in: the file formats for which it is offered.
+        File formats for which a plug-in is offered.
     by_itself
         Whether the process is chosen automatically for a file that suits no other process.
     joins
-        File format of which several files may be joined to one program; "" for none.
+        File format for which several files may be joined to one program, or "" for none.
     instead
         Advice for wrong values of ``--process``.
     takes
         Description of the input.
     layer_names
-        Patterns of layer names that indicate work of this process.
+        Patterns of layer names that suggest work for this process.
     tabulates
         Whether a report may be a table of the parts (CSV).
     with_nearest
@@ -211,24 +215,30 @@ class Process(Work, Protocol):
 
     @property
     def asks(self) -> str:
-        """The value of ``--process`` for a file that suits several processes; ``auto`` for the usual process."""
+        """The value of ``--process`` that selects this process if a file suits several.
+
+        It is ``auto`` for the usual process.
+        """
         return self.command
 
     # The course of a job (`processes.course`) calls these methods in this order.
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Read the files, resolve the options, and return the tasks; `asked` is the value of ``--process``.
+        """Read the files, resolve the options, and return the tasks. `asked` is the value of ``--process``.
 
         Raises
         ------
         ReadError, OptionError, PlanError
-            The message is one line that names the error, its position and the remedy.
+            The message is a single line that names the error, its position and the remedy.
         """
         ...
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """Improvements of the order found by the search, for costs that depend on neighbouring tasks."""
+        """The passes that improve the order after the search.
+
+        They deal with costs that depend on neighbouring tasks.
+        """
         return ()
 
     def given(self, plan: Plan) -> Candidate:
@@ -236,25 +246,28 @@ class Process(Work, Protocol):
         return self.generate(plan, plan.given)
 
     def nearest(self, plan: Plan) -> Candidate | None:
-        """Return the motion in the nearest-neighbour order, or None if the process makes no such comparison."""
+        """Return the motion in the nearest-neighbour order.
+
+        Return None if the process does not compare with this order.
+        """
         from leafcut.processes.ordering import nearest_order
 
         return self.generate(plan, nearest_order(plan.job, plan.stages)) if self.with_nearest else None
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Generate and time the motion of an order.
+        """Generate the motion of an order and compute its time.
 
         Raises
         ------
         PlanError
-            The order does not contain each task exactly once.
+            If the order does not contain each task exactly once.
         """
         ...
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-        """Return the candidate with the lowest cost according to the objective and the detailed machine model.
+        """Return the candidate with the lowest cost for the objective, according to the detailed machine model.
 
-        An order set by the user, and the result of the algorithms nn and none, are returned unchanged.
+        The order stays the same if the user set it, or if it comes from the algorithms nn or none.
         """
         from leafcut.processes.ordering import solutions_of_order
 
@@ -277,9 +290,10 @@ class Process(Work, Protocol):
         Raises
         ------
         VerifyError
-            Verification failed; the message states the first difference or danger, and the number of others.
+            If verification failed. The message names the first difference or danger, and states how many more there
+            are.
         OrderRefused
-            Verification failed, but another order may pass it.
+            If verification failed, but another order may pass.
         """
         from leafcut.processes.job import refuse_differences
 
@@ -290,7 +304,7 @@ class Process(Work, Protocol):
         return replace(best, text=text, written=written)
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
-        """Return the program text of a candidate. Its header compares its time with the time of the input's order."""
+        """Write the program of a candidate. The header compares its time with the time of the input's order."""
         from leafcut.post.writer import write_program
         from leafcut.processes.header import header_lines
 
@@ -309,30 +323,30 @@ class Process(Work, Protocol):
         return ()
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Read the program back. Return its toolpath, and its differences from the request."""
+        """Read the program back. Return the toolpath, and the differences between the program and the request."""
         raise NotImplementedError
 
     def keep_in_place(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return an order that leaves the refused tasks at their position in the input; `trial` counts from 1.
+        """Return an order that leaves the refused tasks at their position in the input. `trial` counts from 1.
 
-        Raises VerifyError if no such order exists, which is the default.
+        Raises VerifyError if no such order exists. By default, there is none.
         """
         raise VerifyError("the program was not written: {}", refused)
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
-        """Make final changes to the verified program that do not affect its order."""
+        """Make final changes to the verified program. The order of the program stays the same."""
         return best
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the work of each tool, in the order of the program."""
+        """Return the work of each tool, in program order."""
         ...
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return issues about the order, in addition to those of the plan."""
+        """Return issues about the order. The issues of the plan are not included."""
         return ()
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> Any:
-        """Return the part of the outcome that is specific to the process."""
+        """Return the results that only this process has."""
         ...
 
     def other_outputs(self, settings: Settings) -> list[Path]:
@@ -340,17 +354,17 @@ class Process(Work, Protocol):
         return []
 
     def files(self, outcome: Outcome[Any], settings: Settings) -> dict[str, str]:
-        """Return the texts of the files to write in addition to the program, by file name."""
+        """Return the texts of the files to write in addition to the program, keyed by file name."""
         return {}
 
     def report(self, outcome: Outcome[Any]) -> PathReport[Any]:
-        """Return the report of an outcome with its facts and pictures. The default report shows a path over holes."""
+        """Return the report of an outcome, with its facts and pictures. The default report shows a path over holes."""
         from leafcut.report.path_report import PathReport
 
         return PathReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the placed geometry of an input for a preview: by default, its holes."""
+        """Return the placed geometry of an input for a preview. By default, this is its holes."""
         from leafcut.processes.placing import place_part
 
         return place_part(super().preview_part(source, settings), settings.read)

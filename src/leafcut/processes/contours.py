@@ -1,6 +1,7 @@
-"""Build a sheet from the strokes of a drawing: join, clean and check outlines, and assign holes and marks to parts.
+"""Build a sheet from the strokes of a drawing.
 
-Unsafe outlines are refused with their positions. Repairs are reported.
+Strokes are joined to outlines, which are cleaned and checked. Holes and marks are then assigned to parts. Repairs are
+reported, and outlines that are not safe to cut are refused with their positions.
 """
 
 from __future__ import annotations
@@ -33,33 +34,37 @@ if TYPE_CHECKING:
     from leafcut.processes.job import Job
     from leafcut.read.format import Source
 
-#: A closed outline that is smaller than this in both directions is probably a drawing error, mm.
+#: A closed outline that is smaller than this in both directions is probably a drawing mistake, mm.
 TINY = 0.5
-#: Maximum distance between the centres of the circles of a bore, mm; coordinates are rounded, and arcs may be chords.
+#: Circles belong to the same bore if their centres are at most this far apart, mm. Coordinates are rounded, and arcs
+#: may consist of chords.
 SAME_CENTRE = 0.05
 #: Maximum diameter of a stepped bore with three or more circles, mm (the head of an M20 screw). Larger circles are
-#: nested rings.
+#: treated as nested rings.
 WIDEST_STEPPED = 40.0
-#: All values of --open-paths that accept open paths.
+#: All values of --open-paths that allow open paths.
 OPEN_VALUES = Message("cut, mark or drop")
-#: Maximum number of layers listed if the drawing has no cuts.
+#: Maximum number of layers that a message lists if the drawing has no cuts.
 MOST_LAYERS = 5
-#: Tolerance for round holes: relative difference between 4π·area and the squared perimeter, and between width and
-#: height. Polygons with 24 or more sides count as circles.
+#: Tolerance for round holes. It applies to the relative difference between 4π·area and the squared perimeter, and
+#: between width and height. Polygons with 24 or more sides count as circles.
 ROUND = 0.01
-#: Maximum difference between equal thicknesses, mm, because inches are rounded.
+#: Two thicknesses count as equal if they differ by no more than this, mm, because inches are rounded.
 SAME_THICKNESS = 0.001
-#: Tolerance for the height of a solid, mm, because drawings round gauges and inches.
+#: Tolerance for the height of a solid, mm. Drawings round gauges and inches.
 _HEIGHT_TOLERANCE = 0.1
-#: Maximum difference between a thickness and a common substitute (3 mm or 11 gauge for 1/8 in), in mm and relative to
-#: the thickness.
+#: Largest difference between a thickness and a common substitute, in mm and relative to the thickness. For example, 3
+#: mm or 11 gauge may replace 1/8 in.
 _SUBSTITUTE, _SUBSTITUTE_SHARE = 0.5, 0.1
-#: Tolerance for diameter limits, mm, because inches are rounded: a limit of 6.35 includes a 1/4 in hole.
+#: Tolerance for diameter limits, mm, because inches are rounded. A limit of 6.35 includes a 1/4 in hole.
 _SLACK = 1e-6
 
 
 def read_placed_contours(job: Job, source: Source) -> Part:
-    """Return the contours of a drawing, moved to the program zero, with the issues about its thickness."""
+    """Read the contours of a drawing and move them to the program zero.
+
+    The part includes the issues about its thickness.
+    """
     part = read_contours(source, job.settings.read, job.start_step(Message("reading")))
     part = replace(part, issues=(*part.issues, *check_thickness(part, job.settings.job.thickness)))
     return place_part(part, job.settings.read)
@@ -71,20 +76,22 @@ def prepare_sheet(
     concentric: str = "smallest",
     open_values: str = OPEN_VALUES,
 ) -> Sheet:
-    """Return the sheet of a drawing, with its contours joined, cleaned, checked and nested, in O(n log n).
+    """Build the sheet of a drawing in O(n log n).
+
+    Contours are joined, cleaned and checked. The function also determines which contours lie inside others.
 
     Parameters
     ----------
     concentric
-        Circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
+        Which circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
     open_values
         Values of --open-paths that the process accepts, for messages.
 
     Raises
     ------
     PlanError
-        The sheet has no cuts or marks; an outline crosses itself, or is open although `options.open_paths` does not
-        allow it; or parts overlap, fall apart where their outlines touch, or extend beyond the edge of the sheet.
+        If the sheet has no cuts or marks. If an outline crosses itself, or is open although `options.open_paths` does
+        not allow it. If parts overlap, fall apart where their outlines touch, or extend beyond the edge of the sheet.
     """
     options = options or SheetOptions()
     issues = list(part.issues)
@@ -129,8 +136,9 @@ def prepare_sheet(
 
 
 def engraved_paths(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[Contour]:
-    """Return the lines and texts of contours for engraving, joined where they meet. Closed paths are
-    counter-clockwise.
+    """Return the lines and texts to engrave.
+
+    Lines are joined where they meet, and closed paths are counter-clockwise.
     """
     every = replace(options, cut_layers=(), mark_layers=("*",), sheet_layers=(), ignore_layers=())
     strokes = _strokes_by_kind(contours, kinds_of(contours, every, issues), issues)
@@ -138,7 +146,7 @@ def engraved_paths(contours: Sequence[Contour], options: SheetOptions, issues: l
 
 
 def open_contours(contours: Sequence[Contour], options: SheetOptions) -> list[Contour]:
-    """Return the contours on cut layers that are still open after joining."""
+    """Return the contours on cut layers that are still open after strokes have been joined."""
     ignored: list[Issue] = []
     strokes = _strokes_by_kind(contours, kinds_of(contours, options, ignored), ignored)
     joined = _join_strokes(strokes.get("cut", []), "cut", replace(options, open_paths="drop"), ignored)
@@ -148,8 +156,8 @@ def open_contours(contours: Sequence[Contour], options: SheetOptions) -> list[Co
 def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
     """Compare the thickness of the sheet, mm, with the height of the solid in the drawing.
 
-    Return a warning (L413) if the thickness is only a common substitute for the height. Raises OptionError if the
-    difference is larger.
+    If the thickness is a common substitute for the height, return a warning (L413). If the difference is larger, raise
+    OptionError.
     """
     if part.height is None or thickness is None:
         return []
@@ -173,7 +181,7 @@ def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
 
 
 def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[Contour]]:
-    """Return the strokes of each kind, cleaned and numbered. Strokes of zero length are reported (L313)."""
+    """Clean and number the strokes, and group them by kind. Strokes of zero length are reported (L313)."""
     found: dict[str, list[Contour]] = {}
     gone = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
@@ -195,9 +203,9 @@ def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list
 
 
 def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issues: list[Issue]) -> list[Contour]:
-    """Join the strokes of a kind into contours.
+    """Join strokes of the same kind to contours.
 
-    Each contour has the layer, handle and order of its first stroke.
+    Each contour takes the layer, handle and order of its first stroke.
     """
     marked = kind == "mark"
     if not strokes:
@@ -232,7 +240,7 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
 
 
 def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
-    """Return the edge of the sheet (None if no layer contains it), its holes, and its price."""
+    """Return the edge of the sheet, its holes, and its price. The edge is None if no layer contains it."""
     if not sheets:
         return None, (), 0.0
     closed = [m for m in sheets if m.path.closed]
@@ -254,7 +262,7 @@ def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline,
 
 
 def _price_in_name(name: str) -> float:
-    """Return the price in the name of a sheet such as ``3000x1500@180``, or 0 if the name contains no price."""
+    """Return the price in the name of a sheet, such as ``3000x1500@180``, or 0 if the name has no price."""
     _, found, text = name.rpartition("@")
     try:
         price = float(text) if found else 0.0
@@ -264,11 +272,13 @@ def _price_in_name(name: str) -> float:
 
 
 def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
-    """Find the edge of the sheet among the outlines on layers whose names suggest a sheet.
+    """Search for the edge of the sheet among the outlines on layers whose names suggest a sheet.
 
-    The edge encloses or crosses all other contours. A part that crosses the edge is partly off the sheet. An outline
-    without contours inside it is a part; if there are only such outlines, return None. Raises PlanError for an outline
-    with some contours inside and others outside: a wrong guess would cut each part on the wrong side of its line.
+    The edge encloses or crosses all other contours. If a part crosses the edge, the part is partly off the sheet. An
+    outline without contours inside it is a part. If there are only such outlines, return None.
+
+    Raises PlanError if some contours are inside an outline and others are outside, because a wrong guess would cut each
+    part on the wrong side of its line.
     """
     closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]
@@ -308,7 +318,7 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
 def _sort_open_paths(
     opened: list[Contour], options: SheetOptions, open_values: str, issues: list[Issue]
 ) -> tuple[list[Contour], list[Contour]]:
-    """Return the open paths to cut and the open paths to mark, as the option `open_paths` requests."""
+    """Return the open paths to cut, and the open paths to mark. The option `open_paths` decides."""
     if not opened:
         return [], []
     paths = [m.path for m in opened]
@@ -335,7 +345,7 @@ def _sort_open_paths(
 
 
 def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
-    """Raise PlanError for outlines that cross or touch themselves, or enclose no area."""
+    """Raise PlanError if an outline crosses or touches itself, or encloses no area."""
     # The hull is used because the areas of the two halves of a figure 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= COINCIDENT * shapely.length(shapes)
     if thin.any():
@@ -354,7 +364,7 @@ def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
 def _without_duplicates(
     closed: list[Contour], shapes: NDArray[Any], issues: list[Issue]
 ) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return the indices of the outlines that are not duplicates, and the pairs of touching outlines.
+    """Return the indices of all outlines without duplicates, and the pairs of outlines that touch each other.
 
     Duplicate, touching and tiny outlines are reported. Raises PlanError if outlines overlap.
     """
@@ -394,7 +404,7 @@ def _without_duplicates(
 def _check_parts_stay_whole(
     closed: list[Contour], shapes: NDArray[Any], kept: list[int], touching: list[tuple[int, int]]
 ) -> None:
-    """Raise PlanError for a part that falls apart because its holes touch its outline or each other."""
+    """Raise PlanError if a part falls apart because its holes touch its outline or each other."""
     if not touching:
         return
     inside = np.full((2, len(closed)), -1)
@@ -424,10 +434,10 @@ def _check_parts_stay_whole(
 def _select_bore_circles(
     closed: list[Contour], shapes: NDArray[Any], concentric: str, issues: list[Issue]
 ) -> list[int]:
-    """Keep only the smallest or the largest circle of each bore, as `concentric` requests. Return all kept indices.
+    """Keep only the smallest or the largest circle of each bore, depending on `concentric`. Return all indices to keep.
 
-    Countersinks, counterbores and threads are drawn as a circle around the hole. If all circles were cut, the hole
-    would be too wide. Omitted circles are reported (L302).
+    Countersinks, counterbores and threads are drawn as a second circle around the hole. If all circles were cut, the
+    hole would be too wide. Circles that are left out are reported (L302).
     """
     every = list(range(len(closed)))
     if concentric == "all":
@@ -455,7 +465,7 @@ def _select_bore_circles(
 
 
 def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
-    """Return the circles of each bore as indices. A bore is a round hole that contains only concentric circles."""
+    """Group the circles of each bore, as indices. A bore is a round hole with nothing but concentric circles inside."""
     widths = [round_diameter(m.path) for m in closed]
     if sum(width is not None for width in widths) < 2:
         return []
@@ -486,7 +496,7 @@ def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]
 
 
 def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -> tuple[Contour, ...]:
-    """Return all contours in drawing order, with their nesting depth, parent and part number."""
+    """Return all contours in drawing order. Each contour gets its nesting depth, its parent and its part number."""
     depth, parent = nesting_depths(shapes)
     middles: Any = shapely.points(np.array([m.path.point_at(0.5 * m.path.length) for m in loose]).reshape(-1, 2))
     _, holder = enclosing_polygons(middles, shapes)
@@ -509,8 +519,9 @@ def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Co
 
 
 def _part_numbers(closed: list[Contour], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
-    """Return the part number of each closed contour. If the numbers in the drawing contradict the nesting, parts are
-    renumbered.
+    """Return the part number of each closed contour.
+
+    If the numbers in the drawing contradict the nesting, the parts are numbered again.
     """
     drawn = [m.part for m in closed]
     outlines = [k for k in order if k < len(closed) and depths[k] % 2 == 0]
@@ -522,7 +533,7 @@ def _part_numbers(closed: list[Contour], depths: list[int], parents: list[int], 
 
 
 def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
-    """Raise PlanError for contours that extend beyond the edge of the sheet or into a hole of the sheet."""
+    """Raise PlanError if a contour extends beyond the edge of the sheet or into a hole in the sheet."""
     if outline is None:
         return
     edge, *inner = polygons([outline, *holes])
@@ -544,10 +555,10 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
 
 
 def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> None:
-    """Raise PlanError for an outline around parts on a layer whose name suggests a drawing frame.
+    """Raise PlanError if an outline around parts is on a layer whose name suggests a drawing frame.
 
-    If a frame were cut as a part, the parts inside would become holes. Layers that the options select for cutting are
-    accepted. An outline around a single outline may be a part with a window, so it causes only a warning (L422).
+    If a frame were cut as a part, the parts inside it would become holes. Layers that the user selected for cutting are
+    accepted. An outline around a single outline may be a part with a window, so it only causes a warning (L422).
     """
     chosen = layer_matcher(options.cut_layers)
     inside: dict[int, list[int]] = {}
@@ -575,7 +586,7 @@ def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: l
 
 
 def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues: list[Issue]) -> None:
-    """Add a warning (L422) if a rectangle around most contours looks like the sheet and would be cut as a part."""
+    """Warn (L422) if a rectangle around most contours looks like the sheet but would be cut as a part."""
     outer = [c for c in contours if c.parent < 0 and c.path.closed]
     if outline is not None or not outer or len(contours) < 3:
         return
@@ -625,10 +636,10 @@ def _places_text(places: Sequence[Any]) -> Message:
 
 
 def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
-    """Return a sheet without the round holes that the diameter limits exclude. Their number is reported (L205).
+    """Remove the round holes that the diameter limits exclude, and report their number (L205).
 
-    Slots, windows, outlines of parts and marks of any size remain. Raises PlanError if an excluded hole contains
-    contours, which would then lie in the material of the part.
+    Slots, windows, outlines of parts and marks are kept, whatever their size. Raises PlanError if an excluded hole
+    contains contours, because these would then lie in the material of the part.
     """
     low = options.min_diameter if options.min_diameter is not None else 0.0
     high = options.max_diameter if options.max_diameter is not None else math.inf
@@ -651,7 +662,10 @@ def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
 
 
 def round_diameter(path: Polyline) -> float | None:
-    """Return the diameter of a circle, or of a polygon that approximates a circle, mm; None for other shapes."""
+    """Return the diameter of a circle, or of a polygon that approximates a circle, mm.
+
+    Return None for all other shapes.
+    """
     low_x, low_y, high_x, high_y = path.extents
     narrow, wide = sorted((high_x - low_x, high_y - low_y))
     if narrow < (1.0 - ROUND) * wide or 4.0 * math.pi * abs(path.area) < (1.0 - ROUND) * path.length**2:

@@ -1,4 +1,4 @@
-"""The course of a job, which all processes share: plan, order, generate, write and verify."""
+"""The course of a job, which is the same for all processes: plan, order, generate, write and verify."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def run_process(process: Process, job: Job, sources: Sequence[Source], asked: str) -> Outcome[Any]:
-    """Run a process on its input files; return the verified program and the results of the job.
+    """Run a process on its input files. Return the verified program and the results of the job.
 
     Raises ReadError, OptionError, PlanError, SolveError, PostError or VerifyError.
     """
@@ -38,10 +38,10 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 
 
 def _search_order(process: Process, plan: Plan) -> Order:
-    """Search for an order and apply the passes of the process, within the deadline of the job.
+    """Search for an order before the deadline of the job, and apply the passes of the process.
 
-    `find_order` divides its share of the time among the stages. The lower bounds of the stages have a separate deadline
-    (`Job.bounds`). The passes get the remaining time, and verification has no time limit. Pockets are also ordered in
+    `find_order` divides its share of the time among the stages. The passes get the remaining time. The lower bounds of
+    the stages have a separate deadline (`Job.bounds`), and verification has no time limit. Pockets are also ordered in
     `Process.given`.
     """
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
@@ -52,7 +52,7 @@ def _search_order(process: Process, plan: Plan) -> Order:
 
 
 def _refuse_oversized_work(plan: Plan, given: Candidate) -> None:
-    """Raise VerifyError before the search if the work exceeds the travel of the machine in any order."""
+    """Raise VerifyError before the search if no order can keep the work within the travel of the machine."""
     from leafcut.proof.envelope import check_envelope
 
     refuse_too_large(check_envelope(given.path, plan.job.machine), plan.part, plan.job.settings)
@@ -61,7 +61,7 @@ def _refuse_oversized_work(plan: Plan, given: Candidate) -> None:
 def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
     """Write the program of an order, read it back and verify it (`Process.prove`). Return the candidate with its text.
 
-    If a program from another CAM system fails the verification, the next trial leaves the tasks at fault at their
+    A program from another CAM system may fail the verification. Then the next trial leaves the tasks at fault at their
     original position. In all other processes, VerifyError ends the job.
     """
     trial = 0
@@ -112,9 +112,9 @@ def _build_outcome(
 
 
 def _work_offset(process: Process, plan: Plan, best: Candidate) -> str:
-    """Return the work offset in the first blocks of the dialect.
+    """Return the work offset that the first blocks of the dialect select.
 
-    For a program from another CAM system, return the work offsets that the program selects.
+    If the program is from another CAM system, return the work offsets that it selects itself.
     """
     if process.reads != "program":
         return next((word for line in plan.dialect.preamble for word in line.split() if word == "G54"), "")

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from leafcut.options import MachineOptions, Settings
 
-#: Default machine by cutting process; the longest matching prefix wins.
+#: Default machine for each cutting process. If several prefixes match, the longest one counts.
 CUTTING_MACHINES = {
     "plasma": "plasma-table",
     "laser": "laser-table",
@@ -17,9 +17,7 @@ CUTTING_MACHINES = {
 
 
 def with_cutting_machine(settings: Settings) -> Settings:
-    """Return the settings with the default machine of the cutting process, because the general default machine cannot
-    cut sheet.
-    """
+    """Use the default machine of the cutting process, because the general default machine cannot cut sheet."""
     if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
         return settings
     process_prefix = f"{_cut_process(settings)}_"
@@ -31,8 +29,9 @@ def with_cutting_machine(settings: Settings) -> Settings:
 
 
 def _cut_process(settings: Settings) -> str:
-    """Return the cutting process. For a laser, this is ``laser_co2`` if the cut chart has only CO2 data for the
-    material.
+    """Return the cutting process.
+
+    For a laser, this is ``laser_co2`` if the cut chart only has CO2 data for the material.
     """
     from leafcut.read.cutchart import load_chart, process_names_for
 

@@ -1,4 +1,4 @@
-"""Header comments of a program: its source, the options to regenerate it, and the set-up."""
+"""Header comments of a program. They state its source, the options to regenerate it, and the set-up."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 def header_lines(plan: Plan, given: Candidate, best: Candidate, command: str) -> list[str]:
-    """Return the header lines of a program from a drawing; `command` is the command that writes the program.
+    """Return the header lines of a program from a drawing. `command` is the command that writes the program.
 
-    The header has no date or other changing data, so the same seed gives the same file.
+    The header contains no date or other data that change, so the same seed always gives the same file.
     """
     part, machine, settings = plan.part, plan.job.machine, plan.job.settings
     inches = settings.post.output_units == "inch"

@@ -1,4 +1,4 @@
-"""Settings, machine, deadline and progress of a job, and checks that all processes share."""
+"""The settings, machine, deadline and progress of a job, and the checks that all processes share."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Job:
-    """Settings, machine and progress of one job.
+    """The settings, machine and progress of a job.
 
-    The searches of the job share the `deadline`, and the lower bounds share the deadline `bounds`.
+    All searches of the job share the `deadline`. The lower bounds have their own deadline, `bounds`.
     """
 
     settings: Settings
@@ -46,35 +46,36 @@ class Job:
         return replace(self, progress=None, observe=None)
 
     def for_dialect(self, dialect: Dialect) -> Job:
-        """Return the job adapted to a dialect. If the dialect has no moves in machine coordinates, the tool retracts to
-        the clearance height.
+        """Adapt the job to a dialect.
+
+        If the dialect has no moves in machine coordinates, the tool retracts to the clearance height.
         """
         if dialect.has_machine_moves or self.machine.safe_z is None:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
     def report(self, step: Message, share: float = 0.0, trial: Trial | None = None) -> None:
-        """Report the current step, the share of the work that has been done, and the result of a trial."""
+        """Report the current step, the share of the work that is done, and the result of a trial."""
         if self.progress is not None:
             self.progress(Progress(step, share, trial=trial))
 
     def start_step(self, step: Message) -> Heartbeat:
-        """Report the start of a step, and return a function that repeats the report.
+        """Report the start of a step, and return a function that repeats this report.
 
-        The receiver of the report may raise an exception to cancel the job.
+        Whoever receives the report may raise an exception to cancel the job.
         """
         return heartbeat_for_step(self.progress, step)
 
 
 def machine_of(settings: Settings) -> Machine:
-    """Return the machine that the settings name."""
+    """Return the machine that the user chose in the settings."""
     from leafcut.read.machine import load_machine
 
     return load_machine(settings.machine.machine, settings.machine.work_offset)
 
 
 def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
-    """Return the tool library that the settings name, or None. Raises DataError if the file is not a tool library."""
+    """Return the tool library in the settings, or None. Raises DataError if the file is not a tool library."""
     job = settings.job
     if job.tools is None:
         return None
@@ -84,14 +85,14 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
 
 
 def dialect_of(job: Job) -> Dialect:
-    """Return the dialect of the program: the dialect that the user chose, or the dialect of the machine."""
+    """Return the dialect that the user chose. If the user chose none, return the dialect of the machine."""
     from leafcut.gcode.dialects import dialect
 
     return dialect(job.settings.post.dialect or job.machine.controller)
 
 
 def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
-    """Raise OptionError for an option that the controller cannot use."""
+    """Raise OptionError if the controller does not support an option."""
     torch = dialect.torch
     powered = torch is not None and bool(torch.power)
     no_power = Message("{} programs have no laser power", dialect.name)
@@ -107,14 +108,14 @@ def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
 
 
 def plane_point(point: tuple[float, ...] | None) -> Point | None:
-    """Return a start or end point in the plane. Raises OptionError if it does not have exactly two numbers."""
+    """Return a start or end point in the plane. Raises OptionError unless it has exactly two numbers."""
     if point is not None and len(point) != 2:
         raise OptionError("--start-point and --end-point need two numbers, x,y")
     return None if point is None else (point[0], point[1])
 
 
 def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
-    """Raise OptionError if the machine profile has a feature for tool changes that the controller does not support."""
+    """Raise OptionError if the machine changes tools in a way that the controller does not support."""
     for supported, reason in (
         (machine.tool_changer, Message("the tools of this machine are changed by hand")),
         (dialect.tool_change == "M6", Message("{} has no M6", dialect.name)),
@@ -134,22 +135,23 @@ def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
 
 
 def refuse_differences(problems: Sequence[Difference]) -> None:
-    """Raise VerifyError if a program has differences; the message states the first difference and the number of
-    others.
+    """Raise VerifyError if a program has differences.
+
+    The message names the first difference and states how many more there are.
     """
     if problems:
         more = Message(" (and {} more)", len(problems) - 1) if len(problems) > 1 else ""
         raise VerifyError("the program was not written: {}{}", problems[0], more)
 
 
-#: Units larger than 1 mm. A drawing in millimetres that states such a unit is read too large.
+#: Units larger than 1 mm. If a drawing in millimetres states such a unit by mistake, the drawing becomes too large.
 _LARGE_UNITS = {"in": Message("inches"), "ft": Message("feet"), "cm": Message("centimetres"), "m": Message("metres")}
 
 
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
     """Raise VerifyError if a part exceeds the travel of the machine.
 
-    The message suggests to check the unit, because files written by ezdxf state metres by default.
+    The message suggests checking the unit, because files written by ezdxf state metres by default.
     """
     try:
         refuse_differences(problems)
@@ -161,7 +163,7 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
 
 
 def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) -> None:
-    """Raise PlanError if work is missing and ``--strict`` is set."""
+    """Raise PlanError if some work is missing and ``--strict`` is set."""
     missing = missing_work(issues) if settings.read.strict else ()
     if missing:
         more = Message(" (and {} more)", len(missing) - 1) if len(missing) > 1 else ""
@@ -169,7 +171,10 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 
 
 def assumed_machine_note(settings: Settings, machine: Machine, issues: Iterable[Issue]) -> list[Issue]:
-    """Return a note about the use of the default machine, unless the user or the note L807 already names a machine."""
+    """Return a note that the default machine is used.
+
+    There is no note if the user or the note L807 already names a machine.
+    """
     if "machine" in settings.given or any(issue.code == "L807" for issue in issues):
         return []
     return [
@@ -180,10 +185,10 @@ def assumed_machine_note(settings: Settings, machine: Machine, issues: Iterable[
 def machine_issues(
     machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
 ) -> list[Issue]:
-    """Return issues about limits of a machine that are not checked, and about its assumed values.
+    """Return issues about assumed values of a machine, and about limits that are not checked.
 
-    A part on the negative side of the zero causes a warning, or a note if ``--origin`` set the zero. `box` is the
-    extent of the work, as in `placing.negative_axes`.
+    If a part is on the negative side of the zero, the result also contains a warning, or a note if ``--origin`` set the
+    zero. `box` is the extent of the work, as in `placing.negative_axes`.
     """
     issues = []
     if box is not None and (axes := negative_axes(box, machine)):

@@ -1,4 +1,7 @@
-"""Keep-out zones for a program from another CAM system: heights, tool radii, and collisions in the original program."""
+"""Keep-out zones for programs from other CAM systems.
+
+This module computes heights and tool radii, and detects collisions in the original program.
+"""
 
 from __future__ import annotations
 
@@ -24,20 +27,20 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.difference import Difference
 
-#: Tolerance for a constant Z, mm; a laser program may state a single height.
+#: Z counts as constant if it changes by no more than this, mm. A laser program may state a single height.
 _FLAT = 1e-6
 
 
 def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles, list[Issue]]:
-    """Return the obstacles of ``--keep-out`` for a program, and issues.
+    """Return the obstacles that ``--keep-out`` defines for a program, and the issues.
 
     Raises
     ------
     PlanError
-        The program cuts inside an obstacle, which no order or route can avoid, or a move from an unknown position may
-        cross an obstacle.
+        If the program cuts inside an obstacle, which no order or route can avoid. Also if a move from an unknown
+        position may cross an obstacle.
     OptionError
-        A clearance height is given, but the program never moves Z.
+        If the user gave a clearance height, but the program never moves Z.
     """
     from leafcut.proof.obstacles import CUTS, MAY_CROSS
 
@@ -92,7 +95,7 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles, lis
 
 
 def obstacle_hits(job: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
-    """Return a difference for every motion of a program that hits an obstacle."""
+    """Return a difference for each motion of a program that hits an obstacle."""
     from leafcut.proof.obstacles import check_obstacles
 
     return check_obstacles(
@@ -115,7 +118,7 @@ def _has_lifts(path: Toolpath) -> bool:
 
 
 def _lowest_tip(path: Toolpath, tool: int) -> float:
-    """Return the lowest position of the tip of a tool, mm, or −∞ if it is unknown."""
+    """Return the lowest position that the tip of a tool reaches, mm, or −∞ if it is unknown."""
     of_tool = path.tool == tool
     z = path.end[of_tool & np.isin(path.kind, [int(k) for k in MOTIONS]), 2]
     bottoms = [path.cycles[ref].bottom for ref in path.ref[of_tool & (path.kind == Kind.DRILL)].tolist()]
@@ -124,9 +127,9 @@ def _lowest_tip(path: Toolpath, tool: int) -> float:
 
 
 def _tool_radii(program: Program, library: Mapping[int, Tool]) -> tuple[dict[int, float], list[int]]:
-    """Return the radius of each tool, mm, and the numbers of the tools with an unknown radius.
+    """Return the radius of each tool, mm, and the numbers of the tools whose radius is unknown.
 
-    The radius of a tool comes from the library, or else from a comment.
+    The radius comes from the library. If the library does not contain the tool, the radius comes from a comment.
     """
     radii: dict[int, float] = {}
     unknown: list[int] = []

@@ -1,4 +1,4 @@
-"""Classify the layers of a drawing: cut, marked, outline of the sheet, or ignored."""
+"""Decide for each layer of a drawing whether it is cut, marked, ignored, or contains the outline of the sheet."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from leafcut.options.drawings import MARK_NAMES, SHEET_NAMES
 def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[str]:
     """Return the kind of each contour: ``cut``, ``mark``, ``sheet``, ``maybe sheet``, or "" for a contour to ignore.
 
-    ``maybe sheet`` means that only the layer name suggests the outline of the sheet. A kind stated in the drawing stays
-    unless an option overrides it. Texts on mark layers are marked, and texts on other layers are ignored.
+    ``maybe sheet`` means that only the layer name suggests the outline of the sheet. If the drawing states a kind, only
+    an option can override it. Texts on mark layers are marked, and all other texts are ignored.
     """
     names = {c.layer for c in contours}
     by_option = {name: _kind_by_option(name, options) for name in names}
@@ -45,9 +45,9 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
 
 
 def _resolve_texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
-    """Mark each text that is on a mark layer and whose font has strokes, and ignore all other texts.
+    """Decide which texts are marked, and return the kinds of all contours.
 
-    Return the kinds of all contours.
+    A text is marked if it is on a mark layer and its font has strokes. All other texts are ignored.
     """
     texts = [k for k, c in enumerate(contours) if c.kind == "text"]
     failed = {contours[k].handle: contours[k] for k in texts if contours[k].name and kinds[k] == "mark"}

@@ -1,8 +1,8 @@
-"""Search for the order of the tasks of a plan.
+"""Search for the order of the tasks in a plan.
 
-First, quick searches order all stages, each between its neighbours. They fix the first and the last choice of each
-stage. Then a thorough search orders each stage between these ends. The quick searches do a fixed amount of work, so
-that a longer time limit never gives a worse order.
+Quick searches order all stages first, each between its neighbours. They fix the first and the last choice of each
+stage. A thorough search then orders each stage between these two choices. The quick searches do a fixed amount of work,
+so a longer time limit never makes the order worse.
 """
 
 from __future__ import annotations
@@ -29,38 +29,38 @@ from leafcut.order.stop import Deadline
 if TYPE_CHECKING:
     from leafcut.processes.job import Job
 
-#: Number of rounds of quick searches over all stages, by preset, and number of iterations of each quick search.
+#: How many rounds of quick searches run over all stages, by preset, and the number of iterations of each quick search.
 _ROUNDS, _ITERATIONS = {"fast": 0, "default": 2, "thorough": 2}, 2
-#: Maximum number of tasks for which the quick search is nearly always optimal.
+#: With at most this number of tasks, the quick search nearly always gives the optimal order.
 _FEW = 18
-#: Share of the time limit for all quick searches. The first quick search of each stage always runs.
+#: Share of the time limit that all quick searches together may use. The first quick search of each stage always runs.
 _QUICK_PART = 0.3
-#: Above this number of tasks, a single quick search of each stage is enough, because travel between stages is short.
+#: With more tasks than this, one quick search of each stage is enough, because travel between stages is short.
 _MANY = 20_000
 
 
-#: Searches the order of a stage, or of a part of it: (number of the stage, problem, options) → solution.
+#: A function that orders a stage or a part of it: (number of the stage, problem, options) → solution.
 SearchOne = Callable[[int, RoutingProblem, SolveOptions], Solution]
 
 
 def find_order(
     job: Job, stages: Sequence[Stage], options: SolveOptions | None = None, deadline: Deadline | None = None
 ) -> Order:
-    """Return the best order of all stages that the search reaches within its time.
+    """Return the best order of all stages that the search reaches in its time.
 
     Parameters
     ----------
     options
-        Options of the search; by default, the options of the job.
+        Options of the search. By default, these are the options of the job.
     deadline
-        Deadline of the search; by default, the deadline of the job. A nearest-neighbour order has no deadline.
+        Deadline of the search. By default, this is the deadline of the job. A nearest-neighbour order has no deadline.
 
     Raises
     ------
     SolveError
-        The precedence of the tasks cannot be satisfied, or the algorithm does not support it.
+        If the precedence of the tasks cannot be satisfied, or the algorithm does not support it.
     PlanError
-        The algorithm returns an order that does not contain each task exactly once (`check_order`).
+        If the algorithm returns an order that does not contain each task exactly once (`check_order`).
     """
     from leafcut.order.solve import solve
 
@@ -114,7 +114,7 @@ def find_order(
 
 
 def check_order(stages: Sequence[Stage], order: Order) -> None:
-    """Raise PlanError for an order that does not contain each task exactly once, or that violates a precedence."""
+    """Raise PlanError if an order does not contain each task exactly once, or if it violates a precedence."""
     if not all(isinstance(nodes, np.ndarray) for nodes in order.choices):
         return
     for stage, nodes in zip(stages, order.choices, strict=True):
@@ -137,17 +137,17 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
 
 
 def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
-    """Return the nearest-neighbour order, for comparison."""
+    """Return the nearest-neighbour order. It is used for comparison."""
     return find_order(job.quiet(), stages, SolveOptions(algorithm="nn", bound=False))
 
 
 def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
-    """Return the options of the ants. If requested, the number of ants is the number of parts in the stage."""
+    """Return the options of the ants. If the user asked for it, there are as many ants as parts in the stage."""
     return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
 
 def solutions_of_order(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
-    """Return the solver results for an order. If a pass changed the searched order, compute costs and bounds again."""
+    """Return the solver results for an order. If a pass changed the order, the costs and bounds are computed again."""
     if all(
         np.array_equal(searched.nodes, nodes) for searched, nodes in zip(order.solutions, order.choices, strict=True)
     ):
@@ -171,7 +171,10 @@ def _solution_with_nodes(problem: RoutingProblem, previous: Solution, nodes: Int
 
 
 def _add_bound(job: Job, problem: RoutingProblem, solution: Solution, share: float) -> Solution:
-    """Add a lower bound to a solution, if requested, within a `share` of the time left for bounds."""
+    """Add a lower bound to a solution, if the user asked for it.
+
+    The computation may use a `share` of the time that is left for bounds.
+    """
     if not job.settings.solve.bound:
         return solution
     from leafcut.order.certificate import certify
@@ -180,7 +183,7 @@ def _add_bound(job: Job, problem: RoutingProblem, solution: Solution, share: flo
 
 
 def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
-    """Order the stages one after another. Each stage starts with the choices that the user wants first."""
+    """Order the stages one after another. Each stage starts with the choices that the user wants to come first."""
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
@@ -210,7 +213,7 @@ def solve_together(
     cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:
-    """Return a solution for every stage. If a stage follows another stage, it starts at the end of that stage.
+    """Return a solution for every stage. If a stage follows another stage, it starts where the previous stage ends.
 
     `quick` searches without progress reports. `bounds` returns the deadline for the lower bound of a problem.
     """
@@ -264,7 +267,7 @@ def _total_cost(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
 
 
 def _quick_orders(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
-    """Return an order of each stage, found by a quick search between the neighbouring stages."""
+    """Run a quick search for each stage between its neighbours, and return the orders."""
     quick_options = _quick_search_options(options)
     orders: list[Ints] = []
 
@@ -308,7 +311,10 @@ def _search_between(
     search: SearchOne,
     options: SolveOptions,
 ) -> Solution:
-    """Search for the order of a stage. `fixed` states whether the start and the end of the known path must stay."""
+    """Search for the order of a stage.
+
+    `fixed` states whether the start and the end of the known path must stay the same.
+    """
     from leafcut.order.instance import path_cost
 
     low, high = int(fixed[0]), len(known_path) - int(fixed[1])

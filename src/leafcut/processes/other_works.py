@@ -1,4 +1,4 @@
-"""Work of commands that write no program: solve maps, simulate programs, cut stock, compare programs, choose speeds."""
+"""Work that does not write a program. Examples are simulating a program and choosing speeds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _OF_STOCK = (when_given("workpiece"),)
 
 
 class Solving(Work):
-    """The search for a closed tour through the points of a map."""
+    """Search for a closed tour through the points of a map."""
 
     name = command = "solve"
     title = "solving a map"
@@ -41,7 +41,7 @@ class Solving(Work):
 
 
 class Simulating(Work):
-    """The computation of the machine time and cost of a program."""
+    """Compute the machine time and the cost of a program."""
 
     name = command = "simulate"
     title = "simulating a program"
@@ -51,7 +51,7 @@ class Simulating(Work):
 
 
 class Verifying(Work):
-    """The comparison of the work of two programs."""
+    """Compare the work that two programs do."""
 
     name = command = "verify"
     title = "comparing programs"
@@ -63,7 +63,7 @@ class Verifying(Work):
 
 
 class CuttingStock(Work):
-    """The simulation of stock removal by a program."""
+    """Simulate how a program removes stock."""
 
     name = command = "stock"
     title = "cutting stock by a program"
@@ -87,7 +87,7 @@ _SPEED_HELPS = {
 
 
 class ChoosingSpeeds(Work):
-    """The choice of spindle speeds and feeds for the tools of a part. A drawing is planned as for `drilling`."""
+    """Choose spindle speeds and feeds for the tools of a part. A drawing is planned as for `drilling`."""
 
     name = command = "cutting-data"
     title = "choosing speeds and feeds"
@@ -116,7 +116,7 @@ class ChoosingSpeeds(Work):
         self.options = drilling.options  # type: ignore[misc]  # set per object
 
     def used(self) -> Mapping[str, Conditions]:
-        """Return the options of this work, and the drilling options that apply to a drawing."""
+        """Return the options of this work. If there is a drawing, the drilling options apply as well."""
         # The reader refuses solid options for a drawing.
         drawn, solid = when_input_is("drawing"), when_input_is("step")
         needs = {

@@ -1,7 +1,7 @@
 """Place a drawing on the machine before planning: mirror it, rotate it about its zero, and set the origin.
 
-Because a drawing is placed before planning, leads, kerf side, climb milling and arc directions need no correction. No
-other module sets the zero of a program.
+Because this happens before planning, leads, kerf side, climb milling and arc directions need no correction. This is the
+only module that sets the zero of a program.
 """
 
 from __future__ import annotations
@@ -23,18 +23,19 @@ from leafcut.options import ORIGINS, ReadOptions
 if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
 
-#: Cosine and sine of multiples of 90°, without rounding.
+#: Cosine and sine of multiples of 90°, as exact numbers.
 _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
-#: Maximum distance between the start of a table's travel and the machine zero, mm; a margin for leads is common.
+#: Maximum distance between the machine zero and the start of the table's travel, mm. Many tables leave a margin for
+#: leads.
 TABLE_START = 20.0
-#: Tolerance of equal positions, mm.
+#: Positions closer than this count as equal, mm.
 _SAME_PLACE = 0.01
-#: Tolerance of multiples of 90°, rad.
+#: Tolerance for multiples of 90°, rad.
 _SAME_ANGLE = 1e-9
 
 
 def place_part(part: Part, options: ReadOptions) -> Part:
-    """Mirror, rotate and move a part as the options request, and record the zero of the program."""
+    """Mirror, rotate and move a part according to the options, and record the program zero."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     # The transpose of the matrix is its inverse: the zero in the original drawing.
@@ -49,7 +50,7 @@ def place_part(part: Part, options: ReadOptions) -> Part:
 
 
 def place_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
-    """Place the mesh of a part's surface like the part. `part` is the part before placing."""
+    """Place the mesh of a part's surface in the same way as the part. `part` is the part before placing."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     triangles = mesh.triangles.copy()
@@ -58,22 +59,24 @@ def place_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
 
 
 def upright_mesh(mesh: Mesh, part: Part) -> Mesh:
-    """Rotate and shift a mesh in the same way as the solid of a part. The mesh of a part from a drawing is
-    unchanged.
+    """Rotate and shift a mesh in the same way as the solid of a part.
+
+    If the part comes from a drawing, the mesh does not change.
     """
     return mesh if part.zero is None or not part.zero.up else turn_mesh_up(mesh, part.zero.up, part.zero.z)
 
 
 def turn_mesh_up(mesh: Mesh, up: str, z: float) -> Mesh:
-    """Rotate a mesh until its direction `up` (a key of `model.part.TURNS`) points up, and lower it by `z` mm."""
+    """Rotate a mesh until the direction `up` (a key of `model.part.TURNS`) points up, and then lower it by `z` mm."""
     return replace(mesh, triangles=mesh.triangles @ np.array(TURNS[up]).T - (0.0, 0.0, z))
 
 
 def placement_text(file: str, part: Part, options: ReadOptions) -> str:
-    """Return the file name of a part and its placement, as text for the header of the program.
+    """Describe where a part is placed, for the header of the program. The text starts with the file name.
 
-    Example: ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``. The -x direction of
-    the solid points up, and its Z12.5 becomes Z0. After mirroring and rotation, its X10 Y20 becomes X0 Y0.
+    Example: ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``. Here, the -x
+    direction of the solid points up, and Z12.5 of the solid becomes Z0. After mirroring and rotation, X10 Y20 becomes
+    X0 Y0.
     """
     texts = [Path(file).name]
     if part.zero is not None and part.zero.up:
@@ -92,8 +95,8 @@ def placement_text(file: str, part: Part, options: ReadOptions) -> str:
 def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
     """Return the axes with negative coordinates: "X", "Y", "X and Y", or "". With a known work offset, return "".
 
-    `box` has the smallest x and y and the largest x and y of the work, mm. An axis counts if all coordinates are
-    negative. If the travel of the axis starts at machine zero, the axis counts if any coordinate is negative.
+    An axis counts if all its coordinates are negative. If the travel of the axis starts at machine zero, a single
+    negative coordinate is enough. `box` has the smallest x and y and the largest x and y of the work, mm.
     """
     if machine.work_offset is not None:
         return ""
@@ -111,7 +114,7 @@ def _exact_length(length: float) -> str:
 
 
 def _matrix(options: ReadOptions) -> NDArray[np.float64]:
-    """Return the matrix that mirrors and then rotates a point, float64[2, 2]."""
+    """Return a matrix that first mirrors a point and then rotates it, float64[2, 2]."""
     mirror = np.diag([-1.0 if options.mirror == "x" else 1.0, -1.0 if options.mirror == "y" else 1.0])
     quarters = round(options.rotate / (0.5 * math.pi))
     c, s = math.cos(options.rotate), math.sin(options.rotate)
@@ -131,8 +134,9 @@ def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tu
 
 
 def _place_name(part: Part, options: ReadOptions) -> str:
-    """Return a name for the point that becomes the zero, such as "lower left corner of the part", or "" for a point
-    given by coordinates.
+    """Return a name for the point that becomes the zero, such as "lower left corner of the part".
+
+    If the user gave the point as coordinates, the name is empty.
     """
     if not isinstance(options.origin, str):
         return ""
@@ -146,7 +150,7 @@ def _place_name(part: Part, options: ReadOptions) -> str:
 
 
 def _transform_part(part: Part, matrix: NDArray[np.float64], offset: tuple[float, float]) -> Part:
-    """Move every point p of a part to matrix · p + offset."""
+    """Transform every point p of a part to matrix · p + offset."""
     (a, b), (c, d) = matrix.tolist()
 
     def transform(x: float, y: float) -> tuple[float, float]:

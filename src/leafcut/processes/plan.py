@@ -1,4 +1,4 @@
-"""`Plan`: the work of a job, ready to be ordered."""
+"""The work of a job after planning. The next step is the search for an order."""
 
 from __future__ import annotations
 
@@ -21,38 +21,38 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Plan:
-    """The work of a job, ready to be ordered.
+    """The work of a job, ready for the search for an order.
 
     Attributes
     ----------
     job, part, dialect
         The job with its final machine, the placed part, and the dialect of the program.
     work
-        The tasks in a form that only the process knows.
+        The tasks, in a form that only the process understands.
     spec
-        The request that verification uses; it does not depend on the plan.
+        The request with which verification compares the program. It does not depend on the plan.
     kind
-        Kind of a program from another CAM system: ``drill``, ``mill``, ``laser`` or ``plasma``. Otherwise, the name of
-        the process is the kind of the outcome.
+        Kind of a program from another CAM system: ``drill``, ``mill``, ``laser`` or ``plasma``. For all other programs,
+        the kind of the outcome is the name of the process.
     box
         Smallest x and y and largest x and y of the work, mm; None if they are not checked.
     made_for
-        Solid or surface for which the program is written, and its placement; "" for none.
+        Solid or surface for which the program is written, and where it is placed; "" for none.
     compared_with
         Name of the order with which the header compares the time.
     start
-        First position of the tool, mm, if the user states it.
+        First position of the tool, mm, if the user gave it.
     keeps_given
-        Whether the order of the input must not change; then there is no search.
+        Whether the order of the input must not change. Then there is no search.
     search_share
-        Share of the remaining time that the search gets; the passes get the rest.
+        Share of the remaining time for the search. The passes get the rest.
     may_fall_back
-        Whether `Process.fastest` may replace the result of the search with the order of the input or the
-        nearest-neighbour order, if that order is faster. The passes of a process may do this in any case.
+        Whether `Process.fastest` may use the order of the input or the nearest-neighbour order instead of the search
+        result, if that order is faster. The passes of a process may do this in any case.
     encoding
         Encoding of the program file.
     limits
-        The machine whose limits are checked, if the machine of the job is used only for the times.
+        The machine whose limits are checked, if the machine of the job is only used to compute times.
     """
 
     job: Job
@@ -76,14 +76,15 @@ class Plan:
 
     @property
     def given(self) -> Order:
-        """The order of the input."""
+        """The tasks in the order of the input."""
         return Order(tuple(stage.given for stage in self.stages))
 
 
 class OrderRefused(VerifyError):
-    """The program of an order cannot be written or verified.
+    """Raised if the program of an order cannot be written or verified.
 
-    `faulty` are the pairs (stage, task) at fault, and `stages` are whole stages at fault, if they are known.
+    If the tasks at fault are known, `faulty` contains them as pairs (stage, task), and `stages` contains whole stages
+    at fault.
     """
 
     def __init__(self, reason: str, faulty: Iterable[tuple[int, int]] = (), stages: Iterable[int] = ()) -> None:
@@ -91,5 +92,5 @@ class OrderRefused(VerifyError):
         self.faulty, self.stages = set(faulty), set(stages)
 
 
-#: A function that improves an order by considering effects between neighbouring tasks, such as heat.
+#: A function that improves an order. It considers effects between neighbouring tasks, such as heat.
 Pass = Callable[[Plan, Order], Order]

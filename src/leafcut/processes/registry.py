@@ -1,4 +1,4 @@
-"""All processes: the built-in processes, and plug-ins of the entry-point group ``leafcut.processes``."""
+"""The registry of all processes: built-in processes, and plug-ins in the entry-point group ``leafcut.processes``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Format, Source
     from leafcut.report.path_report import PathReport
 
-#: Built-in processes: name → module and class. All lists have this order.
+#: Built-in processes: name → module and class. All lists use this order.
 BUILT_IN = {
     "drill": "leafcut.processes.drilling.process:Drilling",
     "cut": "leafcut.processes.sheet.process:SheetCutting",
@@ -31,7 +31,7 @@ BUILT_IN = {
     "part": "leafcut.processes.part.process:PartMilling",
     "program": "leafcut.processes.program.process:ForeignProgram",
 }
-#: Work that generates no programs, in the order of all lists: name → module and class.
+#: Work that does not generate programs: name → module and class. All lists use this order.
 OTHER_WORKS = {
     "nest": "leafcut.nesting.work:Nesting",
     "solve": "leafcut.processes.other_works:Solving",
@@ -40,18 +40,18 @@ OTHER_WORKS = {
     "verify": "leafcut.processes.other_works:Verifying",
     "cutting-data": "leafcut.processes.other_works:ChoosingSpeeds",
 }
-#: Commands whose name differs from their process: process → command.
+#: Commands that are not named like their process: process → command.
 _COMMAND_OF = {"program": "reorder"}
-#: Default process for each kind of input.
+#: Default process for each type of input.
 _USUAL = {"drawing": "drill", "program": "program"}
-#: Process for a drawing that is a whole part, if the machine is a mill.
+#: Process for a drawing that shows a whole part, if the machine is a mill.
 _PART = "part"
-#: Other commands and values of ``--process``; plug-ins cannot have these names.
+#: Other commands and other values of ``--process``. Plug-ins cannot use these names.
 OTHER_COMMANDS = (
     "auto", "optimize", "filter", "nest", "solve", "simulate", "stock", "verify", "machine", "tools", "list", "install",
     "defaults", "send", "studio", "lab",
 )  # fmt: skip
-#: Functions of other commands: name → module and function.
+#: Functions that run the other commands: name → module and function.
 COMMANDS = {
     "cutting_data": "leafcut.processes.cutting_data.run:cutting_data",
     "cutting_data_library": "leafcut.processes.cutting_data.saving:library_text",
@@ -66,7 +66,10 @@ COMMANDS = {
 
 
 def _create_plugin_process(name: str, entry: Any) -> Process:
-    """Create the process of an entry point, and check that its names and options are valid and unique."""
+    """Load the process of an entry point.
+
+    Check that its names and options are valid and that no other process uses them.
+    """
     if not isinstance(entry, type) or Process not in entry.__mro__:
         raise TypeError("a class that inherits from leafcut.processes.base.Process was expected")
     instance: Process = entry()
@@ -108,13 +111,13 @@ def _reserved_words() -> frozenset[str]:
 
 
 def _unique_names(process_: Process) -> tuple[str, ...]:
-    """Return the names that must be unique among processes: values of ``--process``, tables of options, and flags."""
+    """Return the names that no two processes may share: values of ``--process``, tables of options, and flags."""
     tables = (f"[{group.section}]" for group in process_.options)
     flags = (flag_name(option) for group in process_.options for option in group.specs())
     return (*(f"--process {word}" for word in process_.asked_as), *tables, *flags)
 
 
-#: Processes of other packages; each entry point is a class that inherits from `base.Process`.
+#: Processes from other packages. Each entry point is a class that inherits from `base.Process`.
 PACKAGED = PluginKind(
     "process",
     "leafcut.processes",
@@ -126,7 +129,7 @@ PACKAGED = PluginKind(
 
 
 def process(name: str) -> Process:
-    """Return a process by its name. Raises OptionError if the name is unknown or the plug-in cannot be used."""
+    """Return the process with a name. Raises OptionError if the name is unknown, or if the plug-in cannot be used."""
     return _built_in(name) if name in BUILT_IN else PACKAGED.load(name)
 
 
@@ -137,24 +140,24 @@ def _built_in(name: str) -> Process:
 
 
 def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
-    """Return the report of an outcome. Raises OptionError if its process is a plug-in that is not installed."""
+    """Return the report of an outcome. Raises OptionError if the process is a plug-in that is not installed."""
     # An outcome stored by an earlier version names no process.
     usual = "program" if outcome.part.format == "gcode" else outcome.process
     return process(outcome.made_by or usual).report(outcome)
 
 
 def names() -> tuple[str, ...]:
-    """Return the names of all processes, built-in processes first."""
+    """Return the names of all processes. Built-in processes come first."""
     return (*BUILT_IN, *PACKAGED.names())
 
 
 def commands() -> tuple[str, ...]:
-    """Return the commands of all processes. The processes themselves are not loaded."""
+    """Return the commands of all processes. This does not load the processes."""
     return tuple(_COMMAND_OF.get(name, name) for name in names())
 
 
 def process_of_command(word: str) -> Process | None:
-    """Return the process that a command runs, or None, without loading other processes.
+    """Return the process that a command runs, or None. Other processes are not loaded.
 
     Raises OptionError if the process is a plug-in that cannot be used.
     """
@@ -177,7 +180,7 @@ def drawing_process(word: str) -> Process | None:
 
 
 def processes() -> Iterator[Process]:
-    """Yield all processes except plug-ins that cannot be loaded; `process` reports why a plug-in cannot be loaded."""
+    """Yield all processes, but skip plug-ins that cannot be loaded. Call `process` to get the reason."""
     for name in names():
         try:
             yield process(name)
@@ -187,7 +190,10 @@ def processes() -> Iterator[Process]:
 
 
 def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
-    """Return the shared groups of options, and the groups `own`; by default, the groups of all kinds of work."""
+    """Return the shared groups of options and the groups `own`.
+
+    By default, `own` contains the groups of all types of work.
+    """
     if own is None:
         own = dict.fromkeys(group for work_ in works() for group in work_.options)
     position = SHARED.index(CutDataOptions) + 1
@@ -195,12 +201,12 @@ def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionG
 
 
 def works() -> tuple[Work, ...]:
-    """Return all kinds of work, the processes first."""
+    """Return all types of work, with the processes first."""
     return (*processes(), *map(work, OTHER_WORKS))
 
 
 def work(name: str) -> Work:
-    """Return a kind of work by its name. Other kinds of work are not loaded."""
+    """Return the type of work with a name. Other types of work are not loaded."""
     return _other_work(name) if name in OTHER_WORKS else process(name)
 
 
@@ -216,7 +222,7 @@ def command(name: str) -> Any:
 
 
 def process_words() -> tuple[str, ...]:
-    """Return all values of ``--process``, those for drawings before those for programs."""
+    """Return all values of ``--process``. The values for drawings come before the values for programs."""
     words = [
         word
         for kind in ("drawing", "program")
@@ -228,30 +234,33 @@ def process_words() -> tuple[str, ...]:
 
 
 def offered_works(works: Sequence[str], format_name: str) -> tuple[str, ...]:
-    """Return the kinds of work to offer for an input: `works`, nesting after cutting, and plug-ins for the format."""
+    """Return the types of work to offer for an input.
+
+    These are `works`, nesting after cutting, and plug-ins for the file format.
+    """
     plugins = (process_.name for process_ in processes() if format_name in process_.formats)
     return (*(name for work in works for name in ((work, "nest") if work == "cut" else (work,))), *plugins)
 
 
 def rate_works(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
-    """Return the suitability of a drawing for each kind of work that rates drawings, the highest first."""
+    """Rate a drawing for each type of work that rates drawings. The highest rating comes first."""
     ratings = {name: work(name).suits(drawing) for name in works}
     given_ratings = {name: rating for name, rating in ratings.items() if rating is not None}
     return dict(sorted(given_ratings.items(), key=lambda pair: -pair[1].score))
 
 
 def machine_can_do(name: str, head: Head) -> bool:
-    """Return whether a machine with the given head can do a kind of work."""
+    """Return whether a machine with the given head can do a type of work."""
     heads = work(name).heads
     return not heads or head in heads
 
 
 def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:
-    """Return the command for an input that suits several kinds of work; "auto" for the usual command.
+    """Choose the command for an input that suits several types of work. For the usual command, return "auto".
 
-    The head of a named machine decides first, then the given options, and then the drawing. The layer names of a
-    drawing decide. If a machine and a mill are named, a drawing with more than holes is a part. Raises OptionError if
-    the choice stays open and the input has no usual command.
+    The head of the machine that the user named comes first, then the given options, and then the drawing. In a drawing,
+    the layer names decide. If the user named a machine and a mill, a drawing that contains more than holes is treated
+    as a part. Raises OptionError if there is still no decision and the input has no usual command.
     """
     format_, source = inputs[0]
     names, usual_name = [name for name in format_.processes if name in BUILT_IN], _USUAL["drawing"]
@@ -295,7 +304,7 @@ def _fitting_options(names: list[str], settings: Settings) -> list[str]:
 def _named_by_layers(
     names: list[str], source: Source, drawing: Callable[[], WholeDrawing | None], settings: Settings
 ) -> str:
-    """Return the process to which layer names of the drawing refer, if the drawing has few holes; otherwise ""."""
+    """Return the process that the layer names of a drawing suggest. If the drawing has many holes, return ""."""
     from leafcut.processes.suitability import COUNTED
 
     stems = {pattern.rstrip("*").encode() for name in names for pattern in process(name).layer_names}
@@ -309,7 +318,7 @@ def _named_by_layers(
 
 
 def _is_part_for_mill(names: list[str], drawing: Callable[[], WholeDrawing | None], settings: Settings) -> bool:
-    """Return whether the user named a machine and a mill, and the drawing is rated highest as a part."""
+    """Return whether the user named a machine and a mill, and "part" has the highest rating for the drawing."""
     named = {"machine", "tool_diameter"} <= settings.given and settings.asked <= process(_PART).used().keys()
     return named and next(iter(_ratings(names, drawing())), "") == _PART
 
@@ -319,7 +328,6 @@ def _ratings(names: list[str], drawing: WholeDrawing | None) -> dict[str, Suitab
 
 
 def _whole_drawing(source: Source, settings: Settings) -> WholeDrawing | None:
-    """Return the drawing to rate; None if it cannot be read."""
     from leafcut.processes.suitability import WholeDrawing
     from leafcut.read import read_whole
 
@@ -330,16 +338,17 @@ def _whole_drawing(source: Source, settings: Settings) -> WholeDrawing | None:
 
 
 def check_process_value(word: str) -> None:
-    """Raise OptionError for an unknown value of ``--process``."""
+    """Raise OptionError if a value of ``--process`` is unknown."""
     named = None if word == "auto" else process_of_command(word)
     if word != "auto" and not (named and word in named.asked_as) and word not in process_words():
         raise OptionError("--process: unknown process '{}'; choose one of {}", word, ", ".join(process_words()))
 
 
 def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
-    """Return the process for the inputs of a job; `asked` is a known value of ``--process`` (`check_process_value`).
+    """Return the process for the inputs of a job.
 
-    Raises OptionError if the requested process cannot read the inputs.
+    `asked` is a known value of ``--process`` (`check_process_value`). Raises OptionError if the requested process
+    cannot read the inputs.
     """
     if len(inputs) > 1:
         return _joining_process(inputs, asked)
@@ -378,8 +387,9 @@ def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
 
 
 def needed_process_value(inputs: Sequence[tuple[Format, Source]], asked: str, chosen: Process) -> str:
-    """Return the value of ``--process`` that selects the chosen process again, or "" if the inputs alone determine the
-    process.
+    """Return the value of ``--process`` that selects the chosen process again.
+
+    If the inputs alone determine the process, return "".
     """
     implied = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
     return "" if implied else asked

@@ -1,4 +1,4 @@
-"""Collect the settings of a job, and refuse options that its kind of work does not use."""
+"""Collect the settings of a job, and refuse options that the requested work does not use."""
 
 from __future__ import annotations
 
@@ -27,23 +27,25 @@ def collect_settings(
     defaults: Path | None = None,
     own: Iterable[type[OptionGroup]] | None = None,
 ) -> Settings:
-    """Return the settings from `values`, an options file, and a file of defaults, in descending order of precedence.
+    """Merge the settings from `values`, an options file, and a file of defaults.
 
-    Numbers without a unit have the same meaning in all three (`units.BARE_UNIT`). Paths in the defaults are relative to
-    their file.
+    Earlier sources override later sources.
+
+    Numbers without a unit mean the same in all three (`units.BARE_UNIT`). Paths in the file of defaults are relative to
+    this file.
 
     Parameters
     ----------
     values
         Values by option name; None means "not given".
     own
-        Option groups of the requested process. If the values belong only to these groups and to shared groups, no other
+        Option groups of the requested process. If all values belong to these groups or to shared groups, no other
         process is loaded.
 
     Raises
     ------
     OptionError
-        A name is unknown, or a value is out of bounds; for a file, the message names the line.
+        If a name is unknown, or a value is out of bounds. For a file, the message names the line.
     """
     asked = frozenset(name for name, value in values.items() if value is not None)
     groups = registry.groups(own)
@@ -66,17 +68,17 @@ def collect_settings(
 
 
 def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
-    """Yield every option as (group, name, specification), in documentation order."""
+    """Yield every option as (group, name, specification), in the order of the documentation."""
     for group in registry.groups():
         for name, spec in group.specs().items():
             yield group, name, spec
 
 
 def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[OptionGroup]:
-    """Return the group of an option; `groups` are searched first.
+    """Return the group that contains an option. The given `groups` are searched first.
 
-    Raises OptionError for a removed option (the message states the reason) and for an unknown option (the message
-    suggests the nearest name).
+    Raises OptionError if the option was removed or is unknown. For a removed option, the message states the reason. For
+    an unknown option, it suggests the most similar name.
     """
     if group := _groups_by_option(tuple(groups)).get(name):
         return group
@@ -88,19 +90,23 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
 @cache
 def _groups_by_option(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
-    """Return the group of each option, by name. The result is cached, because a page of the studio looks up hundreds of
-    options.
+    """Map the name of each option to its group.
+
+    The result is cached, because a page of the studio needs hundreds of options.
     """
     return {name: group for group in groups for name in group.specs()}
 
 
 def options_of_file(file: Path) -> dict[str, Any]:
-    """Return the options of a TOML file, as written. Raises OptionError for an unreadable file or an unknown name."""
+    """Return the options of a TOML file as they are written.
+
+    Raises OptionError if the file cannot be read, or if a name is unknown.
+    """
     return {name: value for _, table in _file_tables(file) for name, value in table.items()}
 
 
 def options_used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
-    """Yield each option that at least one of the kinds of work uses, as (group, name, specification)."""
+    """Yield each option that at least one of the given types of work uses, as (group, name, specification)."""
     used = {name for work in works for name in work.used()}
     own_groups = [group for work in works for group in work.options]
     for group in registry.groups(own_groups):
@@ -110,10 +116,10 @@ def options_used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, Opti
 
 
 def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settings:
-    """Return the settings for a kind of work, without unused options from files.
+    """Return the settings for a type of work. Options from files are dropped if the work does not use them.
 
-    `input_kind` is the format of the input. Raises OptionError if an option on the command line is not used, or if an
-    option names a missing file.
+    `input_kind` is the format of the input. Raises OptionError if an option on the command line is not used, or if a
+    file that an option names is missing.
     """
     unused = unused_options(settings, work, input_kind)
     for name, reason in unused.items():
@@ -125,7 +131,7 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
 
 
 def _check_files(settings: Settings) -> None:
-    """Raise OptionError for an option that names a missing file. Readers report all other errors."""
+    """Raise OptionError if an option names a missing file. The readers report all other errors."""
     for name in sorted(settings.given):
         group = group_of(name, settings.groups)
         if group.specs()[name].names_input:
@@ -133,14 +139,17 @@ def _check_files(settings: Settings) -> None:
 
 
 def files_read(settings: Settings) -> list[str]:
-    """Return the input files that the given options name."""
+    """Return the names of the input files in the given options."""
     groups = [(name, group_of(name, settings.groups)) for name in sorted(settings.given)]
     values = [(group.specs()[name], getattr(settings.of(group), name)) for name, group in groups]
     return [str(value) for spec, value in values if not spec.is_output and spec.names_file(value)]
 
 
 def unused_option_message(name: str, title: str, instead: str = "") -> Message:
-    """Return the message for an option that the work `title` does not use: the works that use it, and a remedy."""
+    """Return the message for an option that the work `title` does not use.
+
+    It names the works that use it, and a remedy.
+    """
     titles = [work.title for work in registry.works() if name in work.used()]
     title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
     remedy = instead or Message("leave it out")
@@ -148,12 +157,12 @@ def unused_option_message(name: str, title: str, instead: str = "") -> Message:
 
 
 def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict[str, str]:
-    """Return the reason and the remedy for each given option that a kind of work does not use, by option name."""
+    """Return the reason and the remedy for each given option that the work does not use, keyed by the option."""
     return dict(_find_unused(settings, work, input_kind))
 
 
 def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
-    """Yield each given option that a kind of work does not use, with the reason and the remedy."""
+    """Yield each given option that the work does not use, with the reason and the remedy."""
     used = work.used()
 
     def value_of(name: str) -> Any:
@@ -172,9 +181,9 @@ def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tu
 
 
 def resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `options` (values by name) with file names resolved against a folder.
+    """Resolve the file names in `options` against a folder. The options are values by name.
 
-    Raises OptionError for an unknown option.
+    Raises OptionError if an option is unknown.
     """
     placed = dict(options)
     for name, value in options.items():
@@ -186,8 +195,9 @@ def resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _groups_by_table() -> dict[str, dict[str, type[OptionGroup]]]:
-    """Return the group of each option by table and option name. The table of a process also accepts the shared options
-    that the process uses.
+    """Map each table and option name to the group of the option.
+
+    The table of a process also accepts the shared options that the process uses.
     """
     sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.groups()}
     group_of_option = {name: group for group, name, _ in all_options()}
@@ -208,7 +218,7 @@ def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]
 
 @dataclass(frozen=True)
 class PlacedOption:
-    """An option of a TOML file, with its line number if it is known."""
+    """An option in a TOML file, with its line number if the line is known."""
 
     group: type[OptionGroup]
     name: str
@@ -219,7 +229,7 @@ class PlacedOption:
 def placed_options(file: Path) -> list[PlacedOption]:
     """Return the options of a TOML file with their lines. Each option is checked separately.
 
-    Raises OptionError if the file cannot be read, or if an option is unknown, given twice or invalid; the message names
+    Raises OptionError if the file cannot be read, or if an option is unknown, invalid or given twice. The message names
     the line.
     """
     try:

@@ -1,4 +1,4 @@
-"""Moves that all spindle programs share: retract, tool change, spindle on and off, and end."""
+"""Moves that all spindle programs share: retract, change the tool, switch the spindle, and end the program."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.options import JobOptions
 
 
 def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
-    """Raise PlanError for a machine without a spindle, or for heights in the wrong order.
+    """Raise PlanError if the machine has no spindle, or if its heights are in the wrong order.
 
     `work` is a verb that completes the message "which cannot …", such as "drill".
     """
@@ -41,9 +41,9 @@ def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
 
 
 def check_speeds(tool: Tool, machine: Machine, spindle_speed: float | None = None) -> None:
-    """Raise PlanError for a drilling tool whose speed or feed is missing or out of the range of the machine.
+    """Raise PlanError if the speed or the feed of a drilling tool is missing or out of the range of the machine.
 
-    `spindle_speed` is the speed of assumed tools that the user gave, rpm.
+    `spindle_speed` is the speed that the user gave for assumed tools, rpm.
     """
     if not (tool.spindle_rpm > 0 and tool.feed > 0):
         missing = Message("feed") if tool.spindle_rpm > 0 else Message("spindle_speed")
@@ -76,8 +76,12 @@ def take_tool(
 ) -> None:
     """Change to a tool, and start the spindle and the coolant.
 
-    `clearance` is the height after the change on a machine without a safe height, mm. `pause` adds M0 for a controller
-    whose M6 does not wait.
+    Parameters
+    ----------
+    clearance
+        Height after the change if the machine has no safe height, mm.
+    pause
+        Whether to add M0, for a controller whose M6 does not wait.
     """
     builder.tool(tool.number)
     if pause:
@@ -93,8 +97,9 @@ def take_tool(
 
 
 def rise(builder: ToolpathBuilder, machine: Machine, clearance: float) -> None:
-    """Retract to the safe height of the machine. If the machine has no safe height, retract to the `clearance` height,
-    mm.
+    """Retract to the safe height of the machine.
+
+    If the machine has no safe height, retract to the `clearance` height, mm.
     """
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
@@ -110,7 +115,10 @@ def stop_spindle(builder: ToolpathBuilder, coolant: bool) -> None:
 
 
 def leave_tool(builder: ToolpathBuilder, machine: Machine, height: float, *, coolant: bool) -> None:
-    """Retract to the safe height, or to `height`, mm, move to the position for tool changes, and stop the spindle."""
+    """Retract, move to the position for tool changes, and stop the spindle.
+
+    The tool retracts to the safe height. If there is no safe height, it retracts to `height`, mm.
+    """
     rise(builder, machine, height)
     if machine.tool_change_position is not None:
         builder.machine(*machine.tool_change_position)
@@ -122,7 +130,7 @@ def leave_tool(builder: ToolpathBuilder, machine: Machine, height: float, *, coo
 def end_program(
     builder: ToolpathBuilder, machine: Machine, clearance: float, end: Point | None, *, coolant: bool
 ) -> None:
-    """Move to the end point, if there is one, retract, stop the spindle, and end the program."""
+    """Move to the end point, if the user gave one. Then retract, stop the spindle, and end the program."""
     if end is not None:
         builder.rapid(*end)
     rise(builder, machine, clearance)

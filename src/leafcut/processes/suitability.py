@@ -1,4 +1,4 @@
-"""Suitability of a drawing for each kind of work, judged by the numbers of its holes and outlines."""
+"""Rate how well a drawing suits each type of work. The rating depends on the numbers of holes and outlines."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
 from leafcut.options.drawings import MARK_NAMES
 
-#: Maximum diameter of a drilled hole, mm. Wider circles are cut or milled.
+#: Maximum diameter of a drilled hole, mm. Wider circles are cut or milled instead.
 WIDEST_DRILLED = 40.0
-#: Number of holes that weigh as much as one outline: a plate has one edge around all its holes.
+#: This many holes weigh as much as one outline, because a plate has a single edge around all its holes.
 HOLES_PER_OUTLINE = 8
-#: Highest score from numbers; layer names are more reliable and score higher.
+#: Highest score that numbers can give. Layer names score higher, because they are more reliable.
 COUNTED = 0.9
-#: Tolerance for joining lines to one outline, mm.
+#: Lines are joined to one outline within this tolerance, mm.
 _JOIN_TOLERANCE = 0.05
 
 
@@ -35,7 +35,7 @@ class Suitability:
     score
         Rating from 0 (possible) to 1 (clearly intended).
     reason, figures
-        Key of the message that explains the rating, and the values in this message.
+        Key of the message that explains the rating, and the values for this message.
     contours, holes
         Masks of the geometry that the process would machine, bool[n], or None if there is none.
     """
@@ -49,7 +49,7 @@ class Suitability:
 
 @dataclass(frozen=True)
 class WholeDrawing:
-    """The complete drawing, and its classification into round holes, outlines and marks."""
+    """A complete drawing, divided into round holes, outlines and marks."""
 
     part: Part
 
@@ -59,7 +59,7 @@ class WholeDrawing:
         return sorted({item.layer for items in (self.part.contours, self.part.holes) for item in items} - {""})
 
     def layers_named(self, patterns: Sequence[str]) -> list[str]:
-        """Return the layers whose names match any of the patterns; case is ignored."""
+        """Return the layers whose names match at least one of the patterns. Case is ignored."""
         return [layer for layer in self.layers if layer_matcher(patterns)(layer)]
 
     def holes_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
@@ -77,8 +77,9 @@ class WholeDrawing:
 
     @cached_property
     def worked_mask(self) -> NDArray[np.bool_]:
-        """Mask of the contours to machine, bool[n]: all except texts, marks, and contours on layers that are named for
-        marks.
+        """Mask of the contours to machine, bool[n].
+
+        Texts, marks, and contours on layers that are named for marks are excluded.
         """
         kinds = np.array([c.kind not in ("text", "mark") for c in self.part.contours], dtype=np.bool_)
         plain = kinds & ~self.contours_on(self.layers_named(MARK_NAMES))
@@ -86,13 +87,13 @@ class WholeDrawing:
 
     @cached_property
     def drilled_mask(self) -> NDArray[np.bool_]:
-        """Mask of the contours that are circles small enough to drill, bool[n]."""
+        """Mask of the contours that are circles and small enough to drill, bool[n]."""
         widths = np.array([_diameter(c) for c in self.part.contours], dtype=np.float64)
         return self.worked_mask & (widths > 0.0) & (widths <= WIDEST_DRILLED)
 
     @cached_property
     def narrow(self) -> NDArray[np.bool_]:
-        """Mask of the holes that are small enough to drill, bool[n]; points are included."""
+        """Mask of the holes that are small enough to drill, bool[n]. Points are included."""
         return self.part.diameters <= WIDEST_DRILLED
 
     @cached_property
@@ -111,13 +112,16 @@ class WholeDrawing:
 
     @cached_property
     def n_outlines(self) -> int:
-        """Number of outlines that are not drilled. Open lines that meet count as a single outline."""
+        """Number of outlines that are not drilled. Open lines that meet count as one outline."""
         wide = int(np.count_nonzero(~self.narrow))
         return wide + sum(c.path.closed for c in self._outlines) + _count_chains(self._open_lines)
 
     @cached_property
     def has_openings(self) -> bool:
-        """Whether a closed outline surrounds a round hole or another contour. Open lines that meet are joined first."""
+        """Whether a closed outline surrounds a round hole or another contour.
+
+        Open lines are joined first if they meet.
+        """
         outlines: list[Any] = [_area(c) for c in self._outlines if c.path.closed]
         outlines += _areas(self._open_lines)
         inside = [(hole.x, hole.y) for hole in self.part.holes if hole.diameter > 0.0]
@@ -133,18 +137,18 @@ class WholeDrawing:
 
     @property
     def share_of_outlines(self) -> float:
-        """Weight of the outlines relative to outlines and holes together, from 0 to 1."""
+        """Share of the outlines in the weight of outlines and holes together, from 0 to 1."""
         weight = HOLES_PER_OUTLINE * self.n_outlines
         return weight / max(weight + self.n_holes, 1)
 
     @property
     def figures(self) -> dict[str, int | str]:
-        """Numbers of holes and outlines for messages."""
+        """The numbers of holes and outlines, for messages."""
         return {"holes": self.n_holes, "outlines": self.n_outlines}
 
 
 def _diameter(contour: Contour) -> float:
-    """Return the diameter of a circle, which readers store as two half circles, or 0 for other contours."""
+    """Return the diameter of a circle, or 0 for any other contour. Readers store a circle as two half circles."""
     vertices = contour.path.vertices
     if not contour.path.closed or len(vertices) != 2 or not np.all(np.abs(np.abs(vertices[:, 2]) - 1.0) < 1e-6):
         return 0.0
@@ -157,7 +161,7 @@ def _area(outline: Contour) -> shapely.Polygon:
 
 
 def _areas(lines: Sequence[Contour]) -> list[shapely.Geometry]:
-    """Return the areas that open lines enclose. Ends within the tolerance of each other are joined."""
+    """Return the areas that open lines enclose. Ends that are closer than the tolerance are joined."""
     if not lines:
         return []
     paths = [line.path.flattened() for line in lines]

@@ -1,4 +1,4 @@
-"""Keep-out zones: rectangles on the table, parsed from text."""
+"""Keep-out zones: rectangles on the table that the user gives as text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.units import parse_quantity
 
-#: Clearance of rapids above a zone, mm; it allows for chips and for errors of the measured height.
+#: Clearance of rapids above a zone, mm. It allows for chips and for errors in the measured height.
 ABOVE = 1.0
 
 
@@ -25,8 +25,8 @@ def _coordinate(text: str) -> float:
 def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
     """Parse texts such as "x0 y0 x1 y1" or "x0 y0 x1 y1 height" to rectangles, float64[k, 4], mm.
 
-    Each number may have a unit, and the corners may be in any order. The heights are left out; `crossing_heights`
-    returns them. Raises OptionError if a text does not have four or five finite numbers.
+    Each number may have a unit, and the corners may be in any order. The result does not include the heights; use
+    `crossing_heights` for them. Raises OptionError if a text does not have four or five finite numbers.
     """
     rows = [(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) for x0, y0, x1, y1, _ in map(_zone, rectangles)]
     return np.array(rows, dtype=np.float64).reshape(-1, 4)
@@ -35,21 +35,24 @@ def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
 def crossing_heights(rectangles: Sequence[str], otherwise: float) -> NDArray[np.float64]:
     """Return the lowest height at which a rapid may cross each zone, float64[k], mm.
 
-    This height is `ABOVE` mm above the height of the zone, or `otherwise` for a zone without a height.
+    This is `ABOVE` mm above the zone. If a zone has no height, it is `otherwise`.
     """
     tops = np.array([top for *_, top in map(_zone, rectangles)], dtype=np.float64)
     return np.where(np.isnan(tops), otherwise, tops + ABOVE)
 
 
 def boxes_of(rectangles: Sequence[str], bottom: float) -> NDArray[np.float64]:
-    """Return each zone with a height as a box above the height `bottom`: lower and upper corner, float64[k, 6], mm."""
+    """Convert each zone that has a height to a box that starts at the height `bottom`.
+
+    A box consists of its lower and upper corner, float64[k, 6], mm.
+    """
     heights = crossing_heights(rectangles, math.nan) - ABOVE
     rows = np.column_stack([parse_zones(rectangles), np.full(len(heights), bottom), heights])
     return rows[~np.isnan(heights)][:, [0, 1, 4, 2, 3, 5]]
 
 
 def refuse_higher_zones(rectangles: Sequence[str], clearance: float) -> None:
-    """Raise OptionError if a zone is too high for a rapid at the clearance height, mm."""
+    """Raise OptionError if a zone is too high for a rapid at the clearance height, mm, to cross it."""
     for text, height in zip(rectangles, crossing_heights(rectangles, -math.inf).tolist(), strict=True):
         if height > clearance:
             raise OptionError(
@@ -62,7 +65,7 @@ def refuse_higher_zones(rectangles: Sequence[str], clearance: float) -> None:
 
 
 def _zone(text: str) -> tuple[float, float, float, float, float]:
-    """Return the corners and the height of a zone, mm. The height of a zone without a height is NaN."""
+    """Return the corners and the height of a zone, mm. If the zone has no height, the height is NaN."""
     try:
         numbers = [_coordinate(word) for word in text.split()]
     except (OptionError, ValueError):

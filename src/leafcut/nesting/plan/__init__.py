@@ -1,1 +1,1 @@
-"""Planning of nests: the position of each part on its sheet."""
+"""Planning of nests: decide where each part lies on its sheet."""

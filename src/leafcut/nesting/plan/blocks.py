@@ -1,6 +1,7 @@
-"""Blocks of equal parts one kerf apart, for common-line cutting: rows or grids of rectangles, or pairs of other shapes.
+"""Arrange equal parts in blocks for common-line cutting. The parts of a block are one kerf apart.
 
-A block is nested as one piece with the full gap around it, so that each cut can start in the surrounding scrap.
+Rectangles form rows or grids, and other shapes form pairs. A block is nested as a single piece with the full gap around
+it, so that each cut can start in the surrounding scrap.
 """
 
 from __future__ import annotations
@@ -17,14 +18,15 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Placement
 from leafcut.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, NestPiece
 
-#: Maximum number of parts in a block; larger blocks have few possible positions, and concentrate heat.
+#: Maximum number of parts in a block. Larger blocks fit in few positions and concentrate heat.
 MAX_MEMBERS = 12
-#: Maximum side of a block of more than two parts, relative to the side of the sheet: several blocks fit on a sheet.
+#: Maximum side of a block with more than two parts, relative to the side of the sheet. This leaves room for several
+#: blocks on a sheet.
 LARGEST = 0.5
-#: Minimum length of an edge for a common line, in mm and in kerf widths. Common-line cutting requires at least the
-#: minimum in `processes.sheet.plan.common_edges`.
+#: Minimum length of an edge for a common line, in mm and in kerf widths. It must not be less than the minimum in
+#: `processes.sheet.plan.common_edges`.
 SHORTEST, SHORTEST_KERFS = 5.0, 8.0
-#: Tolerance for rounding errors in the distance between outlines, mm.
+#: Tolerance for rounding errors of the distance between outlines, mm.
 ROUNDING = 1e-4
 
 #: Position of a part in a block: rotation about the origin of the drawing, rad, then translation in x and y, mm.
@@ -34,10 +36,14 @@ PartPlace = tuple[float, float, float]
 def group_in_blocks(
     pieces: Sequence[NestPiece], counts: Sequence[int], kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[list[NestPiece], list[int]]:
-    """Group equal pieces in blocks. Return the blocks and the remaining pieces, and the quantity of each.
+    """Group equal pieces in blocks. Return the blocks and the ungrouped pieces, and the quantity of each.
 
-    `kind` is ``pairs``, ``rows`` (at most two rows) or ``grids``. `inner` is the length and width of a sheet without
-    its margins, mm.
+    Parameters
+    ----------
+    kind
+        ``pairs``, ``rows`` (at most two rows) or ``grids``.
+    inner
+        Length and width of a sheet without its margins, mm.
     """
     grouped: list[NestPiece] = []
     numbers: list[int] = []
@@ -81,9 +87,9 @@ def _largest_block(
 def _grid_size(
     width: float, height: float, count: int, kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[int, int]:
-    """Return the number of columns and rows of the block with the most parts; (1, 1) if no block is possible.
+    """Return the columns and rows of the largest possible block, or (1, 1) if no block is possible.
 
-    Of the blocks with the same number of parts, the most nearly square one is chosen. `width` and `height` are the
+    If several blocks have the same number of parts, the one closest to a square is chosen. `width` and `height` are the
     sides of a part plus one kerf, mm.
     """
     min_side = max(SHORTEST, SHORTEST_KERFS * kerf)
@@ -127,9 +133,9 @@ def _pair_block(piece: NestPiece, kerf: float) -> NestPiece | None:
 
 
 def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
-    """Return the outline of the union of shapes, mm.
+    """Return the outline of the union of several shapes, mm.
 
-    If the piece has arcs, the outline is enlarged by the chord error, so that no arc is cut off.
+    If the piece has arcs, the outline grows by the chord error, so that no arc is cut off.
     """
     union: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
     if piece.slack:
@@ -139,7 +145,10 @@ def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
 
 
 def _build_block(piece: NestPiece, path: Polyline, positions: Sequence[PartPlace]) -> NestPiece | None:
-    """Return a block with copies of a piece at the given positions, or None if no allowed rotation suits all copies."""
+    """Build a block from copies of a piece at the given positions.
+
+    Return None if no allowed rotation suits all copies.
+    """
     members: list[Placement] = [m for angle, x, y in positions for m in piece.placements(angle, x, y)]
     angles = piece.angles
     if angles is not None:

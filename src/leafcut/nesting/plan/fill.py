@@ -1,4 +1,4 @@
-"""Fill one sheet after another until all pieces are placed or the sheets run out."""
+"""Fill one sheet after another until all pieces are placed or no sheets are left."""
 
 from __future__ import annotations
 
@@ -16,15 +16,21 @@ from leafcut.nesting.plan.rectangles import PlacedPiece
 #: Minimum distance between two parts, mm.
 TOUCHING = 0.1
 
-#: Kinds of sheet (indices) in the order in which they are filled, each with its maximum number of sheets.
+#: The kinds of sheet in the order in which they are filled. Each entry has the index of the kind, and the maximum
+#: number of sheets.
 FillPlan = tuple[tuple[int, float], ...]
 
 
 class Packer(Protocol):
     """Packs pieces on sheets of a single kind.
 
-    `offered` is the total area of the pieces that are offered for a sheet, relative to the area of the sheet.
-    `repeatable` is false once a time limit has ended the packing of a sheet.
+    Attributes
+    ----------
+    offered
+        Total area of the pieces that are offered for a sheet, relative to the area of the sheet.
+    repeatable
+        Whether another run would give the same result. This is no longer true once a time limit has ended the packing
+        of a sheet.
     """
 
     offered: float
@@ -41,17 +47,17 @@ class Packer(Protocol):
         """Area of a sheet, mm²."""
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Fill one sheet with offered pieces, and return the positions of the pieces that fit.
+        """Fill one sheet with some of the offered pieces. Return the pieces that fit, with their positions.
 
-        If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible.
+        If `last` is true, this is the last sheet, so the pieces are packed as far to the left as possible.
         """
 
 
 @dataclass(frozen=True)
 class NestTask:
-    """Parts to nest, the pieces that contain them, the quantity of each piece, and the kinds of sheet.
+    """A nesting task: the parts, the pieces that contain them, the quantity of each piece, and the kinds of sheet.
 
-    `kerf` is in mm. `remnants` contains the packers for non-rectangular kinds of sheet, by index.
+    `kerf` is in mm. `remnants` maps the index of each non-rectangular kind of sheet to its packer.
     """
 
     parts: tuple[NestPart, ...]
@@ -63,7 +69,10 @@ class NestTask:
     remnants: Mapping[int, Packer] = field(default_factory=dict)
 
     def inner(self, stock: int) -> tuple[float, float]:
-        """Return the length and width of a sheet, or of its bounding box, without the margins, mm."""
+        """Return the length and width of a sheet without its margins, mm.
+
+        If it is not a rectangle, its bounding box counts.
+        """
         sheet = self.stocks[stock]
         return sheet.length - 2.0 * self.options.margin, sheet.width - 2.0 * self.options.margin
 
@@ -79,14 +88,15 @@ class NestTask:
 
     @property
     def spacing(self) -> float:
-        """Distance between two parts, mm. It is at least `TOUCHING`, because touching edges would be read as one
-        edge.
+        """Distance between two parts, mm.
+
+        It is at least `TOUCHING`. If two parts touched, their edges would be read as a single edge.
         """
         return max(self.kerf + self.options.gap, TOUCHING)
 
 
 class Filling:
-    """A growing nest: the sheets filled so far, and the remaining pieces."""
+    """A nest in progress: the sheets filled so far, and the pieces that are left."""
 
     def __init__(self, task: NestTask, packers: Sequence[Packer]) -> None:
         self.task, self.packers = task, packers
@@ -95,18 +105,18 @@ class Filling:
         self.n_sheets = 0
 
     def fill_sheet(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
-        """Return the pieces on the next sheet.
+        """Fill the next sheet and return the pieces on it.
 
-        `stock` is the kind of this sheet, and `later` are the kinds of the sheets after it.
+        `stock` is the kind of this sheet, and `later` lists the kinds of the sheets that follow.
         """
         packer = self.packers[stock]
         offered = self._pieces_to_offer(packer, later)
         return packer.fill(offered, last=offered == self.left) or self._single_piece(stock)
 
     def add(self, stock: int, placed: Sequence[PlacedPiece], limit: float) -> int:
-        """Add copies of a sheet while enough pieces remain, at most `limit` copies.
+        """Add copies of a sheet as long as enough pieces remain, but at most `limit` copies.
 
-        Return the number of sheets added.
+        Return the number of sheets that were added.
         """
         pieces = self.task.pieces
         used = Counter(piece.piece for piece in placed)
@@ -132,7 +142,10 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Select slightly more pieces than a sheet can hold, first the pieces that fit on no later kind of sheet."""
+        """Select slightly more pieces than a sheet can hold.
+
+        Pieces that fit on no later kind of sheet are selected first.
+        """
         remaining, area = self.left, packer.offered * packer.sheet_area
         only_here: Counter[int] = Counter()
         if later:
@@ -146,7 +159,10 @@ class Filling:
         return offered + (select_by_area(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
-        """Place the largest piece that fits in the corner of the sheet, because the packer placed no piece."""
+        """Place the largest piece that fits into the corner of the sheet.
+
+        This is needed if the packer placed no piece.
+        """
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)
@@ -159,7 +175,7 @@ class Filling:
 
 
 def fill_sheets(task: NestTask, packers: Sequence[Packer], plan: FillPlan, method: str, seed: int) -> Nest:
-    """Fill the sheets of a plan in order until the pieces or the sheets run out, and return the nest."""
+    """Fill the sheets of a plan in order, until all pieces are placed or no sheets are left. Return the nest."""
     filling = Filling(task, packers)
     for step, (stock, limit) in enumerate(plan):
         later, count = [k for k, _ in plan[step + 1 :]], 0

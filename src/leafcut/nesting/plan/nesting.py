@@ -1,6 +1,6 @@
-"""Nest parts on sheets in several variants. Small parts may lie in the holes of large parts.
+"""Nest parts on sheets and produce several variants. Small parts may lie in the holes of large parts.
 
-Independent code checks each nest afterwards.
+Each nest is checked afterwards by code that does not depend on this module.
 """
 
 from __future__ import annotations
@@ -39,34 +39,42 @@ from leafcut.nesting.plan.sheet_choice import (
 from leafcut.nesting.plan.strip import NesterError, StripBudget
 from leafcut.options import SolveOptions
 
-#: Number of steps of the shape nester per strip, by preset. About 200 steps take a few seconds; later steps take
-#: longer.
+#: Number of steps that the shape nester runs per strip, by preset. The first 200 steps take a few seconds; later steps
+#: are slower.
 STEPS = {"fast": 120, "default": 250, "thorough": 1000}
-#: Number of failed strip widths that end a search, by preset; small jobs reach their optimum quickly.
+#: Number of failed strip widths after which a search ends, by preset. Small jobs reach their optimum quickly.
 FAILURES = {"fast": 1, "default": 1, "thorough": 5}
-#: Expected number of strip searches per sheet: first with all pieces offered, then with the pieces that fit.
+#: Expected number of strip searches per sheet. The first search offers all pieces, and the second only the pieces that
+#: fit.
 STRIPS_PER_SHEET = 2.0
-#: Number of cheaper choices of sheets to try by shapes after nesting by rectangles, without and with a time limit.
+#: After nesting by rectangles, this many cheaper choices of sheets are tried by shapes, without and with a time limit.
 SHAPE_TRIES, TIMED_TRIES = 3, 12
-#: Share of the remaining time for each choice of sheets, and share of the total time reserved for the last search.
+#: Share of the remaining time for each choice of sheets, and share of the total time that is reserved for the last
+#: search.
 TRY_SHARE, LAST_SEARCH = 0.25, 0.35
-#: Maximum utilisation that is assumed for a choice of sheets.
+#: Highest utilisation that the choice of sheets assumes.
 DENSEST = 0.93
-#: Share of the time limit for choosing the sheets by rectangles.
+#: Share of the time limit that is spent on choosing the sheets by rectangles.
 CHOOSING = 0.2
-#: Number of threads per additional variant under a time limit: one runs that variant, the others run the first variant.
+#: With a time limit, each additional variant gets this many threads. One of them runs that variant, and the others run
+#: the first variant.
 THREADS_PER_VARIANT = 3
 
-#: Maximum number of holes to fill in a part, largest first, and maximum number of kinds of part to try in each hole.
+#: Maximum number of holes to fill in a part, starting with the largest, and maximum number of kinds of part to try in
+#: each hole.
 MAX_HOLES = 20
 MAX_TRIED = 40
 
 
 def prepare_task(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks: Sequence[Stock]) -> NestTask:
-    """Return the nesting task for the given kinds of sheet.
+    """Create the nesting task for the given kinds of sheet.
 
-    Raises PlanError if the list of parts is empty, an outline is invalid, or a part fits no sheet, and OptionError if
-    `options.blocks` is set without a kerf.
+    Raises
+    ------
+    PlanError
+        If the list of parts is empty, an outline is invalid, or a part fits no sheet.
+    OptionError
+        If `options.blocks` is set without a kerf.
     """
     if options.blocks != "none" and kerf <= 0.0:
         raise OptionError("--blocks: needs --kerf, the kerf width of the cutting data")
@@ -100,9 +108,9 @@ def _grouped_pieces(
 def variants(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield unchecked nests; for a variant that failed, yield a message instead.
+    """Yield nests that are not yet checked. If a variant fails, yield a message instead.
 
-    Nests by shapes use consecutive seeds, and nests by rectangles use each of the `RULES`.
+    Nests by shapes use consecutive seeds. Nests by rectangles use each of the `RULES`.
     """
     task = _with_packers(task, search)
     if len(task.stocks) > 1:
@@ -123,9 +131,11 @@ def variants(
 def _nest_on_several_kinds(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets.
+    """Yield nests on the cheapest sheets.
 
-    The first variant by shapes chooses the sheets for the other variants. With a time limit, it is the only variant by
+    Nesting by rectangles is fast and comes first; shapes then try cheaper sheets.
+
+    The first variant by shapes chooses the sheets for all other variants. With a time limit, it is the only variant by
     shapes.
     """
     shapes, nests = _uses_shapes(task), list[Nest]()
@@ -186,7 +196,7 @@ def _packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packe
 
 
 def _with_packers(task: NestTask, search: SolveOptions) -> NestTask:
-    """Return the task with a packer for each non-rectangular sheet; all variants share these packers."""
+    """Create a packer for each non-rectangular sheet, and add it to the task. All variants share these packers."""
     limit = math.inf if search.time_limit is None else search.time_limit
     end = time.monotonic() + limit
     kinds = [k for k, stock in enumerate(task.stocks) if stock.edge]
@@ -207,11 +217,11 @@ def _shape_variants(
     on_progress: OnProgress,
     cancelled: threading.Event,
 ) -> Iterator[Nest | str]:
-    """Yield a nest by shapes, or a message, for each seed `search.seed + number`. Several searches run in parallel.
+    """Run several searches in parallel. Yield a nest by shapes, or a message, for each seed `search.seed + number`.
 
-    With a time limit, the first variant gets all the time and at least two thirds of the threads. Thus additional
-    variants do not make it less dense. They share the remaining threads, if any. Without a limit, each variant gets one
-    thread, so that the number of threads does not change the nests.
+    With a time limit, the first variant may use all the time and at least two thirds of the threads, so that additional
+    variants do not make it less dense. The additional variants share the remaining threads, if there are any. Without a
+    limit, each variant gets one thread, so that the number of threads does not affect the nests.
     """
     n_threads = search.threads or os.cpu_count() or 1
     threads = min(n_threads, len(numbers))
@@ -295,7 +305,7 @@ def _shape_packers(
 
 
 class _Clock:
-    """Divides the time of a variant among its strips. Without a time limit, the steps of each strip are limited."""
+    """Divides the time for a variant among its strips. Without a time limit, it limits the number of steps instead."""
 
     def __init__(self, search: SolveOptions, rounds: int, workers: int = 1) -> None:
         self.all = math.inf if search.time_limit is None else search.time_limit / rounds
@@ -319,7 +329,7 @@ class _Clock:
 
     @property
     def share_left(self) -> float:
-        """Remaining share of the time, from 0 to 1; always 1 without a time limit."""
+        """Share of the time that is left, from 0 to 1. Without a time limit, it is always 1."""
         return (self.end - time.monotonic()) / self.all if self.limited else 1.0
 
     def budget(self) -> StripBudget:
@@ -331,10 +341,10 @@ class _Clock:
 def fill_holes(
     parts: Sequence[NestPart], pieces: Sequence[NestPiece], spacing: float
 ) -> tuple[list[NestPiece], list[int]]:
-    """Put small parts into the holes of the pieces, smallest pieces first; return all pieces and their quantities.
+    """Put small parts into the holes of other pieces, starting with the smallest pieces.
 
-    The members of all pieces add up to the quantities of `parts`. Parts are at least `spacing` mm from the edge of the
-    hole.
+    The members of all pieces add up to the quantities of `parts`. Inside a hole, parts keep a distance of at least
+    `spacing` mm from its edge. The function returns all pieces and their quantities.
     """
     filled, counts = list(pieces), [part.quantity for part in parts]
     clear = buffer_distance(spacing)
@@ -383,9 +393,9 @@ def _fill_spaces(
 
 
 def _angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
-    """Return the rotations of a piece relative to the part around it, rad.
+    """Return the rotations of a piece relative to the surrounding part, rad.
 
-    With each of them, the piece has an allowed rotation at all rotations `outer` of that part.
+    Each of them must work for every rotation in `outer` that the surrounding part may have.
     """
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
     return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

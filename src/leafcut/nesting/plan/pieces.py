@@ -17,24 +17,24 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.nest import NestPart, Placement
 
-#: Error of the chords that approximate arcs, mm; it is added to the spacing of outlines with arcs.
+#: Chord error of arcs, mm. It is added to the spacing of outlines that contain arcs.
 CHORD = 0.01
 #: Largest difference between equal angles, rad.
 SAME_ANGLE = 1e-9
-#: Share of the bounding box that an outline must fill to count as a rectangle.
+#: An outline counts as a rectangle if it fills this share of its bounding box.
 RECTANGLE = 1.0 - 1e-6
-#: Number of rotations that are tried to check whether a freely rotatable part fits the sheet.
+#: Rotations to try when checking whether a freely rotatable part fits on the sheet.
 FREE_ANGLES = tuple(math.radians(k) for k in range(180))
-#: Rounding tolerance by which a piece may exceed the sheet, mm.
+#: A piece may exceed the sheet by this rounding error, mm.
 SIDE_TOLERANCE = 1e-6
-#: Maximum number of parts, and maximum number of kinds of part; larger numbers indicate a mistake in a list.
+#: Maximum number of parts, and maximum number of kinds of part. If a list has more, it probably contains a mistake.
 MAX_PARTS = 100_000
 MAX_KINDS = 2_000
 
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """The bounding box of a piece after rotation by `angle`, rad: lower left corner and sides, mm."""
+    """The bounding box of a piece that is rotated by `angle`, rad: lower left corner and sides, mm."""
 
     angle: float
     x: float
@@ -45,11 +45,17 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class NestPiece:
-    """A part with the parts in its holes, or a block of parts. All of them move together.
+    """A part together with the parts in its holes, or a block of parts. All of them move together.
 
-    `path` is the outline in the coordinates of the drawing. `members` are the placements of the parts in the same
-    coordinates. If the piece is a part with filled holes, the first member is the part itself at angle 0 and (0, 0).
-    `angles` are the allowed rotations, rad, or None for any.
+    Attributes
+    ----------
+    path
+        Outline in the coordinates of the drawing.
+    members
+        Placements of the parts in the same coordinates. If the piece is a part with filled holes, the first member is
+        the part itself at angle 0 and (0, 0).
+    angles
+        Allowed rotations, rad, or None for any.
     """
 
     path: Polyline
@@ -58,17 +64,17 @@ class NestPiece:
 
     @cached_property
     def polygon(self) -> Polygon:
-        """The outline as a polygon, with arcs approximated by chords."""
+        """The outline as a polygon. Arcs are approximated by chords."""
         return polygon_of(self.path)
 
     @cached_property
     def area(self) -> float:
-        """Area of the outline including holes, mm²."""
+        """Area inside the outline, including holes, mm²."""
         return abs(self.path.area)
 
     @cached_property
     def slack(self) -> float:
-        """Additional distance for the error of the chords that approximate arcs, mm."""
+        """Additional distance that covers the chord error of arcs, mm."""
         return CHORD if self.path.bulges.any() else 0.0
 
     def box(self, angle: float) -> Box:
@@ -78,13 +84,13 @@ class NestPiece:
 
     @cached_property
     def boxes(self) -> tuple[Box, ...]:
-        """Bounding boxes at all allowed rotations; if any rotation is allowed, at selected angles."""
+        """Bounding boxes at all allowed rotations. If any rotation is allowed, only some rotations are used."""
         angles = self.angles if self.angles is not None else (*self._tightest_angles, *FREE_ANGLES)
         return tuple(self.box(angle) for angle in angles)
 
     @cached_property
     def _tightest_angles(self) -> tuple[float, ...]:
-        """The rotation with the smallest bounding box, rad, and that rotation plus 90°."""
+        """The rotation with the smallest bounding box, and the rotation by another 90°, rad."""
         envelope: Any = oriented_envelope(self.polygon)
         corners = list(envelope.exterior.coords)
         edge = math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
@@ -92,15 +98,18 @@ class NestPiece:
 
     @cached_property
     def is_rectangle(self) -> bool:
-        """Whether the outline fills its bounding box at an allowed rotation."""
+        """Whether the outline fills its bounding box at one of the allowed rotations."""
         return any(self.area >= RECTANGLE * b.width * b.height for b in self.boxes)
 
     def fits(self, length: float, width: float) -> bool:
-        """Return whether the piece fits in a rectangle at an allowed rotation."""
+        """Return whether the piece fits into a rectangle at one of the allowed rotations."""
         return any(b.width <= length + SIDE_TOLERANCE and b.height <= width + SIDE_TOLERANCE for b in self.boxes)
 
     def placements(self, angle: float, x: float, y: float) -> list[Placement]:
-        """Return the placements of all members after the piece is rotated by `angle`, rad, then moved by (x, y), mm."""
+        """Return the placements of all members.
+
+        The piece is first rotated by `angle`, rad, and then moved by (x, y), mm.
+        """
         cos, sin = math.cos(angle), math.sin(angle)
         return [
             Placement(m.part, (m.angle + angle) % math.tau, x + cos * m.x - sin * m.y, y + sin * m.x + cos * m.y)
@@ -109,15 +118,18 @@ class NestPiece:
 
 
 def polygon_of(path: Polyline) -> Polygon:
-    """Return a closed path as a polygon, with arcs approximated by chords."""
+    """Convert a closed path to a polygon. Arcs are approximated by chords."""
     return Polygon(path.flattened(CHORD))
 
 
 def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
-    """Return one piece per part.
+    """Create one piece for each part.
 
-    Raises PlanError if the list of parts is empty or too long, a quantity is below 1, or an outline encloses no area or
-    crosses itself.
+    Raises
+    ------
+    PlanError
+        If the list of parts is empty or too long, a quantity is below 1, or an outline encloses no area or crosses
+        itself.
     """
     if not parts:
         raise PlanError("no parts to nest")
@@ -142,9 +154,9 @@ def _checked_piece(number: int, part: NestPart) -> NestPiece:
 
 
 def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Sequence[tuple[float, float]]) -> None:
-    """Raise PlanError for the first part that fits on no sheet.
+    """Raise PlanError if a part does not fit on any sheet. The error names the first such part.
 
-    `inner` contains the sides of the sheets without margins, mm.
+    `inner` contains the length and width of each kind of sheet without margins, mm.
     """
     for part, piece in zip(parts, pieces, strict=True):
         if not any(piece.fits(*size) for size in inner):
@@ -164,10 +176,12 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
 
 
 def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
-    """Select at least one piece, up to a total weight of about `area`, mm². Return the quantity of each piece.
+    """Select pieces up to a total weight of about `area`, mm², but at least one piece.
 
-    `weight` returns the area that a piece requires, mm². First, each kind of piece contributes the same share of its
-    quantity; then the largest pieces fill the remaining area.
+    Return the quantity of each piece.
+
+    First, each kind of piece contributes the same share of its quantity. Then the largest pieces fill the remaining
+    area. `weight` returns the area that a piece requires, mm².
     """
     total_weight = sum(weight(piece) * count for piece, count in counts.items())
     if total_weight <= area:
@@ -183,10 +197,14 @@ def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: f
 
 
 def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, turn: float) -> bool:
-    """Return whether a part in a hole has an allowed rotation at every rotation of the surrounding part.
+    """Return whether a part in a hole has an allowed rotation for every rotation of the surrounding part.
 
-    The part is rotated by `turn` relative to the surrounding part. `inner` and `outer` are the allowed rotations of
-    both parts, rad, or None for any.
+    Parameters
+    ----------
+    inner, outer
+        Allowed rotations of the part in the hole and of the surrounding part, rad, or None for any.
+    turn
+        Rotation of the inner part relative to the surrounding part, rad.
     """
     if inner is None:
         return True

@@ -1,4 +1,4 @@
-"""Find a position for a piece in a region of any shape: a hole in a part, or a remnant."""
+"""Find a position for a piece inside a region of any shape, such as a hole in a part or a remnant."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from shapely.geometry.base import BaseGeometry
 
 from leafcut.nesting.plan.pieces import CHORD, NestPiece, polygon_of
 
-#: Rotations that are tried for a freely rotatable part, rad.
+#: Rotations to try for a part that may be rotated freely, rad.
 FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
-#: Factor on the spacing that compensates for the chords at rounded corners.
+#: The spacing is multiplied by this factor, because rounded corners consist of chords.
 ROUND_CORNER = 1.002
-#: Additional clearance, mm, for the chords of arcs on both sides.
+#: Additional clearance for the chords of arcs in both outlines, mm.
 SLACK = 4.0 * CHORD
-#: Number of grid positions per axis; odd, to include the middle.
+#: Number of grid positions per axis. It is odd, so that the grid includes the middle.
 GRID_SIZE = 15
-#: Maximum numbers of corners of the region and of the piece that are matched with each other.
+#: Maximum number of corners of the region, and of the piece, that are matched with each other.
 REGION_CORNERS, PIECE_CORNERS = 300, 16
 #: Number of positions tested at a time.
 _CHUNK = 128
-#: Rounding tolerance for a piece that touches an edge, mm.
+#: A piece that touches an edge may overlap it by this rounding error, mm.
 _ROUNDING = 1e-6
 
 #: Rotation (rad), translation (mm), and the polygon of the placed piece.
@@ -34,17 +34,18 @@ PiecePosition = tuple[float, float, float, "Polygon"]
 
 
 def buffer_distance(spacing: float) -> float:
-    """Return the distance by which a polygon must be enlarged to ensure a spacing despite chord errors, mm."""
+    """Return how far a polygon must be enlarged to guarantee a spacing in spite of chord errors, mm."""
     return ROUND_CORNER * spacing + SLACK
 
 
 def find_position(
     piece: NestPiece, region: BaseGeometry, angles: Iterable[float], *, quick: bool = False
 ) -> PiecePosition | None:
-    """Return the leftmost, then lowest, position of a piece within a region; None if the piece does not fit.
+    """Return the leftmost position of a piece inside a region, or None if the piece does not fit.
 
-    Candidate positions are on a grid, or match a corner of the piece with a corner of the region. `quick` tries only
-    the grid, and stops at the first rotation that fits.
+    If several positions are equally far left, the lowest one is returned. Candidate positions lie on a grid, or place a
+    corner of the piece on a corner of the region. With `quick`, only the grid is tried, and the search ends at the
+    first rotation that fits.
     """
     if region.is_empty:
         return None
@@ -71,9 +72,16 @@ def _rank(polygon: Polygon) -> tuple[float, float]:
 def _positions(
     ring: NDArray[np.float64], corners: NDArray[np.float64], region: BaseGeometry, grown: Any
 ) -> Iterator[tuple[float, float, Polygon]]:
-    """Yield the positions at which a rotated piece fits, and its moved polygon, from left to right and bottom to top.
+    """Yield the positions at which a rotated piece fits, from left to right and from bottom to top.
 
-    `ring` is the outline of the piece, float64[n, 2], mm. `grown` is the region enlarged by a rounding tolerance.
+    Each position comes with the polygon of the moved piece.
+
+    Parameters
+    ----------
+    ring
+        Outline of the piece, float64[n, 2], mm.
+    grown
+        The region, enlarged by a rounding tolerance.
     """
     left, low, right, high = region.bounds
     (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)

@@ -1,4 +1,4 @@
-"""Pack pieces by their bounding boxes; fast, and the best method for rectangles."""
+"""Pack pieces by their bounding boxes. This is fast, and it is the best method for rectangles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from leafcut.nesting.plan.pieces import Box, NestPiece
 from leafcut.nesting.plan.strip import require
 
-#: Pairs of a packing algorithm and a sort order of `rectpack`: the pairs that filled sheets best.
+#: Packing algorithms and sort orders of `rectpack`. These are the pairs that filled sheets best.
 RULES = (
     ("MaxRectsBssf", "SORT_AREA"),
     ("MaxRectsBssf", "SORT_LSIDE"),
@@ -22,15 +22,17 @@ RULES = (
     ("SkylineMwfl", "SORT_LSIDE"),
     ("GuillotineBssfSas", "SORT_LSIDE"),
 )
-#: Number of bisection steps to minimise the used length of the last sheet.
+#: Number of bisection steps that shorten the used length of the last sheet.
 HALVINGS = 10
-#: Micrometres per mm; sides are in whole µm for packing, so that sums have no rounding errors.
+#: Micrometres per mm. The packer works with whole µm, so that sums have no rounding errors.
 MICRON = 1000.0
 
 
 @dataclass(frozen=True)
 class PlacedPiece:
-    """A piece, given by its index, on a sheet: rotated by `angle`, rad, about the origin of the drawing, then moved by
+    """The position of a piece on a sheet.
+
+    The piece, given by its index, is first rotated by `angle`, rad, about the origin of the drawing, and then moved by
     (x, y), mm.
     """
 
@@ -42,8 +44,9 @@ class PlacedPiece:
 
 @dataclass(frozen=True)
 class Cell:
-    """The space that a piece requires: bounding box, box after rotation by 90° (None if not allowed), and sides in
-    µm.
+    """The space that a piece requires.
+
+    It contains the bounding box, the box after a rotation by 90° (None if not allowed), and the sides in µm.
     """
 
     box: Box
@@ -55,10 +58,15 @@ class Cell:
 class RectanglePacker:
     """Packs the bounding boxes of pieces, one sheet after another.
 
-    `length` and `width` are the sides of the sheet without its margins, mm. `RULES[rule]` names the algorithm.
+    Parameters
+    ----------
+    length, width
+        Sides of the sheet without its margins, mm.
+    rule
+        Index of the packing algorithm in `RULES`.
     """
 
-    #: Total area of the pieces offered for a sheet, relative to the area of the sheet.
+    #: Total area of the pieces that are offered for a sheet, relative to the area of the sheet.
     offered = 1.3
     repeatable = True
 
@@ -89,9 +97,9 @@ class RectanglePacker:
         return self.length * self.width / MICRON**2
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Fill one sheet with offered pieces, and return the positions of the pieces that fit.
+        """Fill one sheet with some of the offered pieces. Return the pieces that fit, with their positions.
 
-        If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible.
+        If `last` is true, this is the last sheet, so the pieces are packed as far to the left as possible.
         """
         best = self._pack(offered, self.length)
         if last and len(best) == offered.total():

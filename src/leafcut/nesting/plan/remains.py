@@ -1,4 +1,4 @@
-"""Remnants of a sheet that are worth keeping as new sheets after cutting."""
+"""The remnants of a sheet that are worth keeping as new sheets after the parts are cut."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.nesting.plan.positions import buffer_distance
 
 #: Tolerance for simplifying the edge of a remnant, mm.
 _COARSE = 0.05
-#: Mitre limit at corners of enlarged or shrunk regions, relative to the distance.
+#: Mitre limit at corners of enlarged or shrunk regions, relative to the distance by which they change.
 _MITRE = 2.0
 
 
@@ -22,10 +22,10 @@ KeptRemnant = tuple[Stock, tuple[float, float]]
 
 
 def remnants_of_layout(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
-    """Return the remnants of a sheet, largest first, each moved to (0, 0).
+    """Return the remnants of a sheet, largest first. Each remnant is moved to (0, 0).
 
-    Remnants are at least `spacing` mm away from the parts. Strips narrower than `least` mm are cut off. Remnants in
-    which no disc of this diameter fits are dropped.
+    Remnants keep a distance of at least `spacing` mm from the parts. Strips narrower than `least` mm are cut off, and a
+    remnant is dropped if no disc of this diameter fits into it.
     """
     outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline
@@ -39,7 +39,7 @@ def remnants_of_layout(nest: Nest, layout: Layout, spacing: float, least: float,
 
 
 def _without_strips(region: Any, least: float) -> Any:
-    """Remove strips narrower than `least` mm from a region. The region never becomes larger."""
+    """Remove strips narrower than `least` mm from a region. The result lies inside the region."""
     inner = region.buffer(-0.5 * least, join_style="mitre", mitre_limit=_MITRE)
     return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
 

@@ -1,4 +1,4 @@
-"""Pack pieces on a non-rectangular sheet, such as a remnant from which parts have already been cut."""
+"""Pack pieces on a sheet that is not a rectangle, such as a remnant."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from leafcut.nesting.plan.pieces import CHORD, NestPiece
 from leafcut.nesting.plan.positions import FREE_ANGLES, SLACK, buffer_distance, find_position
 from leafcut.nesting.plan.rectangles import PlacedPiece
 
-#: Mitre limit at corners of enlarged or shrunk regions, relative to the distance.
+#: Mitre limit at corners of enlarged or shrunk regions, relative to the distance by which they change.
 _MITRE = 2.0
-#: Minimum area of a free region that is used, mm².
+#: Free regions smaller than this are not used, mm².
 _MIN_AREA = 1.0
 
 
@@ -28,13 +28,13 @@ class RemnantPacker:
     Parameters
     ----------
     margin, spacing
-        Distance from every edge, and between two pieces, mm.
+        Distance from every edge, and distance between two pieces, mm.
     seconds, end
-        Time limit per sheet, s, and end of all packing (`time.monotonic`). Pieces placed until then remain on the
-        sheet.
+        Time limit per sheet, s, and time at which all packing ends (`time.monotonic`). The pieces that were placed
+        before remain on the sheet.
     """
 
-    #: Total area of the pieces offered for a sheet, relative to the area of the sheet.
+    #: Total area of the pieces that are offered for a sheet, relative to the area of the sheet.
     offered = 1.3
 
     def __init__(
@@ -73,7 +73,10 @@ class RemnantPacker:
         return float(self.inner.area)
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Fill the sheet with offered pieces, and return the positions of the pieces that fit. Results are cached."""
+        """Fill the sheet with some of the offered pieces.
+
+        Return the pieces that fit, with their positions. Results are cached.
+        """
         key = tuple(sorted((+offered).items()))
         if key not in self._filled:
             self._filled[key] = self._fill(offered)

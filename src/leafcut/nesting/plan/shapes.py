@@ -1,4 +1,7 @@
-"""Pack pieces by their true shapes: each sheet is a strip whose used length the shape nester (sparrow) minimises."""
+"""Pack pieces by their true shapes.
+
+Each sheet is treated as a strip. The shape nester (sparrow) minimises the length of the strip that the pieces use.
+"""
 
 from __future__ import annotations
 
@@ -17,32 +20,39 @@ from leafcut.nesting.plan.pieces import NestPiece, select_by_area
 from leafcut.nesting.plan.rectangles import PlacedPiece
 from leafcut.nesting.plan.strip import Strip, StripBudget, StripItem, pack_strip, require
 
-#: Allowance for the single precision of the nester, in mm and relative to the size of the sheet.
+#: Allowance for the single precision of the nester, in mm, and relative to the size of the sheet.
 ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
-#: Tolerance for simplifying an outline, relative to its size; minimum and maximum tolerance, mm.
+#: Tolerance for simplifying an outline, relative to its size; and minimum and maximum tolerance, mm.
 COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
-#: An outline is not simplified if it has at most this number of points, or if more than this share of them would
-#: remain.
+#: An outline with at most this number of points is not simplified. Neither is an outline that would keep more than this
+#: share of its points.
 FEW_POINTS, KEPT = 16, 0.6
 #: Mitre limit at corners of enlarged outlines, relative to the distance.
 MITRE = 2.0
-#: Maximum number of pieces per search, so that a search ends in a reasonable time.
+#: Maximum number of pieces per search. More pieces would take too long.
 MAX_PIECES = 250
-#: Shares of the expected capacity to try when a sheet must be packed again with fewer pieces.
+#: If a sheet must be packed again with fewer pieces, these shares of the expected capacity are tried.
 SHARES = (1.02, 1.0, 0.98)
-#: A strip needs no further search if it is at most this many times as long as the lower bound.
+#: A strip is short enough to end the search if its length is at most this multiple of the lower bound.
 PERFECT = 1.001
 
 
 class ShapePacker:
     """Packs true shapes with the shape nester, one sheet after another.
 
-    `length` and `width` are the sides of the sheet without its margins, mm. `budget` returns the budget of the next
-    strip. With `shorten=False`, the search on the last sheet ends as soon as all parts are on it.
+    Parameters
+    ----------
+    length, width
+        Sides of the sheet without its margins, mm.
+    budget
+        Function that returns the budget of the next strip.
+    shorten
+        Whether to shorten the used length of the last sheet. If not, the search ends as soon as all parts are on the
+        sheet.
     """
 
-    #: Total area of the pieces offered for a sheet, relative to the area of the sheet. Pieces that do not fit are
-    #: offered for the next sheet.
+    #: Total area of the pieces that are offered for a sheet, relative to the area of the sheet. Pieces that do not fit
+    #: are offered again for the next sheet.
     offered = 1.1
 
     def __init__(
@@ -73,7 +83,7 @@ class ShapePacker:
         return self.pieces[piece].fits(*self.inner)
 
     def weight(self, piece: int) -> float:
-        """Return the area that a piece requires, mm²: its outline, enlarged by at least half the spacing."""
+        """Return the area that a piece requires, mm². Its outline is enlarged by at least half the spacing."""
         return self.shape(piece)[2]
 
     @property
@@ -82,10 +92,10 @@ class ShapePacker:
         return self.length * self.width
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Fill one sheet with offered pieces, and return the positions of the pieces that fit.
+        """Fill one sheet with some of the offered pieces. Return the pieces that fit, with their positions.
 
-        If `last` is true, this is the last sheet, and the pieces are packed as far to the left as possible. If there
-        are too many pieces for one search, equal bands across the sheet are packed instead.
+        If `last` is true, this is the last sheet, so the pieces are packed as far to the left as possible. If there are
+        too many pieces for one search, the sheet is divided into equal bands, which are packed separately.
         """
         offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
         bands = math.ceil(offered.total() / MAX_PIECES)
@@ -132,11 +142,14 @@ class ShapePacker:
         return Strip(strip.width, placed, strip.steps, strip.ended)
 
     def _fits(self, piece: int) -> bool:
-        """Return whether the enlarged outline fits the strip. `Filling` itself places a piece as large as the sheet."""
+        """Return whether the enlarged outline fits the strip.
+
+        A piece as large as the sheet is placed by `Filling` instead.
+        """
         return self.extent(piece)[0] < self.length
 
     def _extent(self, piece: int) -> tuple[float, float]:
-        """Return the length and width of an enlarged outline, mm, at the rotation that needs the shortest strip.
+        """Return the length and width of an enlarged outline at the rotation that needs the shortest strip, mm.
 
         Both are infinite if the outline is too wide at every allowed rotation.
         """
@@ -152,7 +165,7 @@ class ShapePacker:
         return None if angles is None else [math.degrees(a) for a in angles]
 
     def _placed_pieces(self, strip: Strip, length: float = math.inf) -> list[PlacedPiece]:
-        """Return the positions on the sheet of the pieces whose enlarged outlines end before `length`, mm."""
+        """Return the positions on the sheet of all pieces whose enlarged outlines end before `length`, mm."""
         placed = []
         for piece, degrees, x, y in strip.items:
             shape, middle, _ = self.shape(piece)
@@ -166,10 +179,15 @@ class ShapePacker:
         return placed
 
     def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
-        """Enlarge the outline of a piece by at least half the spacing, plus the tolerance if it is simplified.
+        """Enlarge the outline of a piece by at least half the spacing. If the outline is simplified, add the tolerance.
 
-        If simplification would save little, the outline stays exact. Then parts whose sides add up to the width of the
-        sheet fit next to each other. Returns the points relative to the centre of the piece, this centre, and the area.
+        The outline stays exact if simplification would save little. This lets parts lie next to each other if their
+        sides add up to the width of the sheet exactly.
+
+        Returns
+        -------
+        tuple
+            The points relative to the centre of the piece, this centre, and the area.
         """
         piece = self.pieces[number]
         x0, y0, x1, y1 = piece.path.extents
@@ -193,7 +211,7 @@ def _shift(placed: PlacedPiece, x: float) -> PlacedPiece:
 
 
 def _limit_total(counts: Counter[int], limit: int) -> Counter[int]:
-    """Return about `limit` pieces in total, with the same share of each kind.
+    """Reduce the quantities so that they add up to about `limit`, with the same share of each kind.
 
     If there are more kinds than the limit, only the first `limit` kinds remain.
     """

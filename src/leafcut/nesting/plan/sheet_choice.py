@@ -1,7 +1,7 @@
-"""Choose the cheapest combination of several kinds of sheet.
+"""Choose the cheapest combination of sheets of several kinds.
 
-A greedy choice (most parts per cost, free remnants first) gives an upper limit for the cost. Then cheaper combinations
-are tried. The cheapest combination that holds all parts is used.
+First, a greedy choice gives an upper limit for the cost. It takes the sheets with the most parts per cost, and free
+remnants first. Then cheaper combinations are tried. The cheapest combination that holds all parts wins.
 """
 
 from __future__ import annotations
@@ -13,26 +13,29 @@ from dataclasses import dataclass
 from leafcut.model.nest import Nest, sheet_costs
 from leafcut.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, fill_sheets
 
-#: Budget for trying combinations of sheets: total number of pieces to place, and minimum and maximum number of trials.
+#: Effort for trying combinations of sheets: total number of pieces to place, and minimum and maximum number of trials.
 TRIES, MIN_TRIES, MAX_TRIES = 5_000, 4, 60
-#: Maximum number of steps in the enumeration of combinations.
+#: Maximum number of steps when combinations are enumerated.
 MAX_CHOICES = 50_000
-#: Relative difference below which two costs are equal.
+#: Two costs are equal if their relative difference is below this.
 SAME = 1e-9
 
 
 def single_kind_plan(task: NestTask, kind: int = 0) -> FillPlan:
-    """Return a filling plan with as many sheets of a single kind as needed."""
+    """Return a plan that fills as many sheets of a single kind as needed."""
     return ((kind, min(task.available_sheets[kind], task.max_sheets)),)
 
 
 def plan_of_nest(nest: Nest) -> FillPlan:
-    """Return a filling plan that repeats the sheets of a nest in the same order."""
+    """Return a plan that fills the same kinds of sheet as a nest, in the same order."""
     return tuple((layout.stock, layout.count) for layout in nest.layouts)
 
 
 def cheapest_nest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
-    """Return the cheapest nest on any combination of sheets. Trials end when `late` returns true."""
+    """Return the cheapest nest on any combination of sheets.
+
+    No more combinations are tried once `late` returns true.
+    """
     if len(packers) == 1:
         return fill_sheets(task, packers, single_kind_plan(task), method, seed)
     best = _greedy(task, packers).nest(method, seed)
@@ -55,7 +58,7 @@ def cheapest_of_plans(
     attempt: Callable[[FillPlan], Nest],
     late: Callable[[], bool],
 ) -> Nest:
-    """Return the nest for the cheapest plan that holds all parts, or `best` if no plan holds them.
+    """Return the nest of the cheapest plan that holds all parts. If no plan holds them, return `best`.
 
     `plans` are sorted by cost. If there are more than `tries` plans, they are searched by bisection, because more
     expensive plans usually hold more parts.
@@ -80,9 +83,10 @@ def cheapest_by_density(
     attempt: Callable[[FillPlan], Nest],
     late: Callable[[], bool],
 ) -> Nest | None:
-    """Return the nest for the cheapest plan that holds all parts, or None. `plans` are sorted by cost.
+    """Return the nest of the cheapest plan that holds all parts, or None if there is none.
 
-    The first attempts choose plans with a utilisation of at most `density`. Each attempt updates this value.
+    `plans` are sorted by cost. The first attempt uses plans with a utilisation of at most `density`, and each attempt
+    updates this value.
     """
     need = _needs(task, packers)[0][1]
     densities = [need / sum(packers[k].sheet_area * count for k, count in plan) for plan in plans]
@@ -109,7 +113,7 @@ def _rank(nest: Nest) -> tuple[float, ...]:
 
 
 def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
-    """Choose sheets with the most parts per cost; the last sheet is the cheapest that holds all remaining parts."""
+    """Choose the sheets with the most parts per cost. The last sheet is the cheapest that holds all remaining parts."""
     filling = Filling(task, packers)
     costs, sheets_left = sheet_costs(task.stocks), task.available_sheets
     while filling.left.total() and filling.n_sheets < task.max_sheets:
@@ -133,7 +137,7 @@ def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
 
 
 def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
-    """Yield plans that use all available sheets; if the total number is limited, the largest kinds are preferred."""
+    """Yield plans that use all available sheets. If their total number is limited, large kinds are preferred."""
     remaining, counts = task.max_sheets, [0.0] * len(packers)
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].sheet_area, k)):
         counts[k] = min(task.available_sheets[k], remaining)
@@ -142,9 +146,10 @@ def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]
 
 
 def cheaper_plans(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
-    """Return the filling plans that are cheaper than a complete nest and have enough area, cheapest first.
+    """Return all plans that are cheaper than a complete nest and have enough area, cheapest first.
 
-    The parts use at most the share `densest` of the area. If the reference nest is incomplete, the list is empty.
+    The area is enough if the parts use at most the share `densest` of it. If the reference nest is incomplete, the list
+    is empty.
     """
     if any(reference.unplaced):
         return []
@@ -162,7 +167,7 @@ def _free_count(counts: Sequence[int], costs: Sequence[float]) -> int:
 
 
 def _filling_orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
-    """Yield the filling orders to try: largest sheets first, then smallest first.
+    """Yield two orders for filling the sheets: largest first, and smallest first.
 
     In both orders, sheets without cost come first.
     """
@@ -178,12 +183,12 @@ def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:
     return sum(number * cost for number, cost in zip(counts, costs, strict=True))
 
 
-#: A set of kinds of sheet, and the total area of the pieces that fit only on these kinds, mm².
+#: A set of kinds of sheet, and the total area of the pieces that fit on no other kind, mm².
 _Need = tuple[frozenset[int], float]
 
 
 def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
-    """Return, for each set of kinds of sheet, the total area of the pieces that fit only on these kinds, mm²."""
+    """Return sets of kinds of sheet. For each set, give the total area of the pieces that fit on no other kind, mm²."""
     areas: dict[frozenset[int], float] = {frozenset(range(len(packers))): 0.0}
     for piece, count in enumerate(task.counts):
         kinds = frozenset(k for k, packer in enumerate(packers) if packer.holds(piece))
@@ -196,7 +201,7 @@ def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
 class _SheetCounts:
     """Enumerates the numbers of sheets of each kind that have enough area and cost less than `below`.
 
-    Each sequence contains one value for each kind of sheet.
+    Each result is a sequence with a number for each kind of sheet.
     """
 
     costs: Sequence[float]

@@ -1,8 +1,8 @@
 """Script that runs the shape nester in a subprocess.
 
-It reads the task from standard input and writes the answer to standard output. In a subprocess, a panic in the Rust
-code of the nester does not end leafcut, and a limit on steps makes a search repeatable. The script does not import
-leafcut, so that it starts quickly.
+It reads the task from standard input and writes the answer to standard output. The subprocess has two advantages: a
+panic in the Rust code of the nester does not end leafcut, and a limit on steps makes a search repeatable. The script
+does not import leafcut, so that it starts quickly.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ import spyrrow
 
 #: Interval at which the steps of the search are checked, s.
 POLL = 0.005
-#: Time limit of the nester, s. It is never reached, because this script ends the search earlier.
+#: Time limit that is passed to the nester, s. The nester never reaches it, because this script ends the search earlier.
 NEVER = 1_000_000
-#: Kinds of step (`spyrrow.ReportType`) that give no solution, because parts still overlap. After a step of the first
-#: kind, the nester abandons the strip width.
+#: Kinds of step (`spyrrow.ReportType`) without a solution, because some parts still overlap. After a step of the first
+#: kind, the nester gives up on the strip width.
 GIVEN_UP, OVERLAPPING = 1, 2
 
 
 class StripSearch:
-    """The progress of a search: number of steps and failures, shortest strip, and reason for the end."""
+    """The progress of a search: number of steps and failures, shortest strip, and the reason why it ended."""
 
     def __init__(self, task: dict[str, Any]) -> None:
         self.task = task
@@ -49,23 +49,22 @@ class StripSearch:
         return bool(self.reason)
 
     def late(self) -> bool:
-        """Return whether the search should stop because its time is over and it has a solution."""
+        """Return whether the search should stop because it is out of time and already has a solution."""
         if self.best is not None and time.monotonic() - self.began >= self.task["seconds"]:
             self.reason = "clock"
         return bool(self.reason)
 
     def answer(self) -> dict[str, Any]:
-        """Return the strip length, mm, the placements (index, degrees, x, y), and the reason for the end of the
-        search.
-        """
+        """Return the strip length, mm, the placements (index, degrees, x, y), and the reason why the search ended."""
         items = [(int(i.id), i.rotation, *i.translation) for i in self.best.placed_items]
         return {"width": self.best.width, "items": items, "steps": self.steps, "ended": self.reason}
 
 
 def phases(seconds: float) -> tuple[int, int]:
-    """Return time limits for the exploration and the compression of the nester, s; their sum is at least `seconds`.
+    """Return time limits for the exploration and the compression phase of the nester, s.
 
-    The nester ignores fractions of a second, so this script ends the search itself.
+    Together they last at least `seconds`. The nester ignores fractions of a second, so this script ends the search
+    itself.
     """
     if seconds >= NEVER:
         return NEVER, NEVER
@@ -76,9 +75,9 @@ def phases(seconds: float) -> tuple[int, int]:
 def solve(task: dict[str, Any]) -> dict[str, Any]:
     """Pack the items of a task into the shortest strip, and return the answer.
 
-    The task has the keys ``height`` (of the strip), ``items`` (``shape``, ``demand``, ``angles``), ``seed``,
-    ``workers`` (threads), and limits of the search: ``steps``, ``failures``, ``seconds``, and ``enough``, a sufficient
-    length.
+    The task has the following keys: ``height`` (of the strip), ``items`` (``shape``, ``demand``, ``angles``), ``seed``,
+    and ``workers`` (threads). The search is limited by ``steps``, ``failures``, ``seconds``, and ``enough``, a length
+    that is short enough.
     """
     items = [
         spyrrow.Item(str(number), [tuple(p) for p in item["shape"]], item["demand"], item["angles"])
@@ -114,7 +113,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
 
 
 def _exit_with_parent() -> None:
-    """End the process when standard input closes, because the parent has ended or no longer needs an answer."""
+    """End the process when standard input closes. Then the parent has ended or no longer needs an answer."""
     sys.stdin.buffer.read()
     os._exit(1)
 

@@ -1,4 +1,7 @@
-"""Pack pieces on a strip with the shape nester, in a subprocess (`sparrow_process`) that can be ended at any time."""
+"""Pack pieces on a strip with the shape nester.
+
+It runs in a subprocess (`sparrow_process`), so it can be stopped anytime.
+"""
 
 from __future__ import annotations
 
@@ -26,17 +29,20 @@ SCRIPT = Path(__file__).with_name("sparrow_process.py")
 POLL = 0.1
 #: Value for "no limit" in a task.
 UNLIMITED = 1e9
-#: Time after the limit at which the nester is considered hung, s.
+#: The nester is considered hung if it exceeds its time limit by this time, s.
 PATIENCE = 600.0
 
 
 class NesterError(PlanError):
-    """The nester returned no result. Only this variant is lost; the others continue."""
+    """The nester returned no result. Only the current variant is lost, and the others continue."""
 
 
 @dataclass(frozen=True)
 class StripItem:
-    """A shape (x, y in mm, without holes), its quantity, and its allowed rotations in degrees (None for any)."""
+    """A shape to pack.
+
+    It has points (x, y in mm, without holes), a quantity, and allowed rotations in degrees (None for any).
+    """
 
     shape: Sequence[tuple[float, float]]
     demand: int
@@ -45,9 +51,10 @@ class StripItem:
 
 @dataclass(frozen=True)
 class StripBudget:
-    """Limits of the search for a strip: number of steps, number of failed strip widths (`failures`), and time, s.
+    """Limits for the search for a strip.
 
-    `workers` is the number of threads, which affects the result.
+    They apply to the number of steps, the number of failed strip widths (`failures`), and the time, s. `workers` is the
+    number of threads, which affects the result.
     """
 
     steps: float = math.inf
@@ -58,8 +65,10 @@ class StripBudget:
 
 @dataclass(frozen=True)
 class Strip:
-    """A packed strip: length, mm, items as (index, degrees, x, y), number of steps, and reason for the end of the
-    search.
+    """A packed strip, as returned by the nester.
+
+    It contains the length, mm, the items as (index, degrees, x, y), the number of steps, and the reason why the search
+    ended.
     """
 
     width: float
@@ -77,13 +86,18 @@ def pack_strip(
     enough: float = 0.0,
     cancelled: threading.Event | None = None,
 ) -> Strip:
-    """Pack all items into the shortest strip that the search finds. The strip starts at (0, 0) and extends along x.
+    """Pack all items into the shortest strip that the search can find. The strip starts at (0, 0) and extends along x.
 
-    Each item is rotated about its origin, then moved. The same seed and number of steps give the same strip; with a
-    time limit, results may differ. The nester (sparrow, through spyrrow) computes in single precision, so allow for
-    errors of 0.01 mm. The search ends as soon as the length is at most `enough` mm.
+    Each item is rotated about its origin, and then moved. The same seed and number of steps give the same strip, but
+    with a time limit, results may differ. The nester (sparrow, through spyrrow) computes in single precision, so allow
+    for errors of 0.01 mm. The search ends as soon as the length is at most `enough` mm.
 
-    Raises NesterError if the nester failed or `cancelled` was set, and PlanError if the nester is not installed.
+    Raises
+    ------
+    NesterError
+        If the nester failed or `cancelled` was set.
+    PlanError
+        If the nester is not installed.
     """
     require("spyrrow")
     task = {
@@ -102,13 +116,13 @@ def pack_strip(
 
 
 def require(package: str) -> None:
-    """Raise PlanError with the install command if a package is not installed."""
+    """Raise PlanError if a package is not installed. The message contains the command that installs it."""
     if importlib.util.find_spec(package) is None:
         raise PlanError("nesting needs the package {}: pip install 'leafcut[nest]'", package)
 
 
 def _run_nester(task: dict[str, Any], patience: float, cancelled: threading.Event) -> dict[str, Any]:
-    """Run the nester in a subprocess and return its answer. Setting `cancelled` kills the subprocess."""
+    """Run the nester in a subprocess and return its answer. If `cancelled` is set, the subprocess is killed."""
     # -P: modules in the folder of the script or of the user must not shadow the standard library.
     command = [sys.executable, "-P", str(SCRIPT)]
     environment = {**os.environ, "RAYON_NUM_THREADS": str(task["workers"]), "RUST_BACKTRACE": "0"}

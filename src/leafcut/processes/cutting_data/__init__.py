@@ -1,1 +1,1 @@
-"""Speeds and feeds for the tools of a part: all candidates of a machine, their costs, and the Pareto front."""
+"""Speeds and feeds for the tools of a part: all candidates for a machine, their costs, and the Pareto front."""

@@ -1,9 +1,10 @@
-"""Time, cost and tool life of a speed and a feed.
+"""Compute the time, the cost and the tool life for a pair of speed and feed.
 
 Sources: W. W. Gilbert, Economics of Machining, in Machining Theory and Practice (ASM, 1950); in the form of M. P.
-Groover, Fundamentals of Modern Manufacturing, section 23.3: Tc = Th + Tm + Tt/np (eq. 23.3) and
-Cc = Co Th + Co Tm + Co Tt/np + Ct/np (eq. 23.11), with np = T/Tm parts per tool. Th is the time of the moves between
-holes. A tool may wear out within a part, so np need not be an integer, unlike in Groover's eq. 23.6 and 23.12.
+Groover, Fundamentals of Modern Manufacturing, section 23.3: Tc = Th + Tm + Tt/np (eq. 23.3) and Cc = Co Th + Co Tm + Co
+Tt/np + Ct/np (eq. 23.11), with np = T/Tm parts per tool. Th is the time of the moves between holes. A tool may wear out
+while it machines a part, so np need not be an integer, unlike in Groover's eq. 23.6 and
+23.12.
 """
 
 from __future__ import annotations
@@ -29,27 +30,27 @@ from leafcut.model.tool import Tool
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Speed reduction of a drill in deep holes: depth in diameters, and share of the speed. Source: Kosilova and
-#: Meshcheryakov, Handbook of the Manufacturing Engineer, vol. 2 (1986), table 31, from memory.
+#: Speed reduction of a drill in deep holes: depth in diameters, and the share of the speed at this depth. Source:
+#: Kosilova and Meshcheryakov, Handbook of the Manufacturing Engineer, vol. 2 (1986), table 31, from memory.
 _DEEP = ((3.0, 4.0, 5.0, 6.0, 8.0), (1.0, 0.85, 0.75, 0.7, 0.6))
 
 
 @dataclass(frozen=True)
 class ToolWork:
-    """The work of one tool for one part.
+    """The work that one tool does for one part.
 
     Attributes
     ----------
     lives
-        Tool life equations, in ascending order of their lower feed limits.
+        Tool life equations, sorted by their lower feed limits.
     fed, cut
-        Distance at feed, and the part of this distance that is in the material, mm.
+        Distance at feed, and how much of this distance is in the material, mm.
     idle
-        Time of the other moves, s.
+        Time for the other moves, s.
     hole_depth
         Depth of the holes that a drill makes, mm.
     width, depth, teeth
-        Width and depth of cut of a mill, mm, and its number of teeth; a drill counts as one tooth.
+        Width and depth of cut of a mill, mm, and the number of its teeth. A drill counts as one tooth.
     """
 
     tool: Tool
@@ -66,12 +67,12 @@ class ToolWork:
 
 
 class Prices(NamedTuple):
-    """Prices and times for the cost of a part.
+    """Prices and times that determine the cost of a part.
 
     Attributes
     ----------
     rate
-        Cost of machine and operator per second.
+        Cost of the machine and its operator per second.
     tool, change
         Cost of a worn tool, and time to replace it, s.
     longest
@@ -85,7 +86,7 @@ class Prices(NamedTuple):
 
 
 class CuttingResults(NamedTuple):
-    """Results for many pairs of speed and feed, with one array for each quantity of `CuttingPoint`."""
+    """Results for many pairs of speed and feed. There is an array for each quantity of `CuttingPoint`."""
 
     rpm: Floats
     feed: Floats
@@ -104,22 +105,22 @@ class CuttingResults(NamedTuple):
         return CuttingResults(*(column[selection] for column in self))
 
     def points(self) -> tuple[CuttingPoint, ...]:
-        """Return a separate object for each pair of speed and feed."""
+        """Convert the results to one object per pair of speed and feed."""
         return tuple(CuttingPoint(*row) for row in zip(*(column.tolist() for column in self), strict=True))
 
 
 def deep_hole_factor(depth: float, diameter: float) -> float:
-    """Return the factor on the speed of a drill for a hole depth: 1 up to three diameters, falling to 0.6 at eight
-    diameters.
+    """Return the factor by which the speed of a drill is reduced in a deep hole.
+
+    It is 1 up to a depth of three diameters, and falls to 0.6 at eight diameters.
     """
     return float(np.interp(depth / diameter, *_DEEP))
 
 
 def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
-    """Return the tool life, s, at each speed, mm/s, and chip thickness, mm.
+    """Return the tool life, s, for each pair of speed, mm/s, and chip thickness, mm.
 
-    The tool life equation whose feed range contains the chip thickness applies; the first equation also covers thinner
-    chips.
+    Each tool life equation covers a range of feeds. The first equation also covers thinner chips.
     """
     depth_factor = deep_hole_factor(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
     seconds = np.empty_like(speed)
@@ -136,7 +137,7 @@ def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
 def cutting_results(
     work: ToolWork, material: WorkMaterial, prices: Prices, rpm: Floats, feed: Floats, efficiency: float
 ) -> CuttingResults:
-    """Return the results of pairs of speed, 1/min, and feed, mm/s, for one part."""
+    """Compute the results for pairs of speed, 1/min, and feed, mm/s, for one part."""
     diameter = work.tool.diameter
     speed = math.pi * diameter * rpm / SECONDS_PER_MINUTE
     chip = SECONDS_PER_MINUTE * feed / (rpm * work.teeth)
@@ -157,7 +158,8 @@ def cutting_results(
 def index_of_best(results: CuttingResults, objective: str) -> int:
     """Return the index of the best result for an objective.
 
-    Ties are broken by the other objectives (time, then cost, then life), and then by the lower spindle speed.
+    If several results are equal, the other objectives decide (time, then cost, then life), and then the lower spindle
+    speed.
     """
     keys = {
         "time": (results.time, results.cost, -results.life),

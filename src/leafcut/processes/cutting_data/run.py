@@ -1,5 +1,6 @@
-"""Choose speeds and feeds for a part, given the work of each tool and the speeds of the machine, and build the Pareto
-front.
+"""Choose speeds and feeds for a part and build the Pareto front.
+
+The choice depends on the work of each tool and on the speeds of the machine.
 """
 
 from __future__ import annotations
@@ -38,31 +39,31 @@ from leafcut.units import SECONDS_PER_MINUTE, format_time
 if TYPE_CHECKING:
     from leafcut.read import Input
 
-#: Minimum chip thickness as a share of the maximum. With a thinner chip, the tool rubs more than it cuts (estimate).
+#: Minimum chip thickness as a share of the maximum. If the chip is thinner, the tool rubs more than it cuts (estimate).
 _LEAST_CHIP = 0.25
-#: Chip thickness of high-speed steel mills, as a share of the chip thickness of carbide mills in catalogues: they bend
-#: and break sooner (estimate).
+#: Chip thickness for mills of high-speed steel, as a share of the chip thickness for carbide mills in catalogues. Mills
+#: of high-speed steel bend and break sooner (estimate).
 _HSS_MILL_CHIP = 0.5
 _SECONDS_PER_HOUR = 3600.0
-#: Default cost of machine and operator per hour, in any currency.
+#: Default cost of the machine and its operator per hour, in any currency.
 _SHOP_RATE = 60.0
-#: Default cost of a worn tool whose library has no `life_cost`, same currency (estimate).
+#: Default cost of a worn tool if the library states no `life_cost`, in the same currency (estimate).
 _TOOL_COST = 10.0
-#: Time from one hole to the next without a drawing, including retract and approach, s (estimate).
+#: Time to get from one hole to the next if there is no drawing, including retract and approach, s (estimate).
 _MOVE = 1.5
 #: Length of cut of an end mill, mm. The best speeds and feeds do not depend on it.
 _CUT_LENGTH = 1000.0
 #: Time to replace a worn tool and to set its length, s (estimate).
 _WORN_CHANGE = 120.0
-#: Longest tool life assumed, s: a tool is replaced after half a shift.
+#: Longest tool life that is assumed, s. A tool is replaced after half a shift.
 _MAX_LIFE = 14_400.0
-#: Minimum tool life, seconds in the cut; tools with a shorter life would be changed too often.
+#: Minimum tool life, seconds in the cut. A tool with a shorter life would be changed too often.
 _LEAST_LIFE = 300.0
-#: Steps of the spindle speed, 1/min, and of the feed rate, mm/s: finer than any chart of cutting data.
+#: Steps of the spindle speed, 1/min, and of the feed rate, mm/s. They are finer than in any chart of cutting data.
 _RPM_STEP, _FEED_STEP = 10.0, 5.0 / 60.0
-#: Default depth of a mill's cut, diameters.
+#: Default depth of cut of a mill, in diameters.
 _DEPTH = 0.5
-#: Number of combinations in a batch, maximum number of combinations, and maximum number of speeds.
+#: Number of combinations in a batch, maximum total number of combinations, and maximum number of speeds.
 _BATCH_SIZE, _MAX_CANDIDATES, _MAX_SPEEDS = 200_000, 20_000_000, 1_000_000
 #: Rounding tolerance of the grid of speeds and feeds.
 _ROUNDING_TOLERANCE = 1e-9
@@ -71,16 +72,16 @@ _ROUNDING_TOLERANCE = 1e-9
 def cutting_data(
     drawing: Input | None, settings: Settings, objective: str, progress: OnProgress | None = None
 ) -> CuttingData:
-    """Return the Pareto-optimal speeds and feeds for the tools of a part, and the choice for an objective.
+    """Choose the Pareto-optimal speeds and feeds for the tools of a part, and the best of them for an objective.
 
     Raises
     ------
     ReadError
-        The drawing cannot be read.
+        If the drawing cannot be read.
     OptionError
-        The material is missing or unknown.
+        If the material is missing or unknown.
     PlanError
-        No tool has a known tool life in the material, or a limit excludes all speeds and feeds.
+        If no tool has a known tool life in the material, or if a limit excludes all speeds and feeds.
     """
     if objective not in OBJECTIVES:
         raise OptionError(f"--objective: unknown value '{objective}'{name_suggestion(objective, OBJECTIVES)}")
@@ -117,7 +118,7 @@ def _tool_fronts(
     objective: str,
     issues: list[Issue],
 ) -> list[ToolFront]:
-    """Return the Pareto fronts of all tools. A tool without a front is reported as an issue.
+    """Return the Pareto fronts of all tools. If a tool has no front, an issue is added.
 
     Raises PlanError if no tool has a front.
     """
@@ -146,8 +147,9 @@ def _tool_works(
     issues: list[Issue],
     progress: OnProgress | None,
 ) -> Iterator[tuple[ToolWork, ToolMaterial]]:
-    """Yield the work of each tool, and the material of the tool. Tools for which no speeds can be chosen are reported
-    as issues.
+    """Yield the work of each tool, and the material of the tool.
+
+    If no speeds can be chosen for a tool, an issue is added instead.
     """
     options = settings.of(SpeedOptions)
     if drawing is None:
@@ -171,7 +173,7 @@ def _tool_works(
 
 
 def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
-    """Raise PlanError for a tool without a tool life equation; the message names the tools that have one."""
+    """Raise PlanError if a tool has no tool life equation. The message names the tools that have one."""
     if material.lives_of(work, kind):
         return
     known = [candidate.value for candidate in ToolMaterial if material.lives_of(work, candidate)]
@@ -184,9 +186,7 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
 
 
 def _check_tool(work: ToolWork) -> None:
-    """Raise PlanError for a drill whose flutes are shorter than its holes, and for a mill with an unknown number of
-    teeth.
-    """
+    """Raise PlanError if the flutes of a drill are shorter than its holes, or if a mill states no number of teeth."""
     if not work.teeth:
         raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
     flute_length = work.tool.flute_length
@@ -198,8 +198,10 @@ def _check_tool(work: ToolWork) -> None:
 
 
 def _tools_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
-    """Yield each tool with the work of one hole: the number of holes, the distances at feed and in the material, mm,
-    and the time of other moves, s.
+    """Yield each tool with the work that the options describe.
+
+    This is the number of holes, and for one hole, the distances at feed and in the material, mm, and the time of other
+    moves, s.
     """
     job, library = settings.job, library_of(settings, machine)
     if library is not None:
@@ -339,8 +341,8 @@ def non_dominated(values: Floats) -> Mask:
     """Return a mask of the rows of `values`, finite float64[n, 3], that no other row dominates.
 
     A row dominates another row if none of its three numbers is larger, and at least one is smaller. Equal rows do not
-    dominate each other, so either all or none of them are on the front. The rows are sorted by their first number, and
-    the front of the other two numbers is a staircase, which takes O(n log n).
+    dominate each other, so either all of them are on the front or none. The rows are sorted by their first number. The
+    front of the other two numbers is a staircase, so the method takes O(n log n).
 
     Source: H. T. Kung, F. Luccio and F. P. Preparata, On Finding the Maxima of a Set of Vectors, J. ACM 22 (1975), for
     three dimensions.
@@ -356,7 +358,7 @@ def non_dominated(values: Floats) -> Mask:
 
 
 def _non_dominated_rows(rows: list[list[float]]) -> list[bool]:
-    """Return, for each row, whether no earlier row dominates it. The rows are distinct and in lexicographic order."""
+    """For each row, return whether no earlier row dominates it. The rows are distinct and in lexicographic order."""
     seconds: list[float] = []  # ascending
     thirds: list[float] = []  # descending: the smallest third number of all rows whose second is no larger
     kept: list[bool] = []
@@ -378,7 +380,7 @@ def _non_dominated_rows(rows: list[list[float]]) -> list[bool]:
 
 
 class SpeedGrid(NamedTuple):
-    """All pairs of speed, rpm, and feed, mm/s, with a feed per tooth between `least_chip` and `largest_chip`, mm."""
+    """All pairs of speed, rpm, and feed, mm/s, whose feed per tooth is between `least_chip` and `largest_chip`, mm."""
 
     lowest_rpm: float
     highest_rpm: float
@@ -390,7 +392,10 @@ class SpeedGrid(NamedTuple):
     teeth: int = 1
 
     def blocks(self) -> Iterator[tuple[Floats, Floats]]:
-        """Yield all pairs of speed, rpm, and feed, mm/s, in batches. Raises PlanError if there are too many."""
+        """Yield all pairs of speed, rpm, and feed, mm/s, in batches.
+
+        Raises PlanError if there are too many pairs.
+        """
         speeds = self._steps(self.lowest_rpm, self.highest_rpm, self.rpm_step)
         by_rpm = self.teeth / SECONDS_PER_MINUTE
         first = np.maximum(np.ceil(self.least_chip * by_rpm * speeds / self.feed_step - _ROUNDING_TOLERANCE), 1.0)
@@ -417,7 +422,7 @@ class SpeedGrid(NamedTuple):
 
     @staticmethod
     def _steps(low: float, high: float, step: float) -> Floats:
-        """Return the multiples of a step between `low` and `high`, or else `high` alone."""
+        """Return the multiples of a step between `low` and `high`. If there are none, return `high` alone."""
         first, last = max(math.ceil(low / step - _ROUNDING_TOLERANCE), 1), math.floor(high / step + _ROUNDING_TOLERANCE)
         if last - first >= _MAX_SPEEDS:
             raise PlanError(f"{last - first:.3g} spindle speeds are too many; lower the machine's spindle.max_speed")
@@ -426,10 +431,14 @@ class SpeedGrid(NamedTuple):
 
 @dataclass
 class CuttingLimit:
-    """A limit of speeds and feeds, and its effect on the candidates.
+    """A limit on speeds and feeds, with a record of how it affects the candidates.
 
-    `alone` states whether any candidate is within this limit, regardless of the other limits. `nearest` is the value of
-    the candidate that comes closest to the limit.
+    Attributes
+    ----------
+    alone
+        Whether at least one candidate is within this limit, regardless of the other limits.
+    nearest
+        Value of the candidate that comes closest to the limit.
     """
 
     quantity: str
@@ -442,7 +451,10 @@ class CuttingLimit:
     nearest: float = field(default=math.nan)
 
     def holds(self, results: CuttingResults) -> Mask:
-        """Return a mask of the candidates within the limit, and record the value that comes closest to it."""
+        """Return a mask of the candidates within the limit.
+
+        The method also records which value comes closest to the limit.
+        """
         values = self.values_of(results)
         within: Mask = values >= self.value if self.at_least else values <= self.value
         best = float(values.max() if self.at_least else values.min())
@@ -451,7 +463,7 @@ class CuttingLimit:
 
 
 def within_limits(limits: list[CuttingLimit], results: CuttingResults) -> Mask:
-    """Return a mask of the candidates within all limits, and record the effect of each limit."""
+    """Return a mask of the candidates that are within all limits. Each limit records its effect."""
     allowed = np.ones(len(results.rpm), dtype=bool)
     for limit in limits:
         mask = limit.holds(results)
@@ -463,8 +475,7 @@ def within_limits(limits: list[CuttingLimit], results: CuttingResults) -> Mask:
 def limit_error(label: str, limits: list[CuttingLimit]) -> PlanError:
     """Return an error that names the limit that excludes all candidates.
 
-    Usually a single limit excludes them all, because a slower spindle with a thinner chip improves every limited
-    quantity.
+    Usually there is only one such limit, because a slower spindle with a thinner chip improves every limited quantity.
     """
     for limit in limits:
         if not limit.alone:
@@ -485,14 +496,14 @@ def work_of_drawing(
 ) -> list[tuple[Tool, int, float, float, float]]:
     """Return the work of each tool that drills a drawing, in order.
 
-    Each entry contains the tool, the number of its holes, its distance at feed, mm, its distance in the material, mm,
-    and the time of its other moves, s. The drawing is planned and ordered as by `leafcut drill`. Only the distance in
-    the material wears a tool; the feed from the R plane to the surface does not.
+    The drawing is planned and ordered as by `leafcut drill`. Each entry contains the tool, the number of its holes, its
+    distance at feed, mm, its distance in the material, mm, and the time of its other moves, s. Only the distance in the
+    material wears a tool. The feed from the R plane to the surface does not.
 
     Raises
     ------
     ReadError, OptionError, PlanError, PostError, VerifyError
-        The drawing cannot be drilled.
+        If the drawing cannot be drilled.
     """
     from leafcut.timing.toolpath import time_rows
 

@@ -1,4 +1,7 @@
-"""Write a tool library with the chosen speeds and feeds: the user's library with changed values, or a new library."""
+"""Write a tool library with the chosen speeds and feeds.
+
+This is either the user's library with changed values, or a new library.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +20,9 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 
 def library_text(data: CuttingData, settings: Settings, file: str | Path) -> str:
-    """Return the tool library with the chosen speeds and feeds as TOML.
+    """Return a tool library in TOML with the chosen speeds and feeds.
 
-    The user's own TOML library keeps its comments and order; only feeds, speeds and the schema change. Raises
+    A TOML library of the user keeps its comments and its order. Only feeds, speeds and the schema change. Raises
     OptionError if the file name does not end in .toml.
     """
     from leafcut.processes.job import library_of
@@ -76,7 +79,7 @@ def _speeds(point: CuttingPoint) -> dict[str, str]:
 
 
 def _library_entries(tool: Tool) -> Iterator[tuple[str, Any]]:
-    """Yield the keys and values that define a tool, in the format of `leafcut.read.tools`."""
+    """Yield the keys and values that define a tool, in the format that `leafcut.read.tools` reads."""
     yield "number", tool.number
     yield "kind", tool.kind.value
     if tool.name:

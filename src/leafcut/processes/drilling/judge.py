@@ -1,6 +1,7 @@
 """Check that a program drills each hole of the drawing once, at the right position and depth, with the right tool.
 
-This module computes tools, depths and positions with its own code, so that it does not repeat an error of the planner.
+This module has its own code to compute tools, depths and positions. If it shared code with the planner, it would repeat
+the errors of the planner.
 """
 
 from __future__ import annotations
@@ -32,26 +33,26 @@ from leafcut.proof.difference import cap_differences, position_text
 if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
 
-#: Tolerance for floating-point errors of sums and rotations, mm; the rounding of the program's numbers is added.
+#: Tolerance for floating-point errors of sums and rotations, mm. The rounding of numbers in the program is added to it.
 _ARITHMETIC = 2e-6
 #: Point angle of assumed drills, rad: DIN 338, type N.
 _POINT_ANGLE = math.radians(118.0)
-#: Assumed diameter of a hole that is drawn as a point, mm.
+#: Diameter that is assumed for a hole drawn as a point, mm.
 _BARE_POINT = 1.0
-#: Default depth of a centre drill, relative to its diameter.
+#: Default depth of a centre drill as a share of its diameter.
 _CENTRE_SHARE = 0.4
-#: Number of decimals of assumed tool diameters, and the smallest diameter, mm.
+#: Number of decimals of the diameters of assumed tools, and smallest such diameter, mm.
 _DECIMALS, _THINNEST = 4, 1e-4
 _NO_NUMBER = -1
-#: Largest differences between equal diameters or depths, mm, and between equal countersink angles, rad.
+#: Diameters or depths that differ by no more than this count as equal, mm; likewise for countersink angles, rad.
 _SAME, _SAME_ANGLE = 1e-9, math.radians(1.0)
-#: Tolerance on each axis for finding the tool that cuts at a drawn hole, mm; the exact position is compared later.
+#: Tolerance on each axis for matching a tool with a drawn hole, mm. The exact position is compared later.
 _SAME_PLACE = 0.01
-#: Largest deviation of an exact multiple of 90°, in quarter turns.
+#: An angle counts as a multiple of 90° if it deviates by no more than this, in quarter turns.
 _QUARTER_TOLERANCE = 1e-9
-#: Comment that names an assumed tool at its tool change: ``(T1 drill D6.35)``.
+#: Comment at a tool change that names an assumed tool: ``(T1 drill D6.35)``.
 _TOOL_COMMENT = re.compile(r"[(;]\s*T(\d+) (drill|slot-mill) D([\d.]+)\s*(?:\)|$)", re.IGNORECASE | re.MULTILINE)
-#: Motions that never occur in leafcut's drilling programs.
+#: Kinds of motion that never occur in drilling programs written by leafcut.
 _FOREIGN_KINDS = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN, Kind.PROBE)
 
 
@@ -66,7 +67,7 @@ class _Cut(NamedTuple):
 
 
 class _SlotCut(NamedTuple):
-    """A slot that must be cut: both ends, height of the bottom, and maximum depth of a single pass (`step`), mm."""
+    """A cut that a slot requires: both ends, height of the bottom, and maximum depth of a single pass (`step`), mm."""
 
     ends: tuple[tuple[float, float], tuple[float, float]]
     bottom: float
@@ -75,7 +76,7 @@ class _SlotCut(NamedTuple):
 
 
 class _Plunge(NamedTuple):
-    """A plunge at feed in the program: position and lowest height of the tip (mm), tool, and line of the program."""
+    """A plunge in the program: position and lowest height of the tip (mm), tool, and program line."""
 
     x: float
     y: float
@@ -85,7 +86,7 @@ class _Plunge(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """A straight horizontal or sloping cut in the program: start and end (mm), tool, and line of the program."""
+    """A horizontal or sloping straight cut in the program: start and end (mm), tool, and program line."""
 
     start: tuple[float, float, float]
     end: tuple[float, float, float]
@@ -95,9 +96,9 @@ class _Pass(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DrillingRequest:
-    """The user's options, with the part and the surface in the coordinates of the drawing.
+    """The user's options, together with the part and the surface in the coordinates of the drawing.
 
-    `surface` is None for a flat part; `library` is None if tools are assumed.
+    `surface` is None for a flat part, and `library` is None if tools are assumed.
     """
 
     part: Part
@@ -109,7 +110,7 @@ class DrillingRequest:
 
     @cached_property
     def zero(self) -> complex:
-        """The program zero in the mirrored and rotated drawing, as a complex number x + iy, mm."""
+        """The program zero as a complex number x + iy, mm, in the drawing after mirroring and rotation."""
         origin = self.reading.origin
         if origin is None or not len(self.drawn_points):
             return 0j
@@ -122,7 +123,10 @@ class DrillingRequest:
         return complex(x0 if "left" in origin else x1, y0 if "lower" in origin else y1)
 
     def _bounds(self, outline: Part) -> NDArray[np.complex128]:
-        """Return points that span the bounding box of an outline after mirroring and rotation, complex128[n], mm."""
+        """Return points that span the bounding box of an outline, complex128[n], mm.
+
+        The outline is mirrored and rotated first.
+        """
         corners = [complex(hole.x, hole.y) for hole in outline.holes]
         points = [self.rotated(np.array(corners, dtype=np.complex128))]
         side = 1.0 if self.reading.mirror is None else -1.0
@@ -134,7 +138,7 @@ class DrillingRequest:
         return np.concatenate(points)
 
     def rotated(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Mirror and then rotate points of the drawing, which are complex numbers x + iy, mm."""
+        """Mirror points of the drawing, and then rotate them. The points are complex numbers x + iy, mm."""
         if self.reading.mirror == "x":
             points = -points.conj()
         elif self.reading.mirror == "y":
@@ -146,7 +150,7 @@ class DrillingRequest:
 
     @cached_property
     def drawn_points(self) -> NDArray[np.complex128]:
-        """Positions of the holes, followed by both ends of each slot, mirrored and rotated, complex128[n], mm."""
+        """Positions of the holes and then both ends of each slot, after mirroring and rotation, complex128[n], mm."""
         points = [complex(hole.x, hole.y) for hole in self.part.holes]
         points += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
         return self.rotated(np.array(points, dtype=np.complex128))
@@ -159,7 +163,7 @@ class DrillingRequest:
 
     @cached_property
     def triangles(self) -> NDArray[np.float64]:
-        """Corners of the surface's triangles in program coordinates, float64[n, 3, 3], mm."""
+        """Triangles of the surface in program coordinates, float64[n, 3, 3], mm."""
         assert self.surface is not None
         triangles = self.surface.triangles.copy()
         shifted = self.rotated(triangles[:, :, 0] + 1j * triangles[:, :, 1]) - self.zero
@@ -168,7 +172,7 @@ class DrillingRequest:
 
 
 def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: float) -> list[Difference]:
-    """Return the differences between a drilling program and the request.
+    """Compare a drilling program with the request, and return the differences.
 
     `rounding` is the maximum rounding error of the numbers in the program, mm.
     """
@@ -203,7 +207,7 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
 
 
 def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
-    """Yield the plunges that each hole requires, in the order of its tools."""
+    """For each hole, yield the plunges that it requires, in the order of its tools."""
     part, job = request.part, request.job
     steps = [_tools_of(request, used, hole, k) for k, hole in enumerate(part.holes)]
     tops, underside = _hole_tops(request, steps)
@@ -236,7 +240,7 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
 
 
 def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
-    """Yield the cut that each slot requires, from Z0 to its bottom."""
+    """For each slot, yield the cut that it requires, from Z0 to the bottom."""
     job, ends = request.job, request.points[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
     for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
@@ -255,9 +259,10 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
 def _hole_tops(
     request: DrillingRequest, steps: Sequence[Sequence[Tool]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return the heights of the top of each hole and of the underside below it, mm.
+    """Return the height of the top of each hole, mm, and of the underside of the part below it.
 
-    The underside is None unless the holes go through a part with an uneven surface.
+    The underside is only computed if the holes go all the way through a part with an uneven surface. Otherwise, it is
+    None.
     """
     holes = request.part.holes
     drawn = np.array([hole.z for hole in holes], dtype=np.float64)
@@ -281,9 +286,9 @@ def _hole_tops(
 
 
 def _cut_radius(tool: Tool, above: float) -> float:
-    """Return the largest radius that a tool cuts, mm, if material rises `above` mm over the top of the hole.
+    """Return the largest radius that a tool cuts if material rises `above` mm over the top of the hole, mm.
 
-    A centre drill cuts only with its point.
+    A centre drill only cuts with its point.
     """
     if tool.kind is not ToolKind.CENTRE_DRILL or tool.point_angle >= math.pi:
         return 0.5 * tool.diameter
@@ -296,7 +301,7 @@ def _point_length(tool: Tool) -> float:
 
 
 def _tool_name(request: DrillingRequest, tool: Tool) -> str:
-    """Return ``T3`` for tool 3 of a library, or the kind and diameter of an assumed tool, such as ``drill 6.35``."""
+    """Return a name such as ``T3`` for a tool of a library, or ``drill 6.35`` for an assumed tool."""
     return f"{tool.kind.value} {tool.diameter:g}" if request.library is None else f"T{tool.number}"
 
 
@@ -306,7 +311,7 @@ def _assumed_tool(kind: ToolKind, diameter: float) -> Tool:
 
 
 class _ToolsUsed:
-    """The assumed tools of a program, indexed by the positions at which they cut."""
+    """The assumed tools of a program. They can be looked up by the positions at which they cut."""
 
     def __init__(self, request: DrillingRequest, cuts: Sequence[tuple[float, float, str]]) -> None:
         # A drill file of a board specifies its drills exactly.
@@ -319,8 +324,8 @@ class _ToolsUsed:
     def assumed(self, kind: ToolKind, diameter: float, *points: tuple[float, float]) -> Tool:
         """Return the assumed tool for a hole or a slot of the given diameter or width, mm.
 
-        If the tool that cuts at one of the positions has this diameter within the tolerance, return that tool.
-        Otherwise, return a tool of exactly this diameter.
+        The program's tool is returned if it cuts at one of the positions and its diameter is within the tolerance.
+        Otherwise, the result is a tool of exactly the given diameter.
         """
         widths = [diameter]
         for x, y in points:
@@ -332,9 +337,10 @@ class _ToolsUsed:
 
 
 def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
-    """Return the tools that make a hole, in order: the tools of its recipe, or the drill with the nearest diameter.
+    """Return the tools that make a hole, in order.
 
-    If the library has no suitable drill, the returned tool matches no program, so the hole is reported as missing.
+    These are the tools of its recipe, or the drill whose diameter is closest. If the library has no suitable drill, the
+    returned tool matches no tool in the program, so the hole is reported as missing.
     """
     library, tolerance = request.library, request.job.diameter_tolerance
     if library is None:
@@ -363,7 +369,7 @@ def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: in
 
 
 def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tuple[float, float]) -> Tool:
-    """Return the slot mill whose diameter is closest to the width of a slot."""
+    """Return the slot mill whose diameter is closest to the width of the slot."""
     if request.library is None:
         return used.assumed(ToolKind.SLOT_MILL, slot.width, *ends)
     mills = [tool for tool in request.library.tools if tool.kind is ToolKind.SLOT_MILL]
@@ -374,7 +380,7 @@ def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tu
 def _tool_of_wide_part(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
     """Return the tool for a counterbore or countersink.
 
-    Return None if no tool fits, or if the tool would hit material around the top of the hole.
+    Return None if no tool fits, or if the tool would hit the material around the top of the hole.
     """
     if request.library is None or not wide.open:
         return None
@@ -408,16 +414,19 @@ def _tool_of_wide_part(request: DrillingRequest, wide: HoleStep, top: tuple[floa
 
 
 def _assumed_tools(text: str) -> dict[int, str]:
-    """Return the kind and diameter of each assumed tool, by tool number, from the comments at the tool changes."""
+    """Read the comments at the tool changes.
+
+    Return the kind and diameter of each assumed tool, keyed by the tool number.
+    """
     return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _TOOL_COMMENT.findall(text)}
 
 
 def _read_motions(
     path: Toolpath, names: Mapping[int, str] | None
 ) -> tuple[list[_Plunge], list[_Pass], list[Difference]]:
-    """Return the plunges at feed, the sideways cuts, and a difference for each motion that drilling never needs.
+    """Sort the motions of a program into plunges and sideways cuts.
 
-    All pecks of a hole count as one plunge.
+    All pecks of a hole count as one plunge. Any motion that drilling never needs is returned as a difference.
     """
     plunges: list[_Plunge] = []
     passes: list[_Pass] = []
@@ -458,13 +467,13 @@ def _read_motions(
 
 
 class _PointIndex:
-    """Points in the plane, in mm, sorted by x."""
+    """Points in the plane, mm. They are sorted by x."""
 
     def __init__(self, points: Sequence[tuple[float, float]]) -> None:
         self._points = sorted((x, y, k) for k, (x, y) in enumerate(points))
 
     def indices_near(self, x: float, y: float, tolerance: float) -> list[int]:
-        """Return the indices of the points whose distance on each axis is within a tolerance, mm."""
+        """Return the indices of all points that are within a tolerance of (x, y) on both axes, mm."""
         first, last = (bisect_left(self._points, (x + side * tolerance,)) for side in (-2.0, 2.0))
         near = self._points[first:last]
         return sorted(k for u, v, k in near if abs(u - x) <= tolerance and abs(v - y) <= tolerance)
@@ -476,9 +485,10 @@ class _PointIndex:
 def _compare_holes(
     holes: Sequence[Hole], required: Sequence[_Cut], plunges: Sequence[_Plunge], tolerance: float
 ) -> tuple[list[_Plunge], list[Difference]]:
-    """Match plunges to required cuts.
+    """Match the plunges with the required cuts.
 
-    Return the unmatched plunges, and the differences: missing holes, and wrong tools, depths or orders.
+    The function returns the plunges that match no cut, and the differences. A difference is a missing hole, or a wrong
+    tool, depth or order.
     """
     index = _PointIndex([(plunge.x, plunge.y) for plunge in plunges])
     unused = [True] * len(plunges)
@@ -521,9 +531,9 @@ def _compare_holes(
 
 
 def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance: float) -> list[Difference]:
-    """Compare the sideways cuts with the required slots.
+    """Compare the sideways cuts with the required slots, and return the differences.
 
-    Return the differences: missing or repeated slots, passes that are too deep, and cuts that are not drawn.
+    Slots may be missing or cut twice, passes may be too deep, and cuts may not be in the drawing.
     """
     index = _PointIndex([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
     bottom_passes, depths = [0] * len(slots), [0.0] * len(slots)

@@ -1,4 +1,4 @@
-"""Results that only drilling has."""
+"""Results that only drilling produces."""
 
 from __future__ import annotations
 
@@ -12,10 +12,18 @@ from leafcut.model.shown_stock import FixtureBox
 class DrillingDetail:
     """Results of drilling, in addition to the general outcome.
 
-    `low_travel_saved_s` is the time, s, that low travel moves save compared with moves above the highest point; None
-    for a flat part. `thickness`, mm, is None if unknown. `surface` is the surface of the part; None for a plate.
-    `clearance` is the clearance height, mm. `retract` contains the lowest and the highest R plane, mm; None without
-    holes.
+    Attributes
+    ----------
+    low_travel_saved_s
+        Time that low travel moves save compared with moves above the highest point, s; None for a flat part.
+    thickness
+        Thickness of the part, mm; None if unknown.
+    surface
+        Surface of the part; None for a plate.
+    clearance
+        Clearance height, mm.
+    retract
+        Lowest and highest R plane, mm; None if there are no holes.
     """
 
     low_travel_saved_s: float | None = None

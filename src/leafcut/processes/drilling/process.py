@@ -30,7 +30,7 @@ _MAIN_OPTIONS = (
 _JOB_OPTIONS = (
     "break_through", "retract_height", "keep_out", "retract", "diameter_tolerance", "start_point", "end_point", "plan",
 )  # fmt: skip
-#: Suitability of a drawing with layers named for drilling.
+#: How well a drawing suits drilling if its layers are named for drilling.
 _SUITED_BY_NAME = 0.93
 
 
@@ -82,11 +82,11 @@ class Drilling(Process):
     )
 
     def machine_for(self, format_name: str) -> str:
-        """Return the machine for circuit boards if the file is a drill file, otherwise ""."""
+        """Return the machine for circuit boards if the input is a drill file, otherwise ""."""
         return "pcb-drill" if format_name == self.joins else ""
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Rate a drawing by the names of its layers, or else by its share of round holes."""
+        """Rate a drawing by the names of its layers. If the names give no hint, rate it by its share of round holes."""
         from leafcut.processes.suitability import COUNTED, Suitability
 
         if not drawing.n_holes:
@@ -102,7 +102,10 @@ class Drilling(Process):
         return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *masks)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a plan with one stage for each tool. A hole has one choice, and a slot has two, one per direction."""
+        """Plan the drilling of a part, with one stage for each tool.
+
+        A hole has one choice, and a slot has two, one for each direction.
+        """
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
         from leafcut.processes.drilling.spec import nodes_to_visit_first, prepare_drilling
         from leafcut.processes.job import check_dialect_options, check_tool_changes, dialect_of
@@ -130,7 +133,7 @@ class Drilling(Process):
         )
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Generate and time the motion for an order."""
+        """Generate the motion for an order and compute its time."""
         from leafcut.model.plan import Candidate
         from leafcut.timing.toolpath import measure_toolpath
 
@@ -138,7 +141,10 @@ class Drilling(Process):
         return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Compare the program with the planned motion, the limits of the machine, and the drawing."""
+        """Compare the program with the planned motion, the limits of the machine, and the drawing.
+
+        Return the motion that was read back from the program, and the differences.
+        """
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
         from leafcut.processes.zones import crossing_heights
@@ -161,7 +167,7 @@ class Drilling(Process):
         return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(dialect, units))]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return, for each operation, its tool, its cycle, and its holes or slots in the final order."""
+        """For each operation, return its tool, its cycle, and its holes or slots in the final order."""
         from leafcut.model.outcome import OperationOutcome
         from leafcut.processes.drilling.plan.drill_toolpath import targets_in_order
 
@@ -193,7 +199,7 @@ class Drilling(Process):
         return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes, drill_plan.clearance_height, retract)
 
     def report(self, outcome: Outcome[DrillingDetail]) -> DrillingReport:
-        """Return the report of an outcome with its facts and pictures."""
+        """Return the report of an outcome, with its facts and pictures."""
         from leafcut.processes.drilling.report import DrillingReport
 
         return DrillingReport(outcome)

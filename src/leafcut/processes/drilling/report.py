@@ -1,4 +1,4 @@
-"""Report about drilling: the time saved by low travel moves, and the stock for the 3D view."""
+"""The report about drilling. It contains the time that low travel moves save, and the stock for the 3D view."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from leafcut.units import to_fixed
 if TYPE_CHECKING:
     from leafcut.model.shown_stock import ShownStock
 
-#: Minimum time saving that the summary states, s; a smaller saving would read 0.00 s.
+#: The summary states a time saving of at least this, s. A smaller saving would be printed as 0.00 s.
 _LEAST_SAVED = 0.005
-#: Minimum depth below the plate that the summary states, mm.
+#: The summary states a depth below the plate of at least this, mm.
 _LEAST_BELOW = 0.005
 
 
@@ -28,7 +28,7 @@ class DrillingReport(PathReport[DrillingDetail]):
     """Facts and pictures of drilled holes. `PathReport` adds the gap to the lower bound."""
 
     def own_facts(self) -> list[Fact]:
-        """Return facts about tools, the depth of the holes in a plate, heights, and the saved time."""
+        """Return facts about tools, heights, saved time, and the depth of the holes in a plate."""
         return [
             *tool_facts(self.outcome.operations),
             *self._depth(),
@@ -57,7 +57,7 @@ class DrillingReport(PathReport[DrillingDetail]):
         return height_facts(self.outcome.detail.clearance, retract)
 
     def savings(self) -> list[Fact]:
-        """Return the time that low travel moves over a surface save. A negligible saving has no text."""
+        """Return the time that is saved by low travel moves over a surface. A negligible saving has no text."""
         saved = self.outcome.detail.low_travel_saved_s
         if saved is None or saved < _LEAST_SAVED:
             return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]
@@ -65,7 +65,10 @@ class DrillingReport(PathReport[DrillingDetail]):
         return [Fact("low_ways_saved_s", saved, "s", label, Message("Low moves"))]
 
     def stock(self) -> ShownStock:
-        """Return the tools with the surface of the part, or with the plate's bounds and thickness if known."""
+        """Return the tools and the stock.
+
+        The stock is the surface of the part. If there is no surface, it is the plate, as far as its size is known.
+        """
         outcome, stock = self.outcome, super().stock()
         if outcome.detail.surface is not None:
             return ShownStock(

@@ -1,4 +1,4 @@
-"""Prepare a drilling job: the part, its surface and its operations, for planning and for verification."""
+"""Prepare a drilling job. Planning and verification both need the part, its surface and its operations."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 
 
 def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) -> Part:
-    """Return the part with issues about work that the drilling program does not do.
+    """Add issues about work that the drilling program does not do.
 
-    Contours only cause a note if the user requested drilling (`everything` is false). Omitted concentric circles only
-    cause a note if the user chose which of the circles to drill.
+    If the user asked for drilling (`everything` is false), contours only cause a note. If the user chose which of
+    several concentric circles to drill, the omitted circles only cause a note as well.
     """
     chosen = "concentric" in job.settings.given
     issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
@@ -55,7 +55,7 @@ def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) ->
 
 
 def _issues_of_layers(part: Part) -> list[Issue]:
-    """Return a warning for each layer of holes whose name refers to pockets."""
+    """Warn about each layer of holes whose name suggests pockets."""
     is_other = layer_matcher((*POCKET_NAMES, *ISLAND_NAMES))
     issues = []
     for layer, number in Counter(hole.layer for hole in part.holes).items():
@@ -71,7 +71,7 @@ def _issues_of_layers(part: Part) -> list[Issue]:
 
 
 def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
-    """Load the surface and the fixture, in the coordinates of the part as it was read."""
+    """Load the surface and the fixture. Both use the coordinates of the part as it was read."""
     drill_options, solid_number = job.settings.of(DrillOptions), job.settings.read.solid
     if drill_options.surface is None and drill_options.fixture is None and not part.has_hole_depths:
         return None, None
@@ -97,9 +97,9 @@ def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[M
 
 
 def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> tuple[DrillPlan, DrillingRequest]:
-    """Return the drilling plan, and the request with which verification compares the program.
+    """Return the drilling plan, and the request that the verification compares with the program.
 
-    If `everything`, contours and pockets count as missing work, because the user did not explicitly request drilling.
+    If `everything` is set, the user did not ask for drilling explicitly, so contours and pockets count as missing work.
     """
     tools = job.settings.job.tools
     if "material" in job.settings.asked and tools is not None:
@@ -162,10 +162,16 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
 
 
 def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
-    """Read an order file. Return the nodes to visit first, in order, for each operation; empty without a file.
+    """Read an order file, and return the nodes that each operation must visit first, in order.
 
-    A node is an index in the routing problem of the operation. Raises ReadError if the file is not an order file, and
-    PlanError if it belongs to another drawing, contains an unknown hole, or contains a hole twice.
+    Without a file, the result is empty. A node is an index in the routing problem of the operation.
+
+    Raises
+    ------
+    ReadError
+        If the file is not an order file.
+    PlanError
+        If the file belongs to another drawing, or if it contains an unknown hole or the same hole twice.
     """
     if path is None:
         return {}

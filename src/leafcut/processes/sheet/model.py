@@ -1,4 +1,4 @@
-"""Results of cutting a sheet: its cuts in up to three orders, with their times and costs."""
+"""The result of planning a sheet: the cuts in up to three orders, with their times and costs."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from leafcut.model.cutting import CutMeasures, CutPlan
 
 @dataclass(frozen=True)
 class SheetDetail:
-    """The cuts of a sheet in three orders: the order of the input, the nearest-neighbour order (or None), and the order
-    of the program.
+    """The cuts of a sheet in up to three orders.
+
+    These are the order of the input, the nearest-neighbour order (or None), and the order in the program.
     """
 
     plans: tuple[CutPlan, CutPlan | None, CutPlan]
 
     @property
     def plan(self) -> CutPlan:
-        """The cuts in the order of the program."""
+        """The cuts in the order in which the program makes them."""
         return self.plans[-1]
 
     @property

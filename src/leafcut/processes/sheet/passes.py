@@ -1,7 +1,8 @@
-"""Passes that adjust the order of cuts after the search, which ignores effects between cuts, such as heat.
+"""Passes that adjust the order of the cuts after the search.
 
-`PASSES` lists the passes in sequence. Each pass does a bounded amount of work, stops at the time limit of the job, and
-returns a valid order (`CutSequence`).
+The search ignores effects between cuts, such as heat, so these passes deal with them afterwards. `PASSES` lists the
+passes in sequence. Each pass does a bounded amount of work, stops when the job runs out of time, and returns a valid
+order (`CutSequence`).
 """
 
 from __future__ import annotations
@@ -42,10 +43,10 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.detached_parts import DetachableParts
     from leafcut.processes.sheet.plan.starts import CutStart
 
-#: For the search for an order in which no leads meet: maximum number of searches, and maximum number of cuts.
+#: Limits for the search that keeps leads apart: maximum number of searches, and maximum number of cuts on the sheet.
 MAX_SEARCHES, MAX_CUTS_OF_SEARCH = 2, 1000
 
-#: Share of the remaining time that such a search may use; the rest is for moving starts.
+#: Share of the remaining time that a search to keep leads apart may use. The rest is left for moving starts.
 SEARCH_SHARE = 0.9
 
 #: Maximum number of orders whose motion is cached.
@@ -59,17 +60,19 @@ class SheetWork:
     Attributes
     ----------
     drawn
-        The sheet before holes and notches were divided, for verification.
+        The sheet before narrow holes and notches were divided. The verification needs it.
     cutting
         All cuts, including chains.
     given
-        The order of the drawing or of the plan file, with only the chains of the plan file.
+        The cuts in the order of the drawing or of the plan file. It contains no chains except the ones in the plan
+        file.
     nearest
         The nearest-neighbour order, without chains.
     planned
-        The plan file, if all its choices fit.
+        The plan file, if the cuts can follow all its choices.
     order_fixed
-        Whether no other order may replace the order of the search, because of heat, or bands with a plan file.
+        Whether the order from the search must be kept. This is the case if heat matters, or if a plan file is used
+        together with bands.
     parts
         The parts that the head may hit because it stays down between cuts; None if the head retracts.
     motions
@@ -96,7 +99,7 @@ class SheetWork:
 
 
 def slide(plan: Plan, order: Order) -> Order:
-    """Move the start points along their contours to shorten travel."""
+    """Move the start points along their contours, so that travel gets shorter."""
     cuts = cuts_in_order(plan, order)
     plan.job.report(Message("refining the starts"))
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
@@ -105,9 +108,10 @@ def slide(plan: Plan, order: Order) -> Order:
 
 
 def avoid_hot_starts(plan: Plan, order: Order) -> Order:
-    """Keep starts away from the hot metal around the previous start.
+    """Keep starts away from metal that the previous cut has just heated.
 
-    A cut that would start there gets another start point or another position in the order.
+    If a cut would start in hot metal, this pass chooses another start point or moves the cut to another position in the
+    order.
     """
     cuts, options = cuts_in_order(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0:
@@ -119,12 +123,16 @@ def avoid_hot_starts(plan: Plan, order: Order) -> Order:
 
 
 def pierce_in_metal(plan: Plan, order: Order) -> Order:
-    """Move start points whose pierce is in the kerf of an earlier cut."""
+    """Move a start point if its pierce would fall into the kerf of an earlier cut."""
     return _with_cuts(order, clear_pierces_of_kerfs(cuts_in_order(plan, order), plan.work.head))
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
-    """Move start points whose leads meet, or search again without such start points. Return the faster order."""
+    """Resolve conflicts between the leads of different cuts.
+
+    The pass tries two remedies: it moves the start points, and it repeats the search without the start points that
+    conflict. It returns the faster of the two orders.
+    """
     before, best = cuts_in_order(plan, order).starts, _move_leads_apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
     best = keep_nearest(plan, best)
@@ -153,7 +161,10 @@ def _move_leads_apart(plan: Plan, order: Order) -> Order:
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
-    """Cut outlines only after the travel moves over their parts, for a head that stays down between cuts."""
+    """Postpone outlines until the head no longer has to travel over their parts.
+
+    This only matters for a head that stays down between cuts.
+    """
     work, cuts = plan.work, cuts_in_order(plan, order)
     if work.parts is None or work.order_fixed or work.planned is not None:
         return order
@@ -181,9 +192,9 @@ def detached_nearest(plan: Plan) -> Order:
 
 
 def keep_nearest(plan: Plan, order: Order) -> Order:
-    """Return the order, or the nearest-neighbour order if that is faster.
+    """Return the nearest-neighbour order if it is faster than the given order, otherwise the given order.
 
-    This comparison uses a more detailed time model than the search.
+    The comparison uses a more detailed time model than the search.
     """
     objective, known = plan.job.settings.solve.objective, Order((plan.work.nearest,))
     if plan.work.order_fixed or not _may_be_nearest(plan):
@@ -192,16 +203,15 @@ def keep_nearest(plan: Plan, order: Order) -> Order:
 
 
 def _may_be_nearest(plan: Plan) -> bool:
-    """Return whether the nearest-neighbour order, which has no chains, may replace the order of the search."""
     work, searches = plan.work, plan.job.settings.solve.algorithm == "auto"
     return searches and work.planned is None and work.nearest.cutting is work.cutting
 
 
 def keep_given(plan: Plan, order: Order) -> Order:
-    """Return the order, or a faster alternative with no more moves across or near detached parts.
+    """Return the fastest of several orders, without adding moves across or near detached parts.
 
-    The alternatives are the order of the drawing or of the plan file, and the nearest-neighbour order after
-    `detach_later`.
+    The pass compares the given order with the order of the drawing or of the plan file, and with the nearest-neighbour
+    order after `detach_later`.
     """
     work = plan.work
     if work.order_fixed:
@@ -217,7 +227,11 @@ def keep_given(plan: Plan, order: Order) -> Order:
 
 
 def _rank(plan: Plan, order: Order) -> tuple[int, int, float]:
-    """Return the number of moves across detached parts, the number of moves close to them, and the cost."""
+    """Return the key by which orders are compared.
+
+    The key contains the number of moves across detached parts, the number of moves close to detached parts, and the
+    cost.
+    """
     candidate = cached_motion(plan, order)
     cuts = candidate.detail[0]
     return cuts.crossings or 0, cuts.close, candidate.cost(plan.job.settings.solve.objective)
@@ -237,9 +251,9 @@ PASSES: tuple[Pass, ...] = (
 
 
 def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutStart]) -> tuple[Stage, ...]:
-    """Return one stage for each band of the sweep; each stage starts where the previous band ends.
+    """Create one stage for each band of the sweep. Each stage starts where the previous band ends.
 
-    `known` is an order of all cuts, from which each stage takes its given order.
+    `known` is an order of all cuts. Each stage uses its part of this order as the given order.
     """
     groups = bands(cutting, job.settings.of(CutOptions))
     stages = []
@@ -254,14 +268,14 @@ def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutS
 
 
 def cuts_in_order(plan: Plan, order: Order) -> CutSequence:
-    """Return the cuts in a given order, which may come from the search or from a pass."""
+    """Convert an order to a sequence of cuts. The order may come from the search or from a pass."""
     if len(order.choices) == 1 and isinstance(order.choices[0], CutSequence):
         return order.choices[0]
     return sequence_of(plan.job, plan.work.cutting, order.choices)
 
 
 def sequence_of(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) -> CutSequence:
-    """Return the cuts of a search result; `choices` contains the chosen starts of each band, in order."""
+    """Return the cuts of a search result. For each band, `choices` lists the chosen starts in order."""
     groups = bands(cutting, job.settings.of(CutOptions))
     starts = [
         own[int(node)]
@@ -277,9 +291,9 @@ def _with_cuts(order: Order, cuts: CutSequence) -> Order:
 
 
 def cached_motion(plan: Plan, order: Order) -> Candidate:
-    """Return the motion of an order, from the cache if possible.
+    """Return the motion of an order. Recent results are cached.
 
-    Its `detail` is a pair of `CutPlan` and `HeadRoutes`; the routes are None for a head that retracts.
+    The `detail` of the result is a pair of `CutPlan` and `HeadRoutes`. If the head retracts, the routes are None.
     """
     cuts, known = cuts_in_order(plan, order), plan.work.motions
     made: Candidate = known.pop(cuts, None) or _generate_motion(plan, cuts)
@@ -313,7 +327,7 @@ def _cut_seconds(path: Toolpath, rows: Sequence[slice], machine: Machine) -> lis
 
 
 def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
-    """Return issues about starts in hot metal, starts beyond the sheet, and parts that the head may hit."""
+    """Report starts in hot metal, starts beyond the edge of the sheet, and parts that the head may hit."""
     (cut_plan, routes), apart, issues = best.detail, plan.job.settings.of(CutOptions).heat_distance, list[Issue]()
     if apart > 0.0:
         issues.append(heat_issue(cuts_in_order(plan, best.order).starts, apart))

@@ -1,4 +1,4 @@
-"""Write cutting programs for a torch or a beam, with the commands in the table ``[torch]`` of a dialect."""
+"""Write cutting programs for a torch or a beam. The commands come from the table ``[torch]`` of a dialect."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.post.row_writer import Writer
 from leafcut.post.words import format_number
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Number of decimals of a percentage; 0.1 % of a feed is negligible.
+#: Number of decimals of a feed percentage. An error of 0.1 % is negligible.
 _PERCENT_DECIMALS = 1
 _SAME_FEED = 1e-3
 
@@ -23,11 +23,11 @@ _SAME_FEED = 1e-3
 def write_cut_program(
     plan: CutPlan, path: Toolpath, dialect: Dialect, options: PostOptions, header: Sequence[str] = ()
 ) -> str:
-    """Return the program that cuts a sheet.
+    """Write the program that cuts a sheet.
 
-    The program passes the cutting data of the plan to the controller, and omits actions that the controller performs
-    itself (`gcode.torch`). In a dialect without a table for torches, M3 and M5 switch the torch like a spindle. Raises
-    PostError if the controller does not have a command that the toolpath needs.
+    The program passes the cutting data of the plan to the controller, and leaves out actions that the controller
+    performs itself (`gcode.torch`). If a dialect has no table for torches, M3 and M5 switch the torch as if it were a
+    spindle. Raises PostError if the toolpath needs a command that the controller does not have.
     """
     lines = header if options.header else ()
     marks = bool(((path.kind == Kind.SPINDLE) & (path.ref != 0)).any())
@@ -39,7 +39,7 @@ def write_cut_program(
 
 
 def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
-    """Raise PostError for work that the dialect cannot express: marks, kerf compensation, or a material number."""
+    """Raise PostError if the dialect does not support marks, kerf compensation, or a material number."""
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
         raise PostError(
@@ -58,8 +58,6 @@ def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensa
 
 
 class _TorchWriter(Writer):
-    """Writes the rows of a toolpath with the commands of a torch."""
-
     def __init__(self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions) -> None:
         super().__init__(convert_for_controller(path, dialect), dialect, options)
         self.plan, self.torch = plan, torch
@@ -106,7 +104,7 @@ class _TorchWriter(Writer):
             self.out.lines.append(self._material_comment())
 
     def _material_comment(self) -> str:
-        """Return the material comment for QtPlasmaC; ``o=0`` limits the material to this program."""
+        """Return the material comment for QtPlasmaC. The setting ``o=0`` applies the material to this program only."""
         data, length = self.plan.data, self.numbers.length
         figures = {
             "kw": length(data.kerf),
@@ -132,7 +130,10 @@ class _TorchWriter(Writer):
         super()._arc(row)
 
     def _set_feed_share(self, row: Motion) -> None:
-        """Write the feed of a row as a percentage of the feed in the chart (M67), if the percentage changes."""
+        """Write the feed of a row as a percentage of the feed in the chart (M67).
+
+        Nothing is written if the percentage stays the same.
+        """
         if self.torch.feed_output is None or self.lit is None:
             return
         percent = self._feed_share(row)
@@ -144,7 +145,10 @@ class _TorchWriter(Writer):
         self.percent = percent
 
     def _feed_share(self, row: Motion) -> float:
-        """Return the feed of a row as a percentage of the feed in the chart, or 100 if the F word states the feed."""
+        """Return the feed of a row as a percentage of the feed in the chart.
+
+        If the F word states the feed, return 100.
+        """
         percent = round(100.0 * row.value / self.plan.data.feed, _PERCENT_DECIMALS)
         assert self.lit is not None
         marks = self.lit.ref != 0
@@ -187,7 +191,7 @@ class _TorchWriter(Writer):
         self.out.write(f"T{row.ref}", "M6")
 
     def _activate_offset(self, row: Motion) -> None:
-        """Write the tool offset. The next move will contain both X and Y, which activates the offset."""
+        """Write the tool offset, and make the next move contain both X and Y, which activates the offset."""
         self.out.write("G43", f"H{row.ref}")
         self.out.forget(["motion", *"XY"])
         for axis in range(2):
@@ -224,7 +228,7 @@ class _TorchWriter(Writer):
         self._forget_height()
 
     def _shift(self, row: Motion) -> None:
-        """Write the height at which the probe tripped as the new Z, or cancel this shift."""
+        """Set Z to the height at which the probe tripped, or cancel this shift."""
         self._forget_height()
         if math.isnan(row.end[2]):
             self.out.write("G92.1")
@@ -243,7 +247,7 @@ class _TorchWriter(Writer):
 
 
 def _first_compensated(path: Toolpath) -> Iterator[Motion]:
-    """Yield the first cutting move after each activation of cutter compensation by the controller."""
+    """Yield the first cutting move each time after the controller switches cutter compensation on."""
     waiting, on = False, False
     for row in path:
         if row.kind is Kind.RADIUS:

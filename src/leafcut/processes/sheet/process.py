@@ -43,7 +43,7 @@ _MAIN = (
 )  # fmt: skip
 _CUT = ("chains", "common_lines", "chart", "nozzle", "cut_speed")
 _JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "plan")
-#: Suitability of a drawing in which the name of a layer suggests a sheet.
+#: How well a drawing suits sheet cutting if the name of a layer suggests a sheet.
 _BY_NAME = 0.95
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 
@@ -90,8 +90,9 @@ class SheetCutting(Process):
         return with_cutting_machine(settings)
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the suitability of a drawing for cutting. It is high if the name of a layer suggests a sheet, and
-        otherwise depends on the share of outlines.
+        """Rate how well a drawing suits sheet cutting.
+
+        The rating is high if the name of a layer suggests a sheet. Otherwise, it depends on the share of outlines.
         """
         from leafcut.processes.suitability import COUNTED, Suitability
 
@@ -105,38 +106,44 @@ class SheetCutting(Process):
         return Suitability(COUNTED * drawing.share_of_outlines, "outlines", drawing.figures, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a plan with a stage for each band of the sweep, and a choice for each start and direction of a cut."""
+        """Plan the cutting of a sheet.
+
+        The plan has a stage for each band of the sweep, and a choice for each start and direction of a cut.
+        """
         from leafcut.processes.sheet.spec import plan_sheet
 
         return plan_sheet(job, sources[0])
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """The passes that adjust the order found by the search (`passes.PASSES`)."""
+        """The passes that adjust the order after the search (`passes.PASSES`)."""
         from leafcut.processes.sheet.passes import PASSES
 
         return PASSES
 
     def given(self, plan: Plan) -> Candidate:
-        """Return the motion in the order of the drawing or of the plan file."""
+        """Return the motion in the order that the drawing or the plan file gives."""
         from leafcut.model.plan import Order
 
         return self.generate(plan, Order((plan.work.given,)))
 
     def nearest(self, plan: Plan) -> Candidate:
-        """Return the motion in nearest-neighbour order, which avoids detached parts like the order of the search."""
+        """Return the motion in nearest-neighbour order.
+
+        It avoids detached parts in the same way as the order from the search.
+        """
         from leafcut.processes.sheet.passes import detached_nearest
 
         return self.generate(plan, detached_nearest(plan))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion for an order of cuts."""
+        """Generate the motion for an order of cuts."""
         from leafcut.processes.sheet.passes import cached_motion
 
         return cached_motion(plan, order)
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
-        """Return the program for a torch or a beam."""
+        """Write the program for a torch or a beam."""
         from leafcut.processes.header import header_lines
         from leafcut.processes.sheet.post import write_cut_program
 
@@ -146,7 +153,10 @@ class SheetCutting(Process):
         )
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Return where the program deviates from the planned motion, the limits of the machine or the drawing."""
+        """Compare the program with the planned motion, the limits of the machine and the drawing.
+
+        Return the motion that was read back from the program, and the differences.
+        """
         from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
         from leafcut.processes.sheet.proof.sheet import check_sheet
         from leafcut.processes.sheet.proof.sheet_shapes import check_divided
@@ -165,7 +175,7 @@ class SheetCutting(Process):
         return written, problems
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the result of each search, which orders all cuts or the cuts of one band."""
+        """Return the result of each search. A search orders either all cuts or the cuts of one band."""
         from leafcut.model.outcome import OperationOutcome
 
         data = plan.work.torch.data
@@ -173,26 +183,27 @@ class SheetCutting(Process):
         return tuple(OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes)) for s in best.order.solutions)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return issues about starts in hot metal or beyond the sheet, and about parts that the head may hit."""
+        """Report starts in hot metal or beyond the sheet, and parts that the head may hit."""
         from leafcut.processes.sheet.passes import order_issues
 
         return order_issues(plan, best)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> SheetDetail:
-        """Return the cuts in the order of the input, in nearest-neighbour order and in the best order, with times and
-        costs.
+        """Return the cuts in three orders, with times and costs.
+
+        These are the order of the input, the nearest-neighbour order, and the best order.
         """
         from leafcut.processes.sheet.model import SheetDetail
 
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
     def other_outputs(self, settings: Settings) -> list[Path]:
-        """Return the path of the plan file to be written, if the user requested one."""
+        """Return the path of the plan file if the user asked for a plan file, otherwise an empty list."""
         plan = settings.of(CutOptions).save_plan
         return [plan] if plan else []
 
     def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
-        """Return the text of the plan file by its path, if the user requested one."""
+        """Return the text of the plan file, keyed by its path, if the user asked for a plan file."""
         plan = settings.of(CutOptions).save_plan
         if not plan:
             return {}
@@ -201,13 +212,13 @@ class SheetCutting(Process):
         return {str(plan): plan_text(outcome.detail.plan.file)}
 
     def report(self, outcome: Outcome[SheetDetail]) -> SheetReport:
-        """Return the report of an outcome with its facts and pictures."""
+        """Return the report of an outcome, with its facts and pictures."""
         from leafcut.processes.sheet.report.sheet_report import SheetReport
 
         return SheetReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours of the drawing, moved to the program origin."""
+        """Return the contours of the drawing. They are moved to the program origin."""
         from leafcut.processes.placing import place_part
         from leafcut.read import read_contours
 

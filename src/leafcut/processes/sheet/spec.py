@@ -1,4 +1,4 @@
-"""Prepare a sheet for ordering: resolve the rules, build the cuts, and search for chains."""
+"""Prepare a sheet for the search: resolve the rules, create the cuts, and look for chains."""
 
 from __future__ import annotations
 
@@ -67,17 +67,17 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.starts import CutStart
     from leafcut.read.format import Source
 
-#: Share of the remaining time for the search for chains; the remainder is for the order of all cuts.
+#: Share of the remaining time for finding chains. The rest is for the order of all cuts.
 CHAIN_SHARE = 0.4
-#: Tolerance within which the torch rounds corners to keep its speed, mm (G64 P).
+#: The torch may round corners within this tolerance to keep its speed, mm (G64 P).
 PATH_TOLERANCE = 0.1
-#: Maximum thickness that a beam safely pierces in motion, mm. Estimate: up to this thickness, the pierce delay is a few
-#: tenths of a second.
+#: Maximum thickness that a beam can pierce safely while it moves, mm. This is an estimate: up to this thickness, the
+#: pierce delay is a few tenths of a second.
 _MAX_MOVING_PIERCE = 3.0
 
 
 def plan_sheet(job: Job, source: Source) -> Plan:
-    """Return the plan of a sheet: its cuts with all possible starts, and chains of cuts that save time."""
+    """Plan the cutting of a sheet. The plan contains the cuts with all possible starts, and chains that save time."""
     settings = job.settings
     options = settings.of(CutOptions)
     job.report(Message("reading"))
@@ -190,14 +190,14 @@ def _torch_setup(job: Job, post_dialect: Dialect, data: CutData, probe: Probe | 
 def _given_order(
     cutting: Cutting, file: PlanFile | None, options: CutOptions, head: HeadTravel
 ) -> tuple[list[CutStart], CutSequence, bool]:
-    """Return the cuts in the order of the plan file or of the drawing.
+    """Return the cuts in the order of the plan file. Without a plan file, return them in drawing order.
 
     Returns
     -------
     order
         One start of each cut, in the given order.
     sequence
-        The sequence for comparison: all choices of the plan file if they fit, otherwise the given order.
+        The sequence for comparison. It uses all choices of the plan file if they fit, otherwise the given order.
     follows
         Whether the sequence follows all choices of the plan file.
     """
@@ -223,7 +223,7 @@ def _given_order(
 
 
 def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
-    """Add the chains of the plan file to the cutting and, if requested, other chains that save time.
+    """Add the chains of the plan file and, if requested, other chains that save time.
 
     Raises PlanError if a chain of the plan file does not fit.
     """
@@ -273,7 +273,7 @@ def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
 
 
 def _bounding_move(sheet: Sheet) -> Toolpath:
-    """Return a move between opposite corners of the bounding box of all contours, to check the machine's travel."""
+    """Return a move across the bounding box of all contours. It is used to check the travel of the machine."""
     builder = ToolpathBuilder()
     x0, y0, x1, y1 = _bounding_box(sheet)
     builder.rapid(x0, y0)
@@ -327,7 +327,7 @@ def _cut_data(job: Job) -> tuple[CutData, list[Issue]]:
 def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
     """Return the process in the cut chart, and a warning if its power differs from the power of the machine.
 
-    Raises OptionError if the machine cuts by another method.
+    Raises OptionError if the machine uses another cutting method.
     """
     own = machine.cut_process.lower() or str(machine.head.method)
     if asked is None or is_kind_of_process(own, asked):
@@ -378,12 +378,15 @@ def _check_dialect(post_dialect: Dialect, process: str) -> None:
 
 
 def probe_for(machine: Machine, post_dialect: Dialect) -> Probe | None:
-    """Return the probe for touching off before each pierce, or None if the machine or its programs have no probe."""
+    """Return the probe for touching off before each pierce.
+
+    Return None if the machine has no probe or programs cannot use it.
+    """
     return machine.probe if post_dialect.torch is not None and post_dialect.torch.probe else None
 
 
 def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
-    """Return a warning about micro-joints if the sheet is too thick for the beam to pierce it in motion."""
+    """Warn about micro-joints if the sheet is so thick that the beam cannot pierce it while it moves."""
     if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _MAX_MOVING_PIERCE:
         return []
     wait = Message("the {:.2g} s", data.pierce_delay) if data.pierce_delay > 0.0 else Message("the time")
@@ -397,7 +400,7 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
 
 
 def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
-    """Return a warning if the plan file was made with other cutting data: its leads and starts suit another kerf."""
+    """Warn if the plan file was created with other cutting data, because its leads and starts suit another kerf."""
     differs = []
     if plan.thickness and abs(plan.thickness - data.thickness) > SAME_THICKNESS:
         differs.append(Message("{:g} mm, not {:g} mm", plan.thickness, data.thickness))
@@ -416,7 +419,7 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
 
 
 def _register_issues(post_dialect: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
-    """Return a warning if the controller takes the kerf from a register, which the program does not set."""
+    """Warn if the controller takes the kerf from a register, because the program does not set the register."""
     if options.compensation != "controller" or post_dialect.torch is None or post_dialect.torch.compensation != "G41":
         return []
     text = Message(
@@ -440,7 +443,7 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
 
 
 def _lowering_time(machine: Machine, torch: TorchSetup) -> float:
-    """Return the time to lower the head, touch off and retract for each cut, s."""
+    """Return the time that each cut needs to lower the head, touch off and retract, s."""
     data, probe, clearance = torch.data, torch.probe, torch.clearance
     velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
     strokes = [clearance - data.pierce_height, clearance - data.cut_height]
@@ -452,9 +455,9 @@ def _lowering_time(machine: Machine, torch: TorchSetup) -> float:
 
 
 def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
-    """Return the sheet with the sheet size in `options`, and with additional keep-out zones (float64[k, 4], mm).
+    """Return the sheet with the size in `options` and with additional keep-out zones, float64[k, 4], mm.
 
-    Raises OptionError if the size is invalid, and PlanError if a contour lies outside a sheet of that size.
+    Raises OptionError if the size is invalid. Raises PlanError if a contour lies outside a sheet of this size.
     """
     outline = sheet.outline
     if options.sheet_size:
@@ -481,7 +484,10 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
 
 
 def parse_size(text: str) -> Point:
-    """Return the width and height of a size such as ``3000x1500``, mm. Raises OptionError for other text."""
+    """Parse the size of a sheet, such as ``3000x1500``.
+
+    Return width and height, mm. Raises OptionError for other text.
+    """
     try:
         width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
     except ValueError:

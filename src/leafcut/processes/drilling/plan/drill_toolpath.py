@@ -1,4 +1,4 @@
-"""Routing problems of drilling operations, and the toolpath that follows from their solutions."""
+"""The routing problems of drilling operations, and the toolpath for their solutions."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def stages_of(
     objective: Literal["time", "distance"],
     first_nodes: Mapping[int, NDArray[np.int32]],
 ) -> tuple[Stage, ...]:
-    """Return a search stage for each operation; each stage starts where the previous stage ends.
+    """Return a search stage for each operation. Each stage starts where the previous stage ends.
 
-    `first_nodes` contains the nodes to visit first, in order, by the index of the operation.
+    `first_nodes` lists the nodes that must be visited first, in order, keyed by the index of the operation.
     """
     height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
     stages = []
@@ -55,10 +55,10 @@ def stages_of(
 def build_problem(
     plan: DrillPlan, operation: DrillOperation, metric: Metric, start: Point | None, end: Point | None
 ) -> RoutingProblem:
-    """Return the routing problem of an operation.
+    """Build the routing problem for an operation.
 
-    A hole is a cluster with a single node. A slot is a cluster of two nodes: node 2k cuts slot k from start to end, and
-    node 2k + 1 cuts it from end to start.
+    A hole is a cluster with one node. A slot is a cluster with two nodes, one for each direction: node 2k cuts slot k
+    from start to end, and node 2k + 1 cuts it from end to start.
     """
     name = f"{plan.part.name}: {operation.tool.label}"
     if not operation.slots:
@@ -75,12 +75,12 @@ def build_problem(
 
 
 def drawing_order(operation: DrillOperation) -> NDArray[np.int32]:
-    """Return the nodes in file order, with slots in the direction in which they are drawn."""
+    """Return the nodes in file order. Slots are cut in the direction in which they are drawn."""
     return np.arange(len(operation.targets), dtype=np.int32) * (2 if operation.slots else 1)
 
 
 def targets_in_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the indices of the holes or slots of the part, in the order of `nodes`."""
+    """Return the indices of the part's holes or slots, in the order of `nodes`."""
     return operation.targets[nodes // 2 if operation.slots else nodes]
 
 
@@ -92,12 +92,12 @@ def generate_toolpath(
     coolant: bool = False,
     pause: bool = False,
 ) -> Toolpath:
-    """Return the motion of the whole program; `orders` contains an array of nodes for each operation.
+    """Generate the motion of the whole program. `orders` contains an array of nodes for each operation.
 
-    Between holes, the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). Before
-    crossing a keep-out zone, it retracts with a separate rapid instead of G98 on a single hole: unlike other
-    controllers, LinuxCNC 2.9 rises diagonally when G98 follows G99 in one series of cycles. If `pause`, the program
-    waits (M0) after every tool change, for controllers whose M6 may not wait.
+    Between holes, the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). If a keep-out
+    zone is in the way, the tool first retracts with a separate rapid. A single G98 would not be safe: if G98 follows
+    G99 in a series of cycles, LinuxCNC 2.9 rises diagonally, unlike other controllers. With `pause`, the program waits
+    (M0) after every tool change, because the M6 of some controllers does not wait.
     """
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
@@ -115,7 +115,7 @@ def generate_toolpath(
 
 
 def with_high_travel(plan: DrillPlan) -> DrillPlan:
-    """Return the plan with all travel moves above the highest point of the surface."""
+    """Return the same plan, but with all travel moves above the highest point of the surface."""
     operations = tuple(
         replace(operation, cycle=replace(operation.cycle, to_initial=True)) for operation in plan.operations
     )
@@ -125,7 +125,7 @@ def with_high_travel(plan: DrillPlan) -> DrillPlan:
 def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
     """Return x, y and the height of the surface at each hole, float64[n, 3], mm, or None for a plate.
 
-    If `drawn`, or if the part is a solid, the heights come from the drawing instead of the plan.
+    The heights come from the plan. If `drawn` is set, or the part is a solid, they come from the drawing instead.
     """
     if drawn or plan.part.has_hole_depths:
         return np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
@@ -158,7 +158,10 @@ def _drill(
 def _travel_heights(
     plan: DrillPlan, machine: Machine, operation: DrillOperation, xy: NDArray[np.float64], relief: Relief | None
 ) -> list[float]:
-    """Return the minimum height of the travel move to each hole, mm; −∞ if the move has no minimum height."""
+    """Return the minimum height of the travel move to each hole, mm.
+
+    The height is −∞ if the move may be at any height.
+    """
     heights = np.full(len(xy), -np.inf)
     dogleg = machine.rapid_style == "dogleg"
     if relief is not None:
@@ -172,7 +175,7 @@ def _travel_heights(
 
 
 def _shifted_cycle(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
-    """Return a cycle with another R plane, and with its bottom moved up by `lower` mm (down if negative)."""
+    """Change the R plane of a cycle, and move its bottom up by `lower` mm (down if negative)."""
     if r_plane == cycle.r_plane and not lower:
         return cycle
     return replace(cycle, r_plane=r_plane, bottom=round(cycle.bottom + lower, 6))
@@ -181,7 +184,7 @@ def _shifted_cycle(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycl
 def _cut_slots(
     builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
 ) -> None:
-    """Cut each slot in passes, back and forth along the slot."""
+    """Cut each slot in passes that run back and forth."""
     cycle, feed = operation.cycle, operation.tool.feed
     zones, dogleg = plan.high_zones_for(operation.tool), machine.rapid_style == "dogleg"
     position: Point | None = None
@@ -206,8 +209,8 @@ def _cut_slots(
 def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
     """Return the heights of the passes of a slot, mm, from the first pass to the bottom.
 
-    A pass is at most one peck deep. Without a peck, it is at most one diameter deep, the usual limit of a slot mill.
-    The number of passes is odd, so the last pass ends at the end of the slot.
+    A pass is at most one peck deep. If there is no peck, it is at most one diameter deep, which is the usual limit for
+    a slot mill. The number of passes is odd, so that the last pass ends at the end of the slot.
     """
     step = tool.peck or tool.diameter
     passes = max(1, math.ceil(-cycle.bottom / step - 1e-9))
@@ -216,7 +219,7 @@ def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
 
 
 def _approach(builder: ToolpathBuilder, plan: DrillPlan, x: float, y: float) -> None:
-    """Move over the first position without descending, then descend to the clearance height."""
+    """Move above the first position without descending, and then descend to the clearance height."""
     builder.rapid(x, y)
     if builder.position[2] != plan.clearance_height:
         builder.rapid(z=plan.clearance_height)

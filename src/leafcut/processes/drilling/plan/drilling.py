@@ -1,4 +1,7 @@
-"""Plan the operations for the holes and slots of a drawing: one operation per tool, with the fewest tool changes."""
+"""Plan the operations for the holes and slots of a drawing.
+
+There is one operation for each tool, and the order needs as few tool changes as possible.
+"""
 
 from __future__ import annotations
 
@@ -33,15 +36,18 @@ if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
     from leafcut.processes.drilling.plan.work_surface import WorkSurface
 
-#: Height of tool changes above Z0 on machines without a safe height, mm.
+#: Height of tool changes above Z0 if the machine has no safe height, mm.
 TOOL_CHANGE_HEIGHT = 25.0
-#: Clearance of travel moves from the surface and from fixtures, vertical and horizontal, mm.
+#: Clearance of travel moves from the surface and from fixtures, in both vertical and horizontal direction, mm.
 SURFACE_CLEARANCE = 2.0
-#: Distance of a tool tip below the part that causes a warning, mm: the tool may hit the table, a vise or a parallel.
+#: A warning is issued if the tip of a tool goes farther below the part than this, mm. The tool may hit the table, a
+#: vise or a parallel.
 FAR_BELOW = 3.0
-#: Distance of a tool tip below a circuit board that causes a note, mm: many backing boards are only 2 mm thick.
+#: A note is issued if the tip of a tool goes farther below a circuit board than this, mm. Many backing boards are only
+#: 2 mm thick.
 BELOW_BOARD = 1.0
-#: Default depth of a centre drill, relative to its diameter: its cone then centres the drill.
+#: Default depth of a centre drill as a share of its diameter. At this depth, the cone is large enough to centre the
+#: drill.
 CENTRE_DEPTH_RATIO = 0.4
 #: Length of the tapered lead of a tap, in pitches: 3.5 to 5 for a plug tap (DIN 2197, form B).
 TAP_LEAD = 5.0
@@ -49,11 +55,15 @@ TAP_LEAD = 5.0
 
 @dataclass(frozen=True, eq=False)
 class DrillOperation:
-    """All holes or slots of one tool, and the drilling cycle that runs at each of them.
+    """An operation makes all holes or slots of one tool, and runs the same drilling cycle at each of them.
 
-    `targets` contains the indices of the holes, or of the slots if `slots`, int32[k]. If the tool makes counterbores or
-    countersinks, `tips` contains the depth of its tip below the top of each hole, float64[k], mm; otherwise `tips` is
-    None.
+    Attributes
+    ----------
+    targets
+        Indices of the holes, or of the slots if `slots` is set, int32[k].
+    tips
+        For counterbores and countersinks, the depth of the tip below the top of each hole, float64[k], mm; otherwise
+        None.
     """
 
     tool: Tool
@@ -65,7 +75,7 @@ class DrillOperation:
     def bottoms(self, tops: NDArray[np.float64], deeper: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the lowest height of the tip in each hole, float64[k], mm. The operation must not cut slots.
 
-        `tops` and `deeper` contain a value for each hole of the part (see `DrillPlan`).
+        `tops` and `deeper` have an entry for each hole of the part (see `DrillPlan`).
         """
         if self.tips is not None:
             return tops[self.targets] - self.tips
@@ -76,7 +86,7 @@ class DrillOperation:
 
 @dataclass(frozen=True, eq=False)
 class DrillPlan:
-    """Drilling operations in machining order, and their common data, mm.
+    """Drilling operations in machining order, and the data they share, mm.
 
     - `zones`: rectangles in which nothing may be drilled, float64[k, 4]
     - `zone_heights`: minimum height of a rapid across each zone, at most the clearance height, float64[k]
@@ -106,18 +116,20 @@ class DrillPlan:
 
     @property
     def tools(self) -> tuple[Tool, ...]:
-        """The tools in order of use, without duplicates."""
+        """The tools in the order in which they are used, without duplicates."""
         return tuple({o.tool.number: o.tool for o in self.operations}.values())
 
     def zones_for(self, tool: Tool, tip: float) -> NDArray[np.float64]:
-        """Return the rectangles, float64[k, 4], that the centre of `tool` must avoid with its tip at height `tip`, mm.
+        """Return the rectangles that the centre of a tool must avoid, float64[k, 4], mm.
 
-        Each zone is widened by the largest radius of tool, shank and holder below the height of the zone.
+        The tip of the tool is at the height `tip`, mm.
+
+        Each zone grows by the largest radius that tool, shank and holder have below the height of the zone.
         """
         return widen_zones(self.zones, self.radii_below_zones(tool, tip))
 
     def radii_below_zones(self, tool: Tool, tip: float) -> NDArray[np.float64]:
-        """Return the largest radius of tool, shank and holder below the height of each zone, float64[k], mm.
+        """For each zone, return the largest radius that tool, shank and holder have below its height, float64[k], mm.
 
         `tip` is the height of the tool tip, mm.
         """
@@ -125,7 +137,7 @@ class DrillPlan:
         return widest_below(radius, [*cone, *bodies_of(tool)], tip, self.zone_heights)
 
     def high_zones_for(self, tool: Tool) -> NDArray[np.float64]:
-        """Return the rectangles of `zones_for` that rapids at the retract height must not cross."""
+        """Return the rectangles of `zones_for` that are too high for rapids at the retract height to cross."""
         return self.zones_for(tool, self.retract_height)[self.zone_heights > self.retract_height]
 
 
@@ -143,12 +155,16 @@ def plan_drilling(
     """Plan the operations for all holes and slots of `part`.
 
     If a hole needs several tools (centre drill, drill, tap), they are used in the order of its recipe. Each tool is
-    mounted only once if the recipes allow it; tools are sorted by kind and then by diameter. With a `mesh` of the
-    surface, each hole starts on the surface, and travel moves are as low as the surface and the `fixture` allow. With
-    `drawn`, each hole starts at its own height.
+    mounted only once, unless the recipes make this impossible. Tools are sorted by kind, and then by diameter. If a
+    `mesh` of the surface is given, each hole starts on the surface, and travel moves are as low as the surface and the
+    `fixture` allow. If `drawn` is set, each hole starts at the height at which it is drawn.
 
-    Raises PlanError if no tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other.
-    Raises OptionError if options are invalid or contradict each other.
+    Raises
+    ------
+    PlanError
+        If no tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other.
+    OptionError
+        If options are invalid or contradict each other.
     """
     if not part.holes and not part.slots:
         reasons = [Message.joined("; ", (issue.message for issue in part.issues))] if part.issues else []
@@ -246,11 +262,13 @@ def plan_drilling(
 def _depths_of_solid(
     part: Part, work: dict[Step, list[int]], job: JobOptions
 ) -> tuple[JobOptions, NDArray[np.float64]]:
-    """Return the job with the depth of the shallowest hole as thickness, and the additional depth of each hole, mm.
+    """Return the job with an adapted thickness, and the additional depth of each hole, mm.
 
-    The holes of a solid have their own depths. In a through hole, the full diameter of the drill goes below the part by
-    the break-through, as in a plate. In a blind hole, the full diameter ends at the depth of the hole; if the hole has
-    a flat floor, the point of the drill ends there.
+    The thickness becomes the depth of the shallowest hole.
+
+    Each hole of a solid has its own depth. In a through hole, the full diameter of the drill goes below the part by the
+    break-through, as in a plate. In a blind hole, the full diameter ends at the depth of the hole. If a blind hole has
+    a flat floor, the point of the drill ends there instead.
     """
     depths = np.array([hole.depth or 0.0 for hole in part.holes])
     points = np.zeros(len(depths))
@@ -310,7 +328,7 @@ def _check_surface(
     deeper: NDArray[np.float64],
     work_surface: WorkSurface,
 ) -> None:
-    """Raise PlanError for holes in which a tool would hit a fixture, or cut into the finished surface."""
+    """Raise PlanError if a tool would hit a fixture or cut into the finished surface."""
     from leafcut.processes.drilling.plan.work_surface import check_bodies, check_fixture, check_wide_tool
 
     widths = np.array([max([hole.diameter, *(step.diameter for step in hole.steps)]) for hole in part.holes])
@@ -327,10 +345,10 @@ def _check_surface(
 def _cut_radius_function(
     part: Part, work: dict[Step, list[int]], radii: NDArray[np.float64]
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return a function that computes the largest radius cut at each hole, mm.
+    """Return a function that computes the largest radius that is cut at each hole, mm.
 
-    The argument of the function is the height of the material above the top of each hole, mm. A centre drill cuts only
-    with its point. The radius is never smaller than the hole, unless all its tools are smaller.
+    The function takes the height of the material above the top of each hole, mm. A centre drill only cuts with its
+    point. The radius is never smaller than the hole, unless all tools of the hole are smaller.
     """
 
     def widest(above: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -365,8 +383,8 @@ def _add_wide_tools(
 ) -> tuple[dict[Step, list[float]], list[Issue]]:
     """Add the tools for counterbores and countersinks to `work`.
 
-    Return the depths of their tips, mm, and an issue about holes without a suitable tool. A tool wider than its
-    countersink needs free space around the top of the hole.
+    If a tool is wider than its countersink, it needs free space around the top of the hole. The function returns the
+    depths of the tips, mm, and an issue about holes without a suitable tool.
     """
     wide: dict[Step, list[float]] = {}
     unmade = []
@@ -436,10 +454,10 @@ def _check_flutes(
 
 
 def _hole_tops(part: Part, drawn: bool) -> tuple[NDArray[np.float64], list[Issue]]:
-    """Return the height of the top of each hole, mm, and a note if the holes are not drawn at Z0.
+    """Return the height of the top of each hole, mm, and a note if holes are not drawn at Z0.
 
-    Unless `drawn`, all holes start at Z0. Holes drawn at several heights are then refused: some would be drilled too
-    deep or not at all.
+    Unless `drawn` is set, all holes start at Z0. Holes that are drawn at several heights are then refused, because some
+    of them would be drilled too deep or not at all.
     """
     if drawn:
         tops = np.array([hole.z for hole in part.holes], dtype=np.float64)
@@ -480,7 +498,7 @@ def _exit_issues(
     deeper: NDArray[np.float64],
     underside: NDArray[np.float64],
 ) -> list[Issue]:
-    """Return a warning if a tool tip goes far below the part, or a note for a circuit board.
+    """Warn if the tip of a tool goes far below the part. For a circuit board, the result is only a note.
 
     `underside` is the height of the underside at each hole, mm, or −∞ if it is unknown.
     """
@@ -522,7 +540,7 @@ def _stroke_issues(
     deeper: NDArray[np.float64],
     underside: NDArray[np.float64],
 ) -> list[Issue]:
-    """Return a warning for each drill whose stroke is longer than `LONGEST_STROKE`. Circuit boards get no warnings."""
+    """Warn about each drill whose stroke is longer than `LONGEST_STROKE`, except on circuit boards."""
     issues: list[Issue] = []
     for operation in operations if part.format != "excellon" else ():
         if operation.slots or operation.tips is not None or operation.tool.kind is not ToolKind.DRILL:
@@ -604,9 +622,9 @@ def _check_zones(plan: DrillPlan) -> None:
 def _distances_to_zones(
     starts: NDArray[np.float64], ends: NDArray[np.float64], zones: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the distances between straight cuts and keep-out zones, float64[n, k], mm.
+    """Return the distance of each straight cut from each keep-out zone, float64[n, k], mm.
 
-    `starts` and `ends` are float64[n, 2]; `zones` are float64[k, 4].
+    `starts` and `ends` are float64[n, 2], and `zones` are float64[k, 4].
     """
     import shapely  # imported here because most tools have no known holder
 
@@ -619,7 +637,7 @@ def _distances_to_zones(
 
 
 def _collect_targets(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
-    """Return the indices of the holes or slots that each step makes, in file order."""
+    """For each step, return the indices of the holes or slots that the step makes, in file order."""
     work: dict[Step, list[int]] = {}
     for index, hole in enumerate(part.holes):
         for step in chooser.steps_for_hole(hole):
@@ -633,7 +651,7 @@ _KIND_ORDER = {kind: position for position, kind in enumerate(ToolKind)}
 
 
 def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
-    """Sort steps by kind (centre drills first) and diameter, but keep each step after its predecessors."""
+    """Sort the steps by kind (centre drills first) and diameter, but never put a step before its predecessors."""
     predecessors: dict[Step, set[Step]] = {step: set() for step in steps}
     for sequence in sequences:
         for k, step in enumerate(sequence):
@@ -698,9 +716,9 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
 
 
 def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
-    """Return a drilling cycle without the parameters that it does not use.
+    """Remove all parameters that a drilling cycle does not use.
 
-    Raises PlanError if a parameter is missing or the tool cannot run the cycle.
+    Raises PlanError if a parameter is missing, or if the tool cannot run the cycle.
     """
     if cycle.name in ("G83", "G73") and not cycle.peck:
         raise PlanError("{}: {} needs a peck depth; set --peck, or peck in the library", tool.label, cycle.name)
@@ -725,7 +743,8 @@ def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
 class DepthRule:
     """The depth of holes, mm below the surface.
 
-    If `through`, the full diameter of the tool goes `break_through` mm below the plate, and its point goes even deeper.
+    If `through` is set, the full diameter of the tool goes `break_through` mm below the plate. The point goes even
+    deeper.
     """
 
     depth: float
@@ -736,11 +755,11 @@ class DepthRule:
 
     @property
     def given(self) -> str:
-        """The option that sets the depth, as part of a message, for example `` for --thickness 80 mm``."""
+        """The option that determines the depth, as text for a message, for example `` for --thickness 80 mm``."""
         return f" for {'--thickness' if self.through else '--depth'} {self.depth:g} mm"
 
     def tip_depth(self, tool: Tool) -> float:
-        """Return the depth of the tip of `tool` below the surface, mm.
+        """Return the depth of a tool's tip below the surface, mm.
 
         Raises PlanError if a tap or a reamer would hit the cone that the point of the drill leaves, or if a blind hole
         would break through.
@@ -773,15 +792,15 @@ class DepthRule:
 def centre_depth(tool: Tool) -> float:
     """Return the depth of the tip of a centre drill below the surface, mm.
 
-    This is the depth stated for the tool, or else a share of the diameter.
+    If the depth of the tool is not stated, it is a share of the diameter.
     """
     return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
 
 
 def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
-    """Return a note if the lead of the tap leaves incomplete threads at the exit of a through hole.
+    """Return a note if a through hole ends with incomplete threads because of the lead of the tap.
 
-    The tap is not sent deeper automatically, because the space below is unknown, and a tap that hits the table breaks.
+    The tap does not go deeper automatically. The space below is unknown, and a tap that hits the table breaks.
     """
     lead = TAP_LEAD * tool.pitch if tool.pitch else 0.0
     if not rule.through or rule.break_through >= lead:
@@ -800,7 +819,7 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
 
 
 def refuse_unknown_depth(part: Part, job: JobOptions) -> None:
-    """Raise `OptionError` for a part if neither the options nor its drawing state the depth of the holes."""
+    """Raise `OptionError` if neither the options nor the drawing of a part state the depth of the holes."""
     if job.depth is None and job.thickness is None and not part.has_hole_depths:
         raise OptionError(
             "{}: drilling needs a depth; give --thickness 6mm (through holes), --depth 5mm (blind holes), or "
@@ -810,9 +829,7 @@ def refuse_unknown_depth(part: Part, job: JobOptions) -> None:
 
 
 def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
-    """Return the depth rule that follows from the options. Raises PlanError if depth and thickness contradict each
-    other.
-    """
+    """Derive the depth rule from the options. Raises PlanError if depth and thickness contradict each other."""
     to_shoulder = options.depth_to == "shoulder"
     depth = job.blind_depth
     if depth is None:

@@ -1,4 +1,7 @@
-"""Choose the tools for each hole: recipes and drills of the library, or an assumed drill of a catalogue size."""
+"""Choose the tools for each hole.
+
+With a library, the tools come from its recipes and drills. Without a library, a drill of a catalogue size is assumed.
+"""
 
 from __future__ import annotations
 
@@ -22,34 +25,36 @@ from leafcut.units import MM_PER_INCH
 #: Conservative cutting data of assumed tools: high-speed steel in mild steel or aluminium (estimate).
 SURFACE_SPEED = 20_000.0 / 60.0  # mm/s
 FEED_PER_REVOLUTION = 0.02  # relative to the diameter
-#: Highest surface speed of carbide drills in circuit boards, mm/s: 150 m/min (Richvertex, PCB cutting conditions).
+#: Highest surface speed for carbide drills in circuit boards, mm/s: 150 m/min (Richvertex, PCB cutting conditions).
 BOARD_SPEED = 150_000.0 / 60.0
-#: Largest ratio between the speed that suits a tool and the speed of the spindle; beyond it, the tool breaks or burns.
+#: Largest ratio between the speed that suits a tool and the speed of the spindle. Beyond this ratio, the tool breaks or
+#: burns.
 MAX_SPEED_RATIO = 2.0
-#: Ratio of an assumed speed to the suitable speed above which a warning is issued.
+#: If an assumed speed exceeds the suitable speed by more than this factor, a warning is issued.
 FAST = 1.5
 
-#: Assumed diameter of holes that are drawn as points, mm.
+#: Diameter that is assumed for holes drawn as points, mm.
 POINT_DIAMETER = 1.0
 
-#: Largest common twist drill, mm: a wider circle is more likely to be milled than drilled.
+#: Largest common twist drill, mm. A wider circle is more likely to be milled than drilled.
 LARGEST_COMMON_DRILL = 32.0
 
-#: Resolution of diameters, and the smallest diameter, mm.
+#: Resolution of diameters, and smallest diameter, mm.
 _RESOLUTION = 1e-4
 
 
-#: Largest difference between the point angle of a tool and the angle of its countersink, rad.
+#: Largest accepted difference between the point angle of a tool and the angle of its countersink, rad.
 SAME_ANGLE = math.radians(1.0)
-#: Default plunge rate of an end mill or a countersink, relative to its feed.
+#: Default plunge rate of an end mill or a countersink as a share of its feed.
 PLUNGE_PART = 1.0 / 3.0
 
-#: Maximum difference from a catalogue size that counts as equal, mm. Drawings are rounded to three decimals in mm, or
-#: to four decimals in inches (0.0013 mm).
+#: A diameter equals a catalogue size if it differs by no more than this, mm. Drawings are rounded to three decimals in
+#: mm, or to four decimals in inches (0.0013 mm).
 EQUAL = 1.5e-3
-#: Metric drill sizes: upper end of each range, and the increments within it, mm (DIN 1899 below 1 mm, DIN 338 above).
+#: Metric drill sizes: upper end of each range, and the increments within the range, mm (DIN 1899 below 1 mm, DIN 338
+#: above).
 _METRIC = ((1.0, (0.01,)), (3.0, (0.05,)), (np.inf, (0.1, 0.25)))
-#: An inch fraction this close to a metric size, mm, is used only for a hole of exactly its diameter.
+#: If an inch fraction is this close to a metric size, mm, it is only used for a hole of exactly this diameter.
 _BESIDE_METRIC = 0.02
 #: Number drills 1 to 80 and letter drills A to Z, thousandths of an inch: ASME B94.11M.
 _NUMBERS = (
@@ -84,7 +89,7 @@ def _can_countersink(tool: Tool, part: HoleStep) -> bool:
 
 
 class ToolChooser:
-    """Chooses the tools for a drawing, and records assumed data so that issues can report them later."""
+    """Chooses the tools for a drawing. It also records which data it assumed, so that they can be reported later."""
 
     def __init__(
         self,
@@ -107,14 +112,16 @@ class ToolChooser:
 
     @property
     def sequences(self) -> list[tuple[Step, ...]]:
-        """The distinct tool sequences that holes require, for example centre drill, drill, tap."""
+        """The different sequences of tools that holes require, for example centre drill, drill, tap."""
         return list(dict.fromkeys((*self._chosen.values(), *sorted(self._widened, key=repr))))
 
     def step_for_wide_part(self, hole: Hole, part: HoleStep) -> Step | None:
-        """Return the step for a counterbore or countersink, after the other steps of the hole; None if no tool fits.
+        """Return the step for a counterbore or countersink, or None if no tool fits.
 
-        A counterbore needs an end mill of the same diameter. A countersink needs a chamfer mill or a V-bit with the
-        same angle that is wide enough.
+        It follows the other steps of the hole.
+
+        A counterbore needs an end mill of the same diameter. A countersink needs a chamfer mill or a V-bit that has the
+        same angle and is wide enough.
         """
         if self.library is None or not part.open:
             return None
@@ -144,13 +151,17 @@ class ToolChooser:
 
     @property
     def point_diameter(self) -> float:
-        """Diameter of holes drawn as points, mm: the diameter of the library's only drill, or else `POINT_DIAMETER`."""
+        """Diameter of holes that are drawn as points, mm.
+
+        If the library contains only one drill, this is its diameter. Otherwise, it is `POINT_DIAMETER`.
+        """
         drills = [t for t in self.library.tools if t.kind is ToolKind.DRILL] if self.library else []
         return drills[0].diameter if len(drills) == 1 else POINT_DIAMETER
 
     def step_for_slot(self, slot: Slot) -> Step:
-        """Return the step that cuts a slot with a slot mill of the same width. Raises PlanError if the library has no
-        such mill.
+        """Return the step that cuts a slot. It uses a slot mill that is as wide as the slot.
+
+        Raises PlanError if the library has no such mill.
         """
         if self.library is None:
             assumed = self._assumed_tool(ToolKind.SLOT_MILL, slot.width)
@@ -168,7 +179,7 @@ class ToolChooser:
         return Step(tool, slots=True)
 
     def issues(self) -> Iterable[Issue]:
-        """Yield issues about all assumptions."""
+        """Report all assumptions."""
         for tool in self._assumed.values():
             yield Issue(
                 "L401",
@@ -252,7 +263,7 @@ class ToolChooser:
         return self._with_cutting_data(centre_drills[0])
 
     def _with_cutting_data(self, tool: Tool) -> Tool:
-        """Return a tool, with an assumed feed and speed if the library contains no feeds at all."""
+        """Return the tool with cutting data. Feed and speed are assumed if the library contains no feeds at all."""
         if self.library is None or not self.library.without_feeds or tool.kind is ToolKind.TAP:
             return tool
         if tool.number not in self._with_assumed_feeds:
@@ -285,7 +296,7 @@ class ToolChooser:
         )
 
     def _assumed_tool(self, kind: ToolKind, diameter: float) -> Tool:
-        """Return an assumed tool of the nearest catalogue size; for circuit boards, of exactly the given diameter."""
+        """Return an assumed tool of the nearest catalogue size. For circuit boards, use exactly the given diameter."""
         if not self._board:
             diameter = catalogue_size(diameter, self.job.diameter_tolerance)
         diameter = max(round(diameter, 4), _RESOLUTION)
@@ -322,7 +333,10 @@ class ToolChooser:
         )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
-        """Return the spindle speed of a tool, rpm, and an assumed feed, mm/s. An unknown speed is assumed, too."""
+        """Return the spindle speed of a tool, rpm, and an assumed feed, mm/s.
+
+        If the speed is unknown, it is assumed as well.
+        """
         machine = self.machine
         # A given speed is kept, and refused later if the machine cannot reach it.
         rpm = tool.spindle_rpm or self.job.spindle_speed
@@ -357,7 +371,10 @@ class ToolChooser:
         return Message("{}: mill the hole, or give the --spindle-speed that your drill and material need", needs)
 
     def _material_note(self) -> str:
-        """Return the material of assumed feeds and speeds as the end of a message; "" if both options are given."""
+        """Return the end of a message, which names the material for which feeds and speeds are assumed.
+
+        The text is empty if the user gave both feed and speed.
+        """
         if self.job.feed and self.job.spindle_speed:
             return ""
         return (
@@ -367,7 +384,10 @@ class ToolChooser:
         )
 
     def _speed_advice(self, tool: Tool) -> str:
-        """Return a recommended speed, as the end of a message, if the tool turns much too fast, otherwise ""."""
+        """Return the end of a message, which recommends a speed if the tool turns much too fast.
+
+        Otherwise, the text is empty.
+        """
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:
@@ -389,9 +409,9 @@ def _rpm(surface_speed: float, diameter: float) -> float:
 def catalogue_size(diameter: float, tolerance: float) -> float:
     """Return the size of the drill for a hole, mm.
 
-    This is the catalogue size that equals the diameter, or else the nearest size within `tolerance`, mm, or else the
-    diameter itself. Number and letter drills are only used for holes of exactly their size, because they are close to
-    metric sizes.
+    This is the catalogue size that equals the diameter. If there is none, it is the nearest size within `tolerance`,
+    mm. If there is none either, it is the diameter itself. Number and letter drills are close to metric sizes, so they
+    are only used for holes of exactly their size.
     """
     metric, inch = _nearest_metric_size(diameter), round(diameter / MM_PER_INCH * 64.0) / 64.0 * MM_PER_INCH
     numbered = float(_NUMBERED[np.argmin(np.abs(_NUMBERED - diameter))])

@@ -1,4 +1,7 @@
-"""Drilling on an uneven surface: the top of each hole, the thickness of the part there, and low travel heights."""
+"""Drilling on an uneven surface.
+
+This module measures the top of each hole and the thickness of the part there, and finds low travel heights.
+"""
 
 from __future__ import annotations
 
@@ -22,28 +25,28 @@ from leafcut.model.problem import Relief
 from leafcut.model.shown_stock import FixtureBox
 from leafcut.model.tool import Tool
 
-#: Height difference along the rim of a hole that causes a warning, mm.
+#: A warning is issued if the rim of a hole is uneven by more than this height, mm.
 UNEVEN = 0.2
 #: Minimum distance of a shank or holder from the surface, mm: twice the mesh tolerance.
 BODY_CLEARANCE = 0.1
-#: Number of heights at which the flutes of a tool wider than its hole are compared with the surrounding material.
+#: If a tool is wider than its hole, its flutes are compared with the surrounding material at this number of heights.
 FLUTE_LEVELS = 12
-#: Largest ratio between the lengths of fixture and part.
+#: Largest accepted ratio between the length of a fixture and the length of the part.
 MAX_LENGTH_RATIO = 50.0
-#: Units often confused with mm, and the factor by which they scale the mesh.
+#: Units that are often confused with mm, and the factors by which they would scale the mesh.
 OTHER_UNITS = {Message("inches"): 25.4, Message("metres"): 1000.0, Message("mm, not inches,"): 1 / 25.4}
-#: Smallest ratio between the lengths of drawing and surface that counts as similar.
+#: Drawing and surface count as similar if the ratio of their lengths is at least this.
 _NEARLY = 0.5
-#: Largest plausible thickness of a part, in diameters of its holes.
+#: Largest plausible thickness of a part, in diameters of the holes in the part.
 DEEPEST = 30.0
-#: Ratio of the lengths of fixture and part above which a wrong unit is suspected.
+#: If a fixture is this many times as long as the part, a wrong unit is suspected.
 ODD_TIMES = 8.0
-#: Largest distance of a fixture from the part, relative to the length of the part.
+#: Largest distance of a fixture from the part, as a share of the length of the part.
 NEAR = 0.1
 
 
 class HoleTops(NamedTuple):
-    """Heights at each hole, float64[n] each, mm, and issues about these heights.
+    """Heights at each hole, float64[n] each, mm, and the issues that these heights cause.
 
     - `tops`: top of the hole
     - `surface`: surface of the part
@@ -58,11 +61,16 @@ class HoleTops(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class WorkSurface:
-    """The surface of the part with its fixtures.
+    """The surface of the part, together with its fixtures.
 
-    `mesh` is placed like the drawing. `boxes`, float64[k, 6], contains the lower and the upper corner of each keep-out
-    zone with a height, mm. `clearance` is the vertical and horizontal distance of travel moves from the surface,
-    fixtures and zones, mm.
+    Attributes
+    ----------
+    mesh
+        The surface, placed like the drawing.
+    boxes
+        Lower and upper corner of each keep-out zone that has a height, float64[k, 6], mm.
+    clearance
+        Distance of travel moves from the surface, fixtures and zones, in both vertical and horizontal direction, mm.
     """
 
     mesh: Mesh
@@ -73,7 +81,7 @@ class WorkSurface:
 
     @property
     def triangles(self) -> NDArray[np.float64]:
-        """The surface, the keep-out boxes and the fixture as triangles, float64[n, 3, 3], mm."""
+        """Triangles of the surface, the keep-out boxes and the fixture, float64[n, 3, 3], mm."""
         fixture_triangles = [] if self.fixture is None else [self.fixture.triangles]
         return np.concatenate([self.mesh.triangles, *(_box_triangles(box) for box in self.boxes), *fixture_triangles])
 
@@ -89,7 +97,7 @@ class WorkSurface:
         return float(max([float(self.mesh.high[2]), *self.boxes[:, 5].tolist(), *fixture_top]))
 
     def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
-        """Return whether the surface stays at or below height `z` everywhere within a radius of a point, mm."""
+        """Return whether the surface within `radius` of a point is nowhere higher than `z`, mm."""
         import shapely  # imported here because most drawings have no surface
 
         corners = self.mesh.triangles
@@ -113,7 +121,10 @@ class WorkSurface:
         crossing_height: float,
         zones: NDArray[np.float64],
     ) -> Relief:
-        """Return the safe travel heights of a tool between points. Keep-out zones are crossed at `crossing_height`."""
+        """Return the heights at which a tool can safely travel between points.
+
+        Keep-out zones are crossed at `crossing_height`.
+        """
         max_tiles = TILES_DOGLEG if machine.rapid_style == "dogleg" else TILES
         bars = [
             _box_triangles(np.array([*zone[:2], 0.0, *zone[2:], crossing_height - self.clearance])) for zone in zones
@@ -142,10 +153,12 @@ class WorkSurface:
 
 
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
-    """Return the mesh of a fixture, or its bounding box if the mesh is not closed. Also return issues.
+    """Check the mesh of a fixture and return it with the issues.
 
-    Raises PlanError if the fixture is far from the surface or has an implausible size. In both cases, the unit or the
-    origin of the fixture is wrong.
+    If the mesh is not closed, return its bounding box instead.
+
+    Raises PlanError if the fixture is far from the surface or if its size is implausible. In both cases, the unit or
+    the origin of the fixture is wrong.
     """
     size, corner = fixture.high - fixture.low, fixture.low
     length = float(max((mesh.high - mesh.low)[:2]))
@@ -206,7 +219,7 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
 
 
 def _plausible_unit(fixture: Mesh, mesh: Mesh, fixture_length: float, length: float) -> str:
-    """Return the unit in which a fixture of implausible size would fit the part, or ""."""
+    """Return the unit in which a fixture of implausible size would fit the part. Return "" if no unit fits."""
     for name, factor in OTHER_UNITS.items():
         if not (fixture_length < length / ODD_TIMES if factor > 1.0 else fixture_length > length * ODD_TIMES):
             continue
@@ -217,7 +230,7 @@ def _plausible_unit(fixture: Mesh, mesh: Mesh, fixture_length: float, length: fl
 
 
 def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, surface: WorkSurface) -> None:
-    """Raise PlanError if the fixture is higher than the tool tip anywhere within the tool radius of a hole."""
+    """Raise PlanError if, at any hole, the fixture rises above the tool tip within the radius of the tool."""
     if surface.fixture is None or not len(xy):
         return
     hits = _points_below_mesh(surface.fixture.triangles, xy, tips, radius)
@@ -236,9 +249,9 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
 def check_bodies(
     tool: Tool, xy: NDArray[np.float64], tops: NDArray[np.float64], tips: NDArray[np.float64], surface: WorkSurface
 ) -> None:
-    """Raise PlanError if a shank or holder would hit the surface, a fixture or the rim of the hole while drilling.
+    """Raise PlanError if a shank or holder would hit the surface, a fixture or the rim of the hole during drilling.
 
-    Between holes, the travel heights keep shank and holder clear (`WorkSurface.relief`).
+    Collisions between holes are avoided by the travel heights (`WorkSurface.relief`).
     """
     triangles = surface.triangles
     for disc in discs_of(tool):
@@ -275,11 +288,11 @@ def check_wide_tool(
     tips: NDArray[np.float64],
     surface: WorkSurface,
 ) -> None:
-    """Raise PlanError for a tool that is wider than a hole of a solid and would cut the surrounding material.
+    """Raise PlanError if a tool is wider than a hole of a solid and would cut the surrounding material.
 
     The surface of a solid is the finished part, so nothing above the top of a hole may be cut. A centre drill cuts its
-    chamfer below the top; its wider part needs free space above the top. `widths` contains the largest diameter of each
-    hole, mm.
+    chamfer below the top. If it is wider than the chamfer, it needs free space above the top. `widths` contains the
+    largest diameter of each hole, mm.
     """
     cutter = cutter_of(tool)
     wider = np.flatnonzero(cutter.radius > 0.5 * widths + BODY_CLEARANCE)
@@ -313,7 +326,10 @@ def check_wide_tool(
 def _points_below_mesh(
     triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
 ) -> set[int]:
-    """Return the indices of points where the mesh is higher than the given height within a horizontal radius, mm."""
+    """Return the indices of the points around which the mesh is too high.
+
+    The mesh is too high if it rises above the given height anywhere within a horizontal radius, mm.
+    """
     import shapely  # imported here because most drawings have no surface
 
     triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
@@ -336,7 +352,7 @@ def _points_below_mesh(
 
 
 def _part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Clip a triangle to the part above a height; return its corners in top view, float64[k, 2]."""
+    """Clip a triangle to the part above a height. Return the corners of this part in top view, float64[k, 2]."""
     clipped = [corner[:2] for corner in corners if corner[2] > height]
     for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         if (start[2] > height) != (stop[2] > height):
@@ -351,14 +367,23 @@ def measure_hole_tops(
     cut_radius: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     drawn: bool,
 ) -> HoleTops:
-    """Measure the top of each hole, and the underside of the part there.
+    """Measure the top of each hole, and the underside of the part below it.
 
-    `radius`, float64[n], is the radius of the widest tool of each hole, mm. The highest point of the surface within
-    this radius is the top of the hole. `cut_radius` computes the largest radius cut at each hole, mm, from the height
-    of the surface above the top of the hole, float64[n], mm. The surface must exist everywhere within this radius. If
-    `drawn`, each hole starts at its drawn height, which is only compared with the surface.
+    Parameters
+    ----------
+    radius
+        Radius of the widest tool of each hole, float64[n], mm. The highest point of the surface within this radius is
+        the top of the hole.
+    cut_radius
+        Function that computes the largest radius cut at each hole, mm. It takes the height of the surface above the top
+        of the hole, float64[n], mm. The surface must exist everywhere within this radius.
+    drawn
+        Whether each hole starts at its drawn height. This height is then only compared with the surface.
 
-    Raises PlanError if a hole is beside the surface or on its edge, for example because the units differ.
+    Raises
+    ------
+    PlanError
+        If a hole is beside the surface or on its edge, for example because the units differ.
     """
     xy = part.hole_xy
     heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
@@ -462,8 +487,9 @@ def rim_heights(
 ) -> HoleRims:
     """Return the highest and the lowest point of the surface at each hole, and the underside of the part.
 
-    The highest point is searched within the full radius of the tools, and the other heights within the radius that is
-    cut. `tops` contains the heights of the tops of the holes, float64[n], mm; None if the holes start on the surface.
+    The highest point is searched within the full radius of the tools. The other heights only consider the radius that
+    is cut. `tops` contains the heights of the tops of the holes, float64[n], mm, or is None if the holes start on the
+    surface.
     """
     whole = hole_rims(triangles, xy, radius)
     above = np.zeros(len(xy)) if tops is None else np.maximum(whole.top - tops, 0.0)
@@ -490,10 +516,10 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
 
 
 def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
-    """Return a warning if the surface seems to have a larger unit than the drawing.
+    """Warn if the unit of the surface seems to be larger than the unit of the drawing.
 
-    With a wrong unit, all holes lie in one corner of the surface, and either span at least half of this corner or are
-    implausibly deep.
+    If so, all holes lie in one corner of the surface. They also span at least half of this corner or are implausibly
+    deep.
     """
     deep = bool((thickness > DEEPEST * 2.0 * radius).any())
     for factor in OTHER_UNITS.values():
@@ -513,7 +539,7 @@ def _describe_lengths(part: Part, mesh: Mesh) -> Message:
 
 
 def _similar_length(part: Part, mesh: Mesh, factor: float) -> bool:
-    """Return whether the holes span about half to all of the length of the surface, which is scaled by `factor`."""
+    """Return whether the holes span half to all of the length of the surface, which is scaled by `factor`."""
     x0, y0, x1, y1 = part.extents
     drawing, surface = max(x1 - x0, y1 - y0), float(max((mesh.high - mesh.low)[:2]))
     return drawing > 0.0 < surface and _NEARLY <= drawing / (surface * factor) <= 1.1

@@ -1,13 +1,14 @@
-"""Chains: several closed cuts with one pierce. Between the cuts, the torch stays on along straight bridges in the
-scrap.
+"""Chains: several closed cuts that share a single pierce.
 
-A bridge connects two contours at the edge of the same scrap. These are two outlines directly on the sheet or in the
-same hole, or an outline and the hole around it. The hole comes last, because it detaches the scrap. A bridge touches no
-part, no clamp, and no kerf of a third contour.
+Between the cuts of a chain, the torch stays on and moves along straight bridges through the scrap. A bridge connects
+two contours that border on the same piece of scrap. These are either two outlines, both directly on the sheet or both
+in the same hole, or an outline and the hole around it. A hole is cut last, because cutting it detaches the scrap. A
+bridge must not touch a part, a clamp, or the kerf of a third contour.
 
-The search for chains is a routing problem. Each contour is a cluster, and the positions on it are nodes. A move is
-either a bridge, or a retract, a rapid and a new pierce, and costs the time for that. For the best order, the positions
-are then optimised again. If two bridges cross, the bridge that saves more time is kept.
+The search for chains is a routing problem. Each contour is a cluster, and the positions along the contour are its
+nodes. A move between two nodes is either a bridge, or a retract followed by a rapid and a new pierce. Its cost is the
+time that it takes. Once the best order is known, the positions are optimised again for that order. If two bridges
+cross, the one that saves more time is kept.
 """
 
 from __future__ import annotations
@@ -39,47 +40,50 @@ from leafcut.processes.sheet.plan.starts import (
     starts_with_leads,
 )
 
-#: Number of samples along a contour, and number of nearest contours to which bridges are tried.
+#: Number of samples along a contour, and number of nearest contours to which the search tries to build bridges.
 SAMPLES, NEIGHBOURS = 160, 8
 #: Maximum number of positions per contour and in total, and distance below which two positions are merged, mm.
 PLACES, MOST_PLACES, SAME_PLACE = 16, 3000, 1.0
-#: Distance from the contour within which a bridge must leave the kerf, in kerf widths.
+#: A bridge must leave the kerf of its contour within this distance, in kerf widths.
 LEAVES_WITHIN = 3.0
-#: Minimum angle between two bridges at the same point of a contour, rad. At smaller angles, the sliver between the
-#: bridges melts.
+#: Minimum angle between two bridges that meet at the same point of a contour, rad. At smaller angles, the thin sliver
+#: of metal between them would melt.
 LEAST_ANGLE = math.radians(40.0)
-#: Maximum number of contours in a chain, and in a block that is searched at once.
+#: Maximum number of contours in a chain, and in a block that one search handles.
 MOST_CONTOURS, BLOCK = 12, 400
-#: Distance along a contour within which two positions count as equal, mm.
+#: Two positions count as equal if they are this close along a contour, mm.
 SAME = 0.01
 #: Maximum number of starts of a chain.
 MOST_STARTS = 4
-#: Number of new start positions to try for a contour whose leads would hit a bridge.
+#: Number of alternative start positions to try if the leads of a contour would hit a bridge.
 NEW_PLACES = 16
 
-#: A chain as steps, one per contour. Each bridge ends at the entry of a step, and the next bridge starts at its exit.
+#: A chain is a sequence of steps, one per contour. Each bridge leads from the exit of a step to the entry of the next
+#: step.
 Chain = tuple[CutStart, ...]
 Bridge = tuple[Point, Point]
 
 
 @dataclass(frozen=True, eq=False)
 class Bridges:
-    """Columns of n positions on contours, and of m bridges between the positions.
+    """The positions on contours that bridges may use, and the bridges between them, stored as columns.
+
+    There are n positions and m bridges.
 
     Attributes
     ----------
     contour
-        Index of the contour of each position, int64[n].
+        Index of the contour on which each position lies, int64[n].
     at
         Distance of each position along its contour, mm, float64[n].
     arrive, leave
-        Points at which a bridge to a position ends, and a bridge from it starts, mm, float64[n, 2].
+        Points at which a bridge to a position ends, and at which a bridge from it starts, mm, float64[n, 2].
     begin, end
-        First and last position of each bridge, int64[m].
+        Indices of the first and last position of each bridge, int64[m].
     length
         Length of each bridge, mm, float64[m].
     saving
-        Time that a bridge saves, s, by its pair of positions. Bridges that save no time are missing.
+        Time that a bridge saves, s, keyed by its two positions. Bridges that save no time are left out.
     """
 
     contour: Indices
@@ -100,10 +104,10 @@ class Bridges:
 
 
 def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
-    """Return the contours that may form chains, in blocks of neighbours small enough for one search.
+    """Group the contours that may form chains into blocks small enough for one search.
 
-    All closed contours may form chains, except small holes, contours in the existing chains `taken`, and contours that
-    a plan file fixes. Each block is inside one of the `bands` (`cutting.bands`).
+    All closed contours may form chains, except small holes, contours that a plan file fixes, and contours in the
+    existing chains `taken`. Each block contains neighbouring contours from one of the `bands` (`cutting.bands`).
     """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {step.contour for chain in taken for step in chain}
@@ -119,10 +123,21 @@ def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequen
 def chain_problem(
     cutting: Cutting, members: Sequence[int], overhead: float, rapid: float
 ) -> tuple[RoutingProblem, Bridges] | None:
-    """Return the routing problem for the chains of a block, and its bridges, or None if no bridge saves time.
+    """Set up the routing problem for the chains of a block.
 
-    `members` is a block from `chain_blocks`. `overhead` is the time to lower and raise the head at each cut, s; `rapid`
-    is the velocity of rapids, mm/s.
+    Parameters
+    ----------
+    members
+        A block from `chain_blocks`.
+    overhead
+        Time to lower and raise the head at each cut, s.
+    rapid
+        Velocity of rapids, mm/s.
+
+    Returns
+    -------
+    tuple of RoutingProblem and Bridges, or None
+        The problem and the bridges it uses, or None if no bridge saves time.
     """
     rules, feed = cutting.rules, cutting.rules.data.feed
     # Time of a pierce and its leads, without travel.
@@ -148,9 +163,10 @@ def chain_problem(
 
 
 def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: Sequence[Chain] = ()) -> list[Chain]:
-    """Return the chains of a solution of `chain_problem`; `nodes` contains its positions in order.
+    """Convert a solution of `chain_problem` to chains.
 
-    Bridges that conflict with better bridges, or with the chains `before`, are omitted.
+    `nodes` lists the positions in the order of the solution. A bridge is dropped if it conflicts with a better bridge
+    or with one of the chains in `before`.
     """
     nodes = _best_positions(bridges, [int(bridges.contour[n]) for n in nodes])
     taken = [(a, b) for a, b in itertools.pairwise(nodes) if (a, b) in bridges.saving]
@@ -169,7 +185,7 @@ def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: 
 def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None = None) -> CutStart:
     """Return the step of a chain at a position on a contour, mm along its path.
 
-    Unless `clockwise` is given, the direction of the step follows the rules.
+    If `clockwise` is not given, the cutting rules decide on the direction.
     """
     c = cutting.contours[contour]
     way = c.directions[0] if clockwise is None else clockwise
@@ -177,9 +193,9 @@ def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None
 
 
 def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
-    """Choose a position for each contour in `order` so that the bridges save the most time, by dynamic programming.
+    """Choose one position on each contour of `order` so that the bridges save as much time as possible.
 
-    The angle between two bridges at a position is at least `LEAST_ANGLE`.
+    The method is dynamic programming. Two bridges that meet at a position must form an angle of at least `LEAST_ANGLE`.
     """
     out: dict[int, list[int]] = {}
     for a, b in bridges.saving:
@@ -209,14 +225,17 @@ def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
 
 
 def _bridges_spread(bridges: Bridges, before: int, place: int, after: int) -> bool:
-    """Return whether the angle between the bridges to and from a position is at least `LEAST_ANGLE`."""
+    """Return whether the bridges to and from a position form an angle of at least `LEAST_ANGLE`."""
     came = _unit_vector(bridges.arrive[place].tolist(), bridges.leave[before].tolist())
     goes = _unit_vector(bridges.leave[place].tolist(), bridges.arrive[after].tolist())
     return _angle(came, goes) >= LEAST_ANGLE
 
 
 def _stay_apart(one: Bridge, other: Bridge, kerf: float) -> bool:
-    """Return whether the kerfs of two bridges stay apart. Bridges with a common end need an angle of `LEAST_ANGLE`."""
+    """Return whether the kerfs of two bridges stay apart.
+
+    If both bridges end at the same point, they only need an angle of `LEAST_ANGLE` between them.
+    """
     if one[0] == other[1] or one[1] == other[0]:
         meet, p, q = (one[0], one[1], other[0]) if one[0] == other[1] else (one[1], one[0], other[1])
         return _angle(_unit_vector(meet, p), _unit_vector(meet, q)) >= LEAST_ANGLE
@@ -234,7 +253,7 @@ def _angle(a: Point, b: Point) -> float:
 
 
 def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int]]:
-    """Yield the runs of positions that bridges connect."""
+    """Yield each run of positions that bridges connect without a gap."""
     run = [nodes[0]]
     for a, b in itertools.pairwise(nodes):
         if (a, b) not in kept:
@@ -245,7 +264,7 @@ def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterabl
 
 
 def _split_long_run(run: list[int]) -> Iterable[list[int]]:
-    """Split a run into pieces of about equal length, with at most `MOST_CONTOURS` contours each."""
+    """Split a run into pieces of similar length that contain at most `MOST_CONTOURS` contours each."""
     parts = math.ceil(len(run) / MOST_CONTOURS)
     for k in range(parts):
         yield run[len(run) * k // parts : len(run) * (k + 1) // parts]
@@ -255,10 +274,10 @@ def _split_long_run(run: list[int]) -> Iterable[list[int]]:
 
 
 def scrap_of(contour: CutContour) -> int:
-    """Return a number that identifies the scrap next to a contour.
+    """Return a number that identifies the piece of scrap next to a contour.
 
-    For scrap in a hole, the number is the index of the hole. For scrap in a closed notch, it is -2 minus the index of
-    the outline. For all other scrap, it is -1.
+    Scrap in a hole has the index of the hole as its number. For scrap in a closed notch, the number is -2 minus the
+    index of the outline. All other scrap has the number -1.
     """
     if contour.hole:
         return contour.index
@@ -268,13 +287,13 @@ def scrap_of(contour: CutContour) -> int:
 def exit_position(contour: CutContour, at: float, clockwise: bool) -> float:
     """Return the position at which a chain leaves a contour, mm along its path.
 
-    This position is the start, or lies before the start if a micro-joint remains.
+    A chain normally leaves where it entered. If the contour needs a micro-joint, the chain leaves earlier.
     """
     return at + (contour.closing_joint if clockwise else -contour.closing_joint)
 
 
 def bridge_fits(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap: Scrap) -> bool:
-    """Return whether two contours border on the same scrap and a bridge between `ends` fits into it."""
+    """Return whether two contours border on the same scrap, and the bridge `ends` stays inside this scrap."""
     one, other = (contours[k] for k in pair)
     if one.hole or pair[0] == pair[1] or scrap_of(one) != scrap_of(other):
         return False
@@ -282,7 +301,7 @@ def bridge_fits(contours: list[CutContour], pair: tuple[int, int], ends: Bridge,
 
 
 def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scrap, reach: float) -> Bridges:
-    """Return all bridges shorter than `reach` mm between the contours with the indices `members`."""
+    """Find all bridges shorter than `reach` mm between the contours with the indices `members`."""
     pairs = _neighbours(contours, members, reach)
     places = _candidate_positions(contours, pairs, reach)
     begin, end = _close_pairs(places, pairs, reach)
@@ -299,7 +318,7 @@ def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scra
 
 
 def _fitting_bridges(lines: NDArray[np.float64], one: CutContour, other: CutContour, scrap: Scrap) -> Mask:
-    """Return a mask of the bridges from one contour to another, float64[n, 2, 2], that are inside scrap."""
+    """Return a mask of the bridges, float64[n, 2, 2], from `one` to `other` that stay inside the scrap."""
     ok = leaves_kerf_at_once(lines, one.line, scrap.rules.kerf)
     ok &= leaves_kerf_at_once(lines[:, ::-1], other.line, scrap.rules.kerf)
     if ok.any():
@@ -308,7 +327,7 @@ def _fitting_bridges(lines: NDArray[np.float64], one: CutContour, other: CutCont
 
 
 def leaves_kerf_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
-    """Return a mask of the lines, float64[n, 2, 2], that leave a kerf at once and stay outside it.
+    """Return a mask of the lines, float64[n, 2, 2], that leave a kerf directly and never return to it.
 
     `kerf_line` is the centreline of the kerf, and `kerf` is its width, mm.
     """
@@ -325,8 +344,9 @@ def leaves_kerf_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float)
 
 
 def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float) -> list[tuple[int, int]]:
-    """Return pairs of neighbouring contours that border on the same scrap, in both orders. A pair never starts with a
-    hole.
+    """Return the pairs of neighbouring contours that border on the same scrap.
+
+    Each pair appears in both orders, except that a hole never comes first.
     """
     lines = np.array([contours[k].line for k in members], dtype=object)
     if not len(lines):
@@ -348,7 +368,10 @@ def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float
 
 
 def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float) -> Bridges:
-    """Return the positions to try for bridges: points near one or two other contours, and the points opposite."""
+    """Choose positions where bridges might be useful.
+
+    These are points close to one or two neighbouring contours, and the points opposite them.
+    """
     near: dict[int, list[int]] = {}
     for one, other in pairs:
         near.setdefault(one, []).append(other)
@@ -379,10 +402,11 @@ def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, 
 
 
 def _positions_between(one: NDArray[np.float64], other: NDArray[np.float64], reach: float) -> set[tuple[int, float]]:
-    """Return the best samples of a contour for bridges to two neighbours, each with the sum of both distances, mm.
+    """Return the samples of a contour that are best suited for bridges to two neighbours.
 
-    The best samples are the sample with the smallest sum, and the sample whose larger distance is smallest. `one` and
-    `other` are the distances of all samples from the two neighbours, mm.
+    There are up to two such samples. One minimises the sum of the distances to both neighbours, and the other minimises
+    the larger of the two distances. Each sample comes with the sum of both distances, mm. The arrays `one` and `other`
+    contain the distances from every sample to the two neighbours, mm.
     """
     total, farther = one + other, np.maximum(one, other)
     if not (farther < reach).any():
@@ -393,7 +417,7 @@ def _positions_between(one: NDArray[np.float64], other: NDArray[np.float64], rea
 
 
 def _sample_positions(contour: CutContour) -> NDArray[np.float64]:
-    """Return positions along a contour, mm: evenly spaced positions, and the ends of its segments."""
+    """Sample a contour at regular intervals and at the ends of its segments. Return the positions, mm."""
     length = contour.path.length
     even = (np.arange(SAMPLES) + 0.5) * length / SAMPLES
     meet = np.cumsum(contour.path.lengths)[:-1][:SAMPLES]
@@ -407,9 +431,9 @@ def _add_position(wanted: dict[float, float], at: float, away: float) -> None:
 
 
 def _spaced_positions(contour: CutContour, wanted: dict[float, float], most: int) -> list[float]:
-    """Return up to `most` positions along a contour, mm, sorted, with a minimum spacing.
+    """Select up to `most` positions along a contour, mm, that keep a minimum distance from each other.
 
-    Positions close to neighbouring contours are preferred.
+    Positions near other contours are preferred. The result is sorted.
     """
     kept: list[float] = []
     for at in sorted(wanted, key=lambda a: (wanted[a], a)):
@@ -422,7 +446,7 @@ def _spaced_positions(contour: CutContour, wanted: dict[float, float], most: int
 
 
 def _close_pairs(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Indices, Indices]:
-    """Return the pairs of positions on neighbouring contours that are less than `reach` mm apart."""
+    """Return all pairs of positions on neighbouring contours that are less than `reach` mm apart."""
     of: dict[int, Indices] = {int(k): np.flatnonzero(places.contour == k) for k in np.unique(places.contour)}
     begin, end = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for one, other in pairs:
@@ -440,7 +464,7 @@ def _close_pairs(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float
 
 
 def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
-    """Return the chains that a plan file fixes, or all its chains if `everything`.
+    """Return the chains that a plan file fixes, or all chains in the file if `everything` is set.
 
     Raises PlanError if a bridge does not fit.
     """
@@ -481,9 +505,10 @@ def _planned_step(cutting: Cutting, position: dict[int, int], choice: CutChoice)
 
 
 def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
-    """Return the cutting with each chain added as a start of its first contour.
+    """Add each chain to the cutting, as a start of the first contour of the chain.
 
-    The leads of other cuts avoid the bridges. A bridge that leaves no space for the lead of another cut is removed.
+    The leads of other cuts keep clear of the bridges. If a bridge leaves no room for the lead of another cut, the
+    bridge is removed.
     """
     chains = list(chains)
     while chains:
@@ -512,8 +537,10 @@ def _scrap_with_bridges(cutting: Cutting, chains: Sequence[Chain]) -> Scrap:
 
 
 def _reversed_chain(cutting: Cutting, chain: Chain) -> Chain:
-    """Return a chain in reverse direction. The chain is unchanged if it ends with a hole, or if the entry and the exit
-    of a step differ.
+    """Reverse the direction of a chain.
+
+    A chain keeps its direction if it ends with a hole, or if the torch leaves one of its contours at a different point
+    than it entered.
     """
     if cutting.contours[chain[-1].contour].hole or any(step.entry != step.exit for step in chain):
         return chain
@@ -523,7 +550,10 @@ def _reversed_chain(cutting: Cutting, chain: Chain) -> Chain:
 def _add_single_starts(
     cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int, list[CutStart]]
 ) -> int | None:
-    """Add the starts of contours outside chains to `starts`. Return the first contour without a start, or None."""
+    """Add the starts of the contours outside chains to `starts`.
+
+    Return the first contour that has no start, or None if all contours have starts.
+    """
     for k in range(len(cutting.contours)):
         if k not in members:
             starts[k] = _starts_clear_of_bridges(cutting, k, scrap)
@@ -533,7 +563,6 @@ def _add_single_starts(
 
 
 def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a contour outside chains whose leads touch no bridge."""
     contour, own = cutting.contours[number], cutting.starts_of([number])
     if contour.kind != "cut":
         return own
@@ -546,7 +575,7 @@ def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> lis
 
 
 def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
-    """Return the chains without the bridge that is nearest to the contour `stuck`."""
+    """Remove the bridge that is closest to the contour `stuck`."""
     line = cutting.contours[stuck].line
     at = [(n, i) for n, chain in enumerate(chains) for i in range(len(chain) - 1)]
     away = [shapely.distance(line, shapely.LineString([chains[n][i].exit, chains[n][i + 1].entry])) for n, i in at]
@@ -556,7 +585,7 @@ def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> l
 
 
 def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a chain whose lead-ins do not touch its bridges; the list may be empty."""
+    """Return the starts of a chain whose lead-ins keep clear of its bridges. The list may be empty."""
     contours, kerf = cutting.contours, cutting.rules.kerf
     bridges = [shapely.LineString([a.exit, b.entry]) for a, b in itertools.pairwise(chain)]
     head, last = chain[0], _last_step(contours[chain[-1].contour], chain[-1], scrap, bridges[-1])
@@ -572,7 +601,7 @@ def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]
 
 
 def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a contour at the position of a step, with each lead that fits there."""
+    """Return a start for each lead that fits at the position of a step."""
     rules = contour.rules
     if rules.edge_start:
         return [s for s in edge_starts(step.contour, contour, scrap, [step.at]) if s.clockwise == step.clockwise]
@@ -588,7 +617,10 @@ def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[Cut
 
 
 def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
-    """Add a lead-out to the last step of a chain: the longest that avoids the bridge to this step, or none."""
+    """Add a lead-out to the last step of a chain.
+
+    This is the longest lead-out that keeps clear of the bridge to this step. If none fits, the step has no lead-out.
+    """
     end, wanted = contour.end_of(step.at, step.clockwise), contour.lead_out
     for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
         lead = replace(wanted, length=share * wanted.length)
@@ -600,9 +632,9 @@ def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -
 
 
 def lead_leaves_bridge(lead: Points, bridge: Any, kerf: float) -> bool:
-    """Return whether a lead leaves the kerf of a bridge and stays outside it.
+    """Return whether a lead moves out of the kerf of a bridge and stays outside.
 
-    `lead` is float64[k, 2], from the contour outwards.
+    `lead` is float64[k, 2]. It starts at the contour.
     """
     line = shapely.LineString(lead)
     count = max(math.ceil(line.length / max(0.25 * kerf, 0.01)), 2)

@@ -1,5 +1,6 @@
-"""Find edges that two parts can share in a single cut. Such edges are one kerf apart, or coincide if the kerf is not
-compensated.
+"""Find edges that two parts can share in a single cut.
+
+With kerf compensation, such edges are one kerf apart. Without it, they coincide.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ from leafcut.processes.sheet.plan.contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Tolerance for the distance between edges one kerf apart, mm; half of it applies to each part.
+#: Tolerance for the distance between two edges that are one kerf apart, mm. Each of the two parts gets half of it.
 GAP = 0.02
 #: Minimum overlap of facing edges for a common line, in kerf widths and in mm.
 LEAST_KERFS, LEAST = 4.0, 2.0
 #: Maximum distance between coincident edges, mm. Different chords of the same arc are closer than this.
 SAME_EDGE = 0.01
-#: Distance from the ends of a curved edge within which other points count as rounding errors, mm.
+#: Near the ends of a curved edge, points within this distance are treated as rounding errors, mm.
 LEAST_STEP = 0.02
-#: Minimum length over which edges coincide, mm; below it, they only cross or touch.
+#: Edges coincide if they overlap over at least this length, mm. Over a shorter length, they only cross or touch.
 CROSSING = 0.2
 #: A contour counts as cut twice if another cut follows more than this share of its length.
 MOST = 0.5
@@ -39,20 +40,20 @@ MOST = 0.5
 
 @dataclass(frozen=True)
 class EdgeGap:
-    """The gap between facing edges of two contours.
+    """The gap between two edges that face each other.
 
     Attributes
     ----------
     parts
-        Indices of the contours, in ascending order.
+        Indices of the two contours, in ascending order.
     begin, end
         Ends of the centreline of the gap, mm.
     width
-        Width of the gap, mm; 0 for coincident curved edges.
+        Width of the gap, mm. It is 0 for coincident curved edges.
     normal
-        Unit vector across the gap; (0, 0) for coincident curved edges.
+        Unit vector across the gap. It is (0, 0) for coincident curved edges.
     between
-        Points of the centreline between its ends, mm, for coincident curved edges.
+        For coincident curved edges, the points of the centreline between its ends, mm.
     """
 
     parts: tuple[int, int]
@@ -74,10 +75,10 @@ class EdgeGap:
 
 
 def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGap]:
-    """Return the gaps between straight edges of outlines that are one compensated kerf apart.
+    """Find pairs of straight edges on different outlines that are exactly one compensated kerf apart.
 
-    Both outlines must lie directly on the sheet, or in the same hole. Without compensation, coincident curved edges are
-    included: arcs of the same circle, and polylines with the same corners.
+    Both outlines must lie directly on the sheet or in the same hole. Without kerf compensation, the result also
+    includes curved edges that coincide: arcs of the same circle, and polylines with the same corners.
     """
     owner, ends = [], []
     for k, c in enumerate(contours):
@@ -106,7 +107,10 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGa
 
 
 def _with_curved_edges(straight: list[EdgeGap], contours: Sequence[CutContour]) -> list[EdgeGap]:
-    """Add a gap for each coincident curved edge, and remove the gaps between straight edges that it contains."""
+    """Add a gap for each pair of coincident curved edges.
+
+    If straight gaps lie inside such an edge, they are removed.
+    """
     own = [k for k, c in enumerate(contours) if c.has_leads and not c.hole]
     lines: Any = np.array([contours[k].line for k in own], dtype=object)
     found = list(straight)
@@ -131,9 +135,9 @@ def _with_curved_edges(straight: list[EdgeGap], contours: Sequence[CutContour]) 
 
 
 def _between_corners(piece: Any, corners: Any) -> tuple[Point, ...]:
-    """Return the points of a shared edge, from its first to its last corner in the drawing.
+    """Return the points of a shared edge from its first to its last corner in the drawing.
 
-    Beyond these corners the outlines diverge, although they may stay within `SAME_EDGE` for a short length.
+    Beyond these corners the outlines separate, even if they stay within `SAME_EDGE` for a short distance.
     """
     on = corners[shapely.dwithin(corners, piece, 2.0 * SAME_EDGE)]
     if len(on) < 2:
@@ -147,16 +151,24 @@ def _between_corners(piece: Any, corners: Any) -> tuple[Point, ...]:
 
 
 def least_length(rules: CutRules) -> float:
-    """Return the minimum overlap of facing edges that is required for a common line, mm."""
+    """Return how far two facing edges must overlap to be cut as a common line, mm."""
     return LEAST if rules.half <= 0.0 else max(LEAST_KERFS * rules.kerf, LEAST)
 
 
 def _edge_gap(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:
-    """Return the gap between two edges, float64[2, 2] each, or None if they do not face each other at the distance
-    `gap`, mm.
+    """Return the gap between two edges, or None if they do not face each other at the distance `gap`.
 
-    `least` is the minimum overlap, mm. Outlines are counter-clockwise, so the scrap is to the right of an edge, and
-    facing edges have opposite directions.
+    Outlines run counter-clockwise, so the scrap lies to the right of each edge, and facing edges have opposite
+    directions.
+
+    Parameters
+    ----------
+    one, other
+        The two edges, float64[2, 2] each, mm.
+    gap
+        Required distance between the edges, mm.
+    least
+        Minimum overlap of the edges, mm.
     """
     length = float(np.hypot(*(one[1] - one[0])))
     along = (one[1] - one[0]) / length
@@ -182,7 +194,7 @@ def _edge_gap(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: f
 
 
 def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue]:
-    """Return a warning about coincident edges that are cut twice, if kerfs are not compensated.
+    """Warn about coincident edges that are cut twice because the kerf is not compensated.
 
     Raises PlanError if a contour shares more than half of its path with another contour.
     """
@@ -214,10 +226,19 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
 def precedence_for_pierces(
     contours: Sequence[CutContour], starts: Sequence[CutStart], pairs: Iterable[tuple[int, int]], rules: CutRules
 ) -> list[tuple[int, int]]:
-    """Return precedence pairs (before, after) for contours whose possible pierces all lie on other contours.
+    """Return additional precedence for contours that can only be pierced on the path of another contour.
 
-    Such a contour must be cut before those contours, while there is still metal to pierce. `pairs` is the existing
-    precedence.
+    Such a contour must be cut before the other contours, while there is still metal to pierce.
+
+    Parameters
+    ----------
+    pairs
+        The existing precedence pairs (before, after).
+
+    Returns
+    -------
+    list of tuple of int
+        The additional precedence pairs.
     """
     burnt: Any = np.array([c.line if c.kind == "cut" else shapely.LineString() for c in contours], dtype=object)
     pierced = [s for s in starts if s.pierce and contours[s.contour].kind == "cut"]
@@ -243,7 +264,7 @@ def precedence_for_pierces(
 
 
 def is_acyclic(pairs: Iterable[tuple[int, int]]) -> bool:
-    """Return whether the precedence pairs (before, after) have no cycle."""
+    """Return whether the precedence pairs (before, after) contain no cycle."""
     sorter: TopologicalSorter[int] = TopologicalSorter()
     for before, after in pairs:
         sorter.add(after, before)

@@ -1,7 +1,8 @@
-"""Common lines: a single cut between straight edges that are one kerf apart, or along coincident edges.
+"""Common lines: one cut that separates two parts.
 
-The common lines of a group of parts are cut first. They are open cuts that start in the scrap next to the group and end
-in another kerf of the group. The cut around the whole group comes last and detaches all its parts.
+Two parts can share a cut if their straight edges are one kerf apart, or if their edges coincide. The common lines of a
+group of parts are cut first. They are open cuts that start in the scrap next to the group and end in another kerf of
+the group. The cut around the whole group comes last and detaches all its parts.
 """
 
 from __future__ import annotations
@@ -42,20 +43,21 @@ from leafcut.processes.sheet.plan.scrap import PART_SHRINKAGE, Scrap
 MEET = 0.01
 #: Maximum distance between coincident lines, mm: slightly above the tolerance of verification.
 BESIDE = 0.04
-#: Maximum extension of a common line to another kerf, in half kerf widths; enough for a corner of 20 degrees.
+#: How far a common line may be extended to reach another kerf, in half kerf widths. This is enough for a corner of 20
+#: degrees.
 REACH = 6.0
-#: Methods whose cuts may cross kerfs, because a beam or a water jet does not need metal to stay on.
+#: Methods whose cuts may cross a kerf. A laser beam or a water jet does not need metal to stay on.
 CROSSABLE = (CutMethod.LASER, CutMethod.WATERJET)
-#: Minimum length of an uncut section of a path that is not a rounding error, mm, and minimum turn at a corner of the
-#: drawing, rad.
+#: Uncut sections shorter than this are rounding errors, mm; and minimum turn at a corner of the drawing, rad.
 SHORT, SHARP = 0.1, math.radians(3.0)
-#: Distance beyond the end of an edge within which metal indicates a bend, in half kerf widths (1.41 for a right angle).
+#: If there is metal within this distance beyond the end of an edge, the edge bends there. In half kerf widths (1.41 for
+#: a right angle).
 BEND = 1.3
 #: Maximum angle between collinear lines, rad.
 STRAIGHT = 1e-3
-#: Maximum radius of fitted arcs, mm; arcs with a larger radius become lines.
+#: Maximum radius of fitted arcs, mm. An arc with a larger radius is replaced by a line.
 ROUNDEST = 1e5
-#: Lead-ins to try: lengths, relative to the requested length, and angles to the line, rad.
+#: Lead-ins to try: lengths relative to the requested length, and angles to the line, rad.
 SHARES = (1.0, 0.7, 0.45, 0.3)
 ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -60.0))
 
@@ -63,10 +65,19 @@ ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -6
 def with_common_lines(
     contours: list[CutContour], scrap: Scrap
 ) -> tuple[list[CutContour], list[tuple[int, int]], list[Issue]]:
-    """Replace the outlines of each group of parts with common lines and a single contour around the group.
+    """Replace the outlines of each group of parts with common lines and one contour around the group.
 
-    Edges are still cut twice if their common line cannot start in the scrap. In plasma cutting, this is the case for
-    grids of three or more rows. Returns the contours, their additional precedence pairs (before, after), and issues.
+    If a common line cannot start in the scrap, its two edges are still cut separately. In plasma cutting, this happens
+    in grids of three or more rows.
+
+    Returns
+    -------
+    list of CutContour
+        The contours, with common lines where possible.
+    list of tuple of int
+        Additional precedence pairs (before, after).
+    list of Issue
+        Notes for the user.
     """
     rules = scrap.rules
     slots = facing_edges(contours, rules)
@@ -87,7 +98,7 @@ def with_common_lines(
 
 
 def scrap_with_lead_ins(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
-    """Return the scrap in which the lead-ins of common lines are obstacles for other leads."""
+    """Mark the lead-ins of common lines as obstacles, so that other leads avoid them."""
     leads = []
     for c in contours:
         for at, backward, lead in ((0.0, False, c.inlets[0]), (c.path.length, True, c.inlets[1])):
@@ -97,10 +108,10 @@ def scrap_with_lead_ins(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
 
 
 def _common_cut_groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> list[CommonCutGroup]:
-    """Return the groups of parts with common lines, in the order of their first outlines.
+    """Group the parts that share common lines, in the order of their first outlines.
 
-    A group contains all connected parts if all lines between them can be cut. Otherwise, parts are joined pair by pair,
-    the pair with the longest common edges first, as long as all lines can be cut.
+    If all lines between connected parts can be cut, these parts form one group. Otherwise, parts are joined pair by
+    pair, starting with the pair that has the longest common edges, as long as all lines of the group can be cut.
     """
     grouper = Grouper(contours, slots, scrap)
     shared: dict[tuple[int, int], float] = {}
@@ -181,8 +192,9 @@ def _line_contour(contours: list[CutContour], group: CommonCutGroup, number: int
 def _group_precedence(
     others: Sequence[CutContour], around: CutContour, group: CommonCutGroup, at: int
 ) -> Iterable[tuple[int, int]]:
-    """Yield precedence pairs (before, after): first inner contours and marks, then the lines in order, and last the
-    outer cut.
+    """Yield the precedence pairs (before, after) of a group.
+
+    Inner contours and marks come first, then the lines in their order, and the outer cut comes last.
     """
     count = len(group.lines)
     inside, numbers = set(around.covers), group.parts
@@ -194,7 +206,7 @@ def _group_precedence(
 
 
 def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return a note with the reason why there are no common lines, if they were requested."""
+    """Explain in a note why there are no common lines although the user requested them."""
     if not rules.common_lines:
         return []
     if slots:
@@ -217,7 +229,7 @@ def _no_common_lines(least: float, rules: CutRules) -> Message:
 
 
 def _separate_edge_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return a note about edges that are one kerf apart but are cut separately."""
+    """Return a note about edges that are one kerf apart but are still cut separately."""
     if not slots or rules.half <= 0.0:  # `doubled_edges` reports coincident edges
         return []
     (x, y), (u, v) = slots[0].begin, slots[0].end
@@ -247,10 +259,16 @@ def _line_issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rul
 
 @dataclass(frozen=True)
 class CommonLine:
-    """A common line through `points`, mm. Both of its ends lie on the centrelines of other kerfs.
+    """A cut along `points`, mm, that two parts share. Both ends lie on the centrelines of other kerfs.
 
-    `shared` is the length of the line between two parts, mm. `inlets` contains the lead-in at each end, or None if the
-    line cannot start there. `parts` contains indices of contours.
+    Attributes
+    ----------
+    shared
+        Length of the line that lies between two parts, mm.
+    inlets
+        The lead-in at each end, or None if the line cannot start at that end.
+    parts
+        Indices of the contours that the line separates.
     """
 
     points: tuple[Point, ...]
@@ -268,9 +286,18 @@ class CommonLine:
 class CommonCutGroup:
     """A group of parts with common lines.
 
-    `members` contains the indices of the outlines, and `parts` the numbers of the parts. `shape` is the outline of the
-    parts including the gaps between them, and `path` is the torch path around this outline. `order` contains precedence
-    pairs (before, after) of `lines`.
+    Attributes
+    ----------
+    members
+        Indices of the outlines.
+    parts
+        Numbers of the parts.
+    shape
+        Outline of the whole group, including the gaps between its parts.
+    path
+        Torch path around this outline.
+    order
+        Precedence pairs (before, after) of `lines`.
     """
 
     members: frozenset[int]
@@ -328,7 +355,7 @@ class Grouper:
     # -- the path around ---------------------------------------------------------------------------------------------
 
     def _outer_shape(self, members: frozenset[int], inside: Sequence[int]) -> Polyline | None:
-        """Return the outline of the parts including the gaps between them, or None if the parts enclose scrap."""
+        """Return the outline of the parts and the gaps between them, or None if the parts enclose scrap."""
         whole: Any = shapely.union_all(
             [*(self.metal[k] for k in sorted(members)), *(self.gap_areas[n] for n in inside)]
         )
@@ -354,8 +381,9 @@ class Grouper:
         return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
     def _follows_torch_paths(self, lines: Any, members: frozenset[int]) -> bool:
-        """Return whether the lines follow the torch path of each part, except at sharp corners, and do not gouge any
-        part.
+        """Return whether the lines follow the torch path of each part without cutting into a part.
+
+        Sharp corners may deviate from the torch path.
         """
         half = self.rules.half
         near = lines.buffer(ROUNDING)
@@ -371,7 +399,7 @@ class Grouper:
     def _shortened_at_bends(self, slot: EdgeGap) -> EdgeGap:
         """Shorten a gap by half a kerf at each end where both edges bend.
 
-        Then the path around the group meets the torch paths of both parts.
+        This makes the path around the group meet the torch paths of both parts.
         """
         half = self.rules.half
         along = (np.array(slot.end) - np.array(slot.begin)) / slot.length
@@ -386,7 +414,7 @@ class Grouper:
     # -- the lines between -------------------------------------------------------------------------------------------
 
     def _collinear_gaps(self) -> Iterator[tuple[int, int]]:
-        """Yield pairs of collinear gaps that are at most one kerf apart."""
+        """Yield pairs of gaps that lie on the same straight line and are at most one kerf apart."""
         if not len(self.middles):
             return
         reach = 2.0 * self.rules.half + 2.0 * GAP
@@ -399,7 +427,7 @@ class Grouper:
                     yield int(i), int(j)
 
     def _continuous_gaps(self, inside: Sequence[int]) -> list[list[int]]:
-        """Group the gaps with the indices `inside` into continuous lines."""
+        """Join the gaps with the indices `inside` to continuous lines. Return the gaps of each line."""
         own = set(inside)
         lists = {n: [n] for n in inside}
         for i, j in self.follows:
@@ -420,7 +448,10 @@ class Grouper:
         )
 
     def _extended_to_kerfs(self, lines: list[tuple[Point, ...]], around: Any) -> list[tuple[Point, ...]] | None:
-        """Extend the lines at both ends to the centreline of the next kerf. Return None if an end meets no kerf."""
+        """Extend each line at both ends until it reaches the centreline of a kerf.
+
+        Return None if the extension of a line does not reach a kerf.
+        """
         drawn = [shapely.LineString(line) for line in lines]
         found = []
         for number, line in enumerate(lines):
@@ -435,7 +466,7 @@ class Grouper:
         return found
 
     def _kerf_on_extension(self, origin: Point, end: Point, kerfs: Any) -> Point | None:
-        """Return the point at which the extension of a line meets the centreline of a kerf, or None."""
+        """Extend a line beyond `end` and return the first point on the centreline of a kerf, or None."""
         along = (np.array(end) - np.array(origin)) / math.dist(origin, end)
         ray = shapely.LineString([end, np.array(end) + (REACH * self.rules.half + MEET) * along])
         hits = ray.intersection(kerfs)
@@ -445,7 +476,7 @@ class Grouper:
         return x, y
 
     def _inner_corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, ...]]) -> Point | None:
-        """Return the point at an inner corner of a part where the extensions of two lines meet, or None."""
+        """Return the point where the extensions of two lines meet at an inner corner of a part, or None."""
         reach = REACH * self.rules.half + MEET
         u, v = end[0] - origin[0], end[1] - origin[1]
         for line in others:
@@ -462,9 +493,10 @@ class Grouper:
         return None
 
     def _with_joined_lines(self, lines: list[CommonLine], members: frozenset[int], around: Any) -> list[CommonLine]:
-        """Join each line that has no lead-in with a line that ends at the same point.
+        """Join each line that has no lead-in with another line that ends at the same point.
 
-        No third line may end there, because the joined line would cross the kerf of that line.
+        Lines are only joined if no third line ends at this point. Otherwise, the joined line would cross the kerf of
+        the third line.
         """
         left = list(lines)
         while True:
@@ -502,7 +534,7 @@ class Grouper:
         return first, self._inlet(points[-1], points[-2], members, around, True)
 
     def _inlet(self, here: Point, to: Point, members: frozenset[int], around: Any, backward: bool) -> Lead | None:
-        """Return the lead-in of a line at one of its ends, or None if the line cannot start there."""
+        """Return a lead-in for the end `here` of a line, or None if the line cannot start at this end."""
         if shapely.distance(around, shapely.Point(here)) > 2.0 * MEET:
             return None
         wanted = self.rules.lead_in
@@ -521,9 +553,9 @@ class Grouper:
         return None
 
     def _has_room(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
-        """Return whether a straight lead-in, float64[2, 2], is inside the scrap around the group.
+        """Return whether a straight lead-in, float64[2, 2], stays inside the scrap around the group.
 
-        `splash` is the radius around the pierce that must contain no part, mm.
+        `splash` is the radius around the pierce that must be free of parts, mm.
         """
         kerf = self.rules.kerf
         owners = [self.contours[k] for k in members]
@@ -542,7 +574,7 @@ class Grouper:
 
 
 def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
-    """Return whether a section of a path is the arc around a sharp corner of the drawing."""
+    """Return whether a section of a path is an arc around a sharp corner of the drawing."""
     drawn = contour.source.path
     corners: Any = shapely.points(drawn.vertices[np.abs(corner_turns(drawn)) > SHARP, :2])
     points: Any = shapely.points(shapely.get_coordinates(piece))
@@ -550,7 +582,7 @@ def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
 
 
 def _straightened(path: Polyline) -> Polyline:
-    """Replace nearly straight arcs with lines, because no controller accepts their large radius."""
+    """Replace nearly straight arcs with lines. No controller accepts arcs with such a large radius."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
     bulge = np.abs(rows[:, 2])
@@ -559,7 +591,7 @@ def _straightened(path: Polyline) -> Polyline:
 
 
 def _gap_area(slot: EdgeGap) -> Any:
-    """Return the gap between two edges as a shapely polygon that slightly overlaps both parts."""
+    """Return the gap between two edges as a shapely polygon. The polygon slightly overlaps both parts."""
     reach = 0.5 * slot.width + 0.5 * GAP
     if slot.between:
         return shapely.LineString(slot.points).buffer(reach, cap_style="flat")
@@ -569,7 +601,7 @@ def _gap_area(slot: EdgeGap) -> Any:
 
 
 def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Point, ...]]:
-    """Split the lines so that none of them cross. Where two lines cross, the shorter line is split."""
+    """Split lines so that no two of them cross. At each crossing, the shorter line is split."""
     placed: list[tuple[Point, ...]] = []
     for line in sorted(lines, key=lambda line: (-round(shapely.LineString(line).length, 3), line)):
         whole = shapely.LineString(line)
@@ -585,10 +617,10 @@ def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list
 
 
 def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], ...] | None:
-    """Return precedence pairs (before, after) of lines, or None if they contradict each other.
+    """Return the precedence pairs (before, after) of the lines, or None if they contradict each other.
 
-    If a line ends at another line, it comes after the other line. If the only possible pierce of a line is in the kerf
-    of other lines, it comes before them. An example is a line without a lead-in that meets another line in a corner.
+    A line that ends at another line is cut after it. A line whose only possible pierce lies in the kerf of other lines
+    is cut before them. An example is a line without a lead-in that meets another line in a corner.
     """
     needed = set[tuple[int, int]]()
     drawn = [shapely.LineString(x.points) for x in lines]
@@ -607,13 +639,13 @@ def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[in
 
 
 def _have_common_stretch(lines: Sequence[Any], least: float) -> bool:
-    """Return whether two lines coincide over more than `least` mm, for example where one edge curves into another."""
+    """Return whether two lines overlap by more than `least` mm. This happens where one edge curves into another."""
     beside = [line.buffer(BESIDE) for line in lines]
     return any(lines[a].intersection(beside[b]).length > least for a, b in itertools.permutations(range(len(lines)), 2))
 
 
 def _pierce_point(line: CommonLine, at: int) -> Any:
-    """Return the pierce point for a start at the first end (0) or the last end (1) of a line, or None."""
+    """Return the point at which a line is pierced if it starts at its first end (0) or its last end (1), or None."""
     lead, points = line.inlets[at], line.points if not at else line.points[::-1]
     if lead is None:
         return None
@@ -622,7 +654,7 @@ def _pierce_point(line: CommonLine, at: int) -> Any:
 
 
 def _end_precedence(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
-    """Yield a pair (before, after) for each line that ends at an earlier line of the list."""
+    """For each line that ends at an earlier line of the list, yield a precedence pair (before, after)."""
     drawn = [shapely.LineString(x.points) for x in lines]
     for a, b in itertools.combinations(range(len(lines)), 2):
         if any(shapely.dwithin(drawn[a], shapely.Point(p), 2.0 * MEET) for p in lines[b].ends):
@@ -634,7 +666,7 @@ def _is_at_end(point: Point, ends: Sequence[Point]) -> bool:
 
 
 def _share_free_end(a: CommonLine, b: CommonLine, lines: Sequence[CommonLine]) -> bool:
-    """Return whether two lines share an end that no third line touches."""
+    """Return whether two lines end at the same point and no third line touches this point."""
     end = next((end for end in a.ends if _is_at_end(end, b.ends)), None)
     others = (shapely.LineString(c.points) for c in lines if c is not a and c is not b)
     return end is not None and not any(shapely.dwithin(other, shapely.Point(end), 2.0 * MEET) for other in others)

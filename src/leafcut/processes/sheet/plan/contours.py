@@ -1,4 +1,7 @@
-"""The contours of a sheet with their torch paths, which are offset by half a kerf into the scrap."""
+"""The contours of a sheet and the torch paths along them.
+
+A torch path runs half a kerf away from the part, in the scrap.
+"""
 
 from __future__ import annotations
 
@@ -27,13 +30,13 @@ from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lea
 OFFSET_TOLERANCE = 0.01
 #: Tolerance for distances, mm.
 ROUNDING = 0.03
-#: Minimum uncut area that is not a rounding error, mm².
+#: Uncut areas smaller than this are rounding errors, mm².
 SMALL = 0.01
 #: Minimum turn at a corner of the drawing, rad.
 CORNER = math.radians(30.0)
-#: Minimum distance between a start and a corner loop, mm.
+#: Minimum distance between the start of a cut and a corner loop, mm.
 BESIDE_LOOP = 1.0
-#: Distance before and after a point over which directions are averaged, mm. At a corner, the average is the bisector.
+#: Directions are averaged over this distance before and after a point, mm. At a corner, this gives the bisector.
 AROUND = 0.01
 
 
@@ -46,32 +49,33 @@ class CutContour:
     index
         Index of the contour in `Sheet.contours`.
     path
-        Centreline of the kerf, counter-clockwise if closed.
+        Centreline of the kerf. It is counter-clockwise if closed.
     line
         The path as a shapely line of chords.
     hole
-        Whether the contour is a hole, with the scrap inside and the part outside.
+        Whether the contour is a hole. Its scrap is inside, and the part is outside.
     diameter
-        Diameter of the circle of equal area, mm; 0 for an open contour.
+        Diameter of a circle with the same area, mm; 0 for an open contour.
     rules
-        Rules of the sheet. If the controller cannot compensate the kerf of this contour, the rules are adapted to
-        compensation by the program.
+        Rules of the sheet. If the controller cannot compensate the kerf of this contour, these rules let the program do
+        it.
     corners
-        Positions of the corners in the drawing along the path, mm.
+        Positions of the drawn corners along the path, mm.
     loops
         Start and end of each corner loop along the path, mm.
     covers
-        With common lines, the indices of the outlines that this contour cuts, completely or in part; otherwise empty.
+        With common lines, the outlines that this contour cuts, completely or in part, as indices; otherwise empty.
     group
-        Number of the group of parts with common lines, from 1; 0 for none.
+        Number of the group of parts with common lines, starting at 1; 0 if the contour belongs to no group.
     common
-        For a common line, the length that two parts share, mm; otherwise 0.
+        Length that two parts share, mm, if the contour is a common line; otherwise 0.
     inlets
-        For an open cut, the lead-in at each end; None if the cut cannot start there.
+        For an open cut, the lead-in at each end. It is None if the cut cannot start at this end.
     pinched
-        For an outline, the rings of the kerf's centreline in notches whose mouths are too narrow for the kerf.
+        For an outline with notches whose mouths are too narrow for the kerf, the kerf centrelines in these notches, as
+        rings.
     notch_of
-        For a contour in a notch that the kerf closes, the index of the notched outline; otherwise -1.
+        If the contour lies in a notch that the kerf closes, the index of the notched outline; otherwise -1.
     """
 
     index: int
@@ -92,22 +96,22 @@ class CutContour:
 
     @property
     def indices(self) -> tuple[int, ...]:
-        """Indices in `Sheet.contours` of all contours that this path cuts."""
+        """Indices in `Sheet.contours` of all contours that are cut along this path."""
         return self.covers or (self.index,)
 
     @property
     def kind(self) -> str:
-        """Kind of the contour: ``cut`` or ``mark``."""
+        """Whether the contour is cut or marked: ``cut`` or ``mark``."""
         return self.source.kind
 
     @property
     def has_leads(self) -> bool:
-        """Whether the contour is closed and is cut, so that one of its sides is scrap."""
+        """Whether the contour is closed and is cut. Only such a contour has scrap on one side, where leads may lie."""
         return self.path.closed and self.kind == "cut"
 
     @property
     def is_small(self) -> bool:
-        """Whether the contour is so small that the rules for small holes apply."""
+        """Whether the rules for small holes apply to this contour."""
         return self.hole and self.has_leads and self.diameter < self.rules.small_hole
 
     @property
@@ -122,8 +126,9 @@ class CutContour:
 
     @property
     def closing_joint(self) -> float:
-        """Length that remains uncut for a micro-joint at the end of the path, mm, including half a kerf on each
-        side.
+        """Length of the gap that a micro-joint leaves at the end of the path, mm.
+
+        It includes half a kerf on each side.
         """
         if not self.joints or self.rules.kind == CutMethod.LASER:
             return 0.0
@@ -131,14 +136,14 @@ class CutContour:
 
     @property
     def overcut(self) -> float:
-        """Length by which the cut continues past its start, mm."""
+        """Distance by which the cut continues beyond its start, mm."""
         if not self.has_leads or (self.joints and self.rules.kind != CutMethod.LASER):
             return 0.0
         return self.rules.hole_overcut if self.hole else self.rules.overcut
 
     @property
     def lead_out(self) -> Lead:
-        """The requested lead-out, or no lead-out if the rules exclude it for this contour."""
+        """The lead-out that the user requested, or no lead-out if the rules do not allow it for this contour."""
         ends_on_contour = self.rules.torch_off_in_overcut and self.overcut > 0.0
         ends_at_joint = self.joints and self.rules.kind != CutMethod.LASER
         if ends_on_contour or ends_at_joint or self.is_small or (self.hole and not self.rules.hole_lead_out):
@@ -152,7 +157,7 @@ class CutContour:
         return {"clockwise": (True,), "counter-clockwise": (False,), "free": (False, True)}[wanted]
 
     def name(self) -> str:
-        """Return a name with the part and the position of the contour, for messages."""
+        """Return a name for messages. It contains the part and the position of the contour."""
         x, y = self.source.path.start
         if self.common:
             return Message("common line of part {} from ({:.4g}, {:.4g})", self.source.part, x, y)
@@ -173,8 +178,9 @@ class CutContour:
         return self.hole != clockwise
 
     def travel_at(self, at: float, clockwise: bool) -> Point:
-        """Return the unit vector of travel at a position on the contour. At a corner, it is the bisector of both
-        directions.
+        """Return the direction of travel at a position on the contour, as a unit vector.
+
+        At a corner, this is the bisector of the directions before and after the corner.
         """
         (x0, y0), (x1, y1) = self.path.direction_at(at - AROUND), self.path.direction_at(at + AROUND)
         x, y = x0 + x1, y0 + y1
@@ -185,25 +191,24 @@ class CutContour:
         return sign * x / length, sign * y / length
 
     def end_of(self, at: float, clockwise: bool) -> float:
-        """Return the position at which a cut ends, mm along the path, if it starts at the position `at`."""
+        """Return the position at which a cut ends if it starts at the position `at`, mm along the path."""
         past = self.overcut - self.closing_joint
         return at - past if clockwise else at + past
 
     def is_smooth(self, at: float) -> bool:
-        """Return whether a position is far enough from corners to start compensation by the controller."""
+        """Return whether a position is far enough from corners for the controller to start kerf compensation."""
         return all(distance_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:
-        """Return whether a position is in a corner loop, or so close to it that the closing joint would be in the loop.
+        """Return whether a position is in a corner loop, or so close that the closing joint would be in the loop.
 
-        A joint must be on the edge of the part. If the joint were in a loop, the arc around the corner would remain
-        uncut as well.
+        A joint must lie on the edge of the part. A joint in a loop would leave the arc around the corner uncut.
         """
         length, room = self.path.length, BESIDE_LOOP + self.closing_joint
         return any((at - begin + room) % length <= end - begin + 2.0 * room for begin, end in self.loops)
 
     def may_start(self, at: float) -> bool:
-        """Return whether a cut may start at a position of the path, provided that its lead fits."""
+        """Return whether a cut may start at a position of the path. The caller must check whether the lead fits."""
         return not self.in_loop(at) and (self.rules.compensation != "controller" or self.is_smooth(at))
 
     def lead_points(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Points:
@@ -224,7 +229,7 @@ def distance_along(a: float, b: float, length: float) -> float:
 
 
 def flat_line(path: Polyline) -> Any:
-    """Return a path as a shapely line of chords that is prepared for distance queries."""
+    """Approximate a path by chords, as a shapely line that is prepared for distance queries."""
     points = path.flattened(FLATNESS)
     if len(points) < 2:
         points = np.repeat(points, 2, axis=0)
@@ -234,7 +239,7 @@ def flat_line(path: Polyline) -> Any:
 
 
 def names_of(contours: Sequence[CutContour]) -> str:
-    """Return the names of the first contours for a message."""
+    """List the names of the first few contours, for a message."""
     return ", ".join(c.name() for c in contours[:3]) + (" …" if len(contours) > 3 else "")
 
 
@@ -242,9 +247,9 @@ def names_of(contours: Sequence[CutContour]) -> str:
 
 
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
-    """Return the contours that can be cut, in the order of the sheet, and issues about areas that remain uncut.
+    """Return the contours that can be cut, in the order of the sheet, and issues about areas that stay uncut.
 
-    Holes stay uncut if they are too small for the kerf or the pierce. Notches stay uncut if their mouth is narrower
+    A hole stays uncut if it is too small for the kerf or for a pierce. A notch stays uncut if its mouth is narrower
     than the kerf.
     """
     kept: list[CutContour] = []
@@ -268,7 +273,7 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
 
 
 def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour | None:
-    """Return a contour with its torch path, or None if it is too narrow for the kerf."""
+    """Compute the torch path of a contour. Return None if the contour is too narrow for the kerf."""
     drawn = source.path
     if source.kind != "cut" or not drawn.closed:
         return CutContour(index, source, drawn, flat_line(drawn), False, 0.0, rules)
@@ -289,9 +294,9 @@ def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour
 
 
 def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
-    """Return all contours, with `notch_of` set for each contour in a closed notch.
+    """Set `notch_of` for each contour that lies in a closed notch, and return all contours.
 
-    If the mouth of a notch is narrower than two kerfs, the kerfs on both sides close the notch.
+    The kerfs on both sides of a notch close it if its mouth is narrower than two kerfs.
     """
     reach = 0.5 * rules.kerf + ROUNDING
     tree: Any = shapely.STRtree(np.array([c.line for c in contours], dtype=object))
@@ -312,14 +317,14 @@ def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour
 
 
 def _has_room_for_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
-    """Return whether a pierce fits into a hole, half a kerf inside its torch path."""
+    """Return whether there is room for a pierce inside a hole, half a kerf away from its torch path."""
     if path.area > 2.0 * rules.kerf * path.length:
         return True
     return not shapely.Polygon(line.coords).buffer(-rules.half, quad_segs=2).is_empty
 
 
 def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
-    """Return the positions of the corners in the drawing, mm along the torch path."""
+    """Project the corners of a drawn contour onto its torch path. Return the positions along that path, mm."""
     turns = corner_turns(drawn)
     places = drawn.vertices[np.abs(turns) > CORNER, :2]
     share = shapely.line_locate_point(line, shapely.points(places), normalized=True)
@@ -327,7 +332,7 @@ def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ..
 
 
 def corner_turns(path: Polyline) -> Points:
-    """Return the change of direction at the start of each segment of a closed path, rad. It is positive to the left."""
+    """Return the change of direction at the start of each segment of a closed path, rad. Left turns are positive."""
     turns = np.zeros(path.n_segments)
     ends = [_tangents(path, i) for i in range(path.n_segments)]
     for i, (begin, _) in enumerate(ends):
@@ -338,9 +343,9 @@ def corner_turns(path: Polyline) -> Points:
 
 
 def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
-    """Return the directions at both ends of a segment, as unit vectors.
+    """Return the unit vectors of travel at the start and the end of a segment.
 
-    Each is the direction of the chord, rotated by half the angle of the arc.
+    For an arc, this is the direction of the chord, rotated by half the angle of the arc.
     """
     s = path.segment(index)
     angle = math.atan2(s.end[1] - s.start[1], s.end[0] - s.start[0])
@@ -354,12 +359,15 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 def _contour_issue(
     code: str, one: Message, several: Message, place: Message, missing: MissingWork | None = None
 ) -> tuple[Message, Issue]:
-    """Return a remark: the message for several contours, with "" for their number, and the issue for one contour."""
+    """Combine an issue about one contour with the message to use if several contours have the same issue.
+
+    The number of contours in that message is left empty.
+    """
     return several, Issue(code, one, place, missing=missing)
 
 
 def _group_remarks(remarks: list[tuple[Message, Issue]]) -> list[Issue]:
-    """Return the issues of all remarks, with identical remarks about several contours merged into one issue."""
+    """Return the issues of all remarks. If several contours have the same remark, their issues are merged into one."""
     groups: dict[tuple[str, Message], list[Issue]] = {}
     for several, issue in remarks:
         groups.setdefault((issue.code, several), []).append(issue)
@@ -409,7 +417,10 @@ def _contour_place(index: int, source: Contour, x: float, y: float) -> Message:
 
 
 def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Message, Issue]]:
-    """Return the remarks about uncut notches of an outline. The areas `chambers` need none: they are cut as holes."""
+    """Return remarks about notches of an outline that stay uncut.
+
+    The areas in `chambers` are cut as holes, so they need no remark.
+    """
     source, rules = contour.source, contour.rules
     drawn = shapely.Polygon(source.path.flattened(FLATNESS))
     closed = shapely.Polygon(contour.line.coords).buffer(-rules.half)
@@ -441,7 +452,7 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Messa
 
 
 def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Message, Issue]]:
-    """Return the remarks about areas of a contour that the kerf cannot reach, and about very small holes."""
+    """Return remarks about areas that the kerf cannot reach, and about very small holes."""
     source, rules = contour.source, contour.rules
     found: list[tuple[Message, Issue]] = []
     several: Message

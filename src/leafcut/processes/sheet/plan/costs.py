@@ -27,20 +27,20 @@ def measure_cuts(
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
     shop_rate: float = 0.0,
 ) -> CutMeasures:
-    """Return times, lengths, costs and consumption of the cuts of a plan.
+    """Measure the times, lengths, costs and consumption of the cuts in a plan.
 
     Moves before the first cut and after the last cut count as rapids of the sheet.
 
     Parameters
     ----------
     seconds
-        Times of each cut, s: cutting, piercing, and rapids including the retract.
+        Three times for each cut, s: cutting, piercing, and rapids including the retract.
     whole
-        Time of the program, s.
+        Time for the whole program, s.
     corners
-        Corners of the travel move before each cut, by the index of the cut.
+        Corners of the travel move before each cut, keyed by the index of the cut.
     shop_rate
-        Cost of machine and operator per hour.
+        Cost of the machine and its operator per hour.
     """
     sheet, cuts, data = plan.sheet, plan.cuts, plan.data
     each = [_times_of_cut(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
@@ -91,18 +91,19 @@ def _times_of_cut(
 
 
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
-    """Return the drawn length of the contours of a cut, mm. With `part`, only the contours of this part count.
+    """Return the drawn length of the contours in a cut, mm. If `part` is given, only the contours of that part count.
 
-    Chambers of notches are not included, because they belong to an outline.
+    Chambers of notches do not count, because their edges belong to an outline.
     """
     contours = () if cut.common else (sheet.contours[i] for i in cut.contours)
     return sum(c.path.length for c in contours if not c.chamber and part in (None, c.part))
 
 
 def _share_of_part(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
-    """Return the share of a part in the times of a cut, or an empty list if the cut contains no contour of the part.
+    """Return the times of a cut that a part accounts for.
 
-    The times are shared by the length of the contours. The pierce of a chain counts for its first part.
+    If several parts share a cut, its times are divided by the length of their contours. The pierce of a chain counts
+    for the first part of the chain. The list is empty if the part has no contour in the cut.
     """
     if len(cut.contours) == 1:
         return [times] if cut.part == part else []
@@ -132,17 +133,18 @@ def part_areas(sheet: Sheet) -> dict[int, float]:
 
 
 def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
-    """Return the cost of the given times: consumption while the torch is on, pierces, and machine time."""
+    """Return the cost of consumables while the torch is on, of pierces, and of machine time."""
     burning = options.cutting_rate * (times.cut_s + times.pierce_s)
     return (burning + shop_rate * times.total_s) / _HOUR + options.pierce_cost * times.pierces
 
 
 def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumption:
-    """Return the consumption during the given times. Amounts for which the cut chart has no data remain unknown.
+    """Return the consumption during the given times. An amount stays unknown if the cut chart has no data for it.
 
-    Gas, power and abrasive are consumed while the torch is on, for cutting and piercing. If the chart does not state
-    the power, the power of the arc is used: current times voltage. Nozzles and electrodes wear by cutting time or by
-    pierces. The criterion that limits their life on the whole `sheet` is used for each part, so that the shares add up.
+    The machine uses gas, power and abrasive while the torch is on, for cutting and for piercing. If the chart does not
+    state the power, it is computed as current times voltage of the arc. Nozzles and electrodes wear out either by
+    cutting time or by the number of pierces. Whichever limit is reached first on the whole `sheet` is also used for
+    each part, so that the parts add up to the sheet.
     """
     rates, burning = data.rates, times.cut_s + times.pierce_s
 

@@ -1,4 +1,7 @@
-"""The cutting rules of a sheet, resolved from its options with defaults by cutting process."""
+"""The rules for cutting a sheet.
+
+They come from the user's options, with defaults that depend on the cutting process.
+"""
 
 from __future__ import annotations
 
@@ -10,21 +13,21 @@ from leafcut.model.cutting import CutData, Lead
 from leafcut.model.kinds import CutMethod, method_of
 from leafcut.processes.sheet.options import CutOptions
 
-#: Minimum length of a lead-in, mm. Plasma and oxyfuel: lapas.io, table of lead-ins. Other methods: an estimate so that
-#: the pierce mark stays off the part.
+#: Minimum length of a lead-in, mm. The values for plasma and oxyfuel are from a table of lead-ins by lapas.io. The
+#: others are estimates that keep the pierce mark off the part.
 SHORTEST_LEAD_IN: dict[str, float] = {
     CutMethod.PLASMA: 6.0,
     CutMethod.OXYFUEL: 15.0,
     CutMethod.LASER: 2.0,
     CutMethod.WATERJET: 2.0,
 }
-#: Length of a lead-in, in kerf widths (LightBurn forum: 1.5 to 3 for a laser). For the methods in `THICK_LEAD_IN`, the
-#: length is the thickness instead (note by Hypertherm).
+#: Length of a lead-in, in kerf widths (LightBurn forum: 1.5 to 3 for a laser). The methods in `THICK_LEAD_IN` use the
+#: thickness of the sheet instead (note by Hypertherm).
 KERFS_OF_LEAD_IN = 3.0
 THICK_LEAD_IN = (CutMethod.PLASMA, CutMethod.OXYFUEL)
 #: Minimum length of a lead-out, mm (MultiCAM: 6 to 12 mm for outlines).
 SHORTEST_LEAD_OUT = 6.0
-#: Defaults of LinuxCNC QtPlasmaC for holes: overcut, mm, and diameter below which a hole is cut more slowly, mm.
+#: Defaults of LinuxCNC QtPlasmaC for holes: the overcut, mm, and the diameter below which a hole is cut slowly, mm.
 HOLE_OVERCUT = 4.0
 SMALL_HOLE = 32.0
 #: Speed in small holes, percent of the cutting speed (QtPlasmaC's default).
@@ -33,33 +36,32 @@ SMALL_HOLE_SPEED = 60.0
 LEAD_ANGLE = 0.5 * math.pi
 #: Maximum angle of a corner that gets a loop, rad.
 LOOP_ANGLE = math.radians(100.0)
-#: Marking speed, mm/s (2500 mm/min): an estimate for scribes, and for lasers at a fifth of their power. The cutting
-#: speeds in the chart are too high for a scribe on thin sheets, and too low for a beam on thick sheets.
+#: Marking speed, mm/s (2500 mm/min). This is an estimate for scribes, and for lasers at a fifth of their power. The
+#: cutting speeds in the chart do not suit marks: they are too high for a scribe on thin sheets, and too low for a beam
+#: on thick sheets.
 MARK_FEED = 2500.0 / 60.0
-#: Minimum ratio of diameter to thickness of a plasma hole. Smaller holes become conical (plasma primer in the
+#: Minimum ratio of diameter to thickness for a plasma hole. Smaller holes come out conical (plasma primer in the
 #: documentation of QtPlasmaC).
 NARROWEST_HOLE = 1.5
 
 
 @dataclass(frozen=True)
 class CutRules:
-    """Rules for cutting a sheet, in mm, s, mm/s and rad.
-
-    The leads may be shortened for a contour.
+    """The rules for cutting a sheet, in mm, s, mm/s and rad. Individual contours may get shorter leads.
 
     Attributes
     ----------
     kind
         Cutting method, a `CutMethod`.
     data
-        Row of the chart.
+        Row of the cut chart.
     half
-        Distance between path and part: half a kerf, or 0 without compensation.
+        Distance between the torch path and the part: half a kerf, or 0 without compensation.
     outline_direction
         ``clockwise``, ``counter-clockwise`` or ``free``. Holes are cut in the opposite direction.
     once
-        Whether coincident edges are cut only once even without the option for common lines, because the kerf is not
-        compensated.
+        Whether coincident edges are cut only once even if the user did not ask for common lines. This is the case if
+        the kerf is not compensated.
     """
 
     kind: str
@@ -85,13 +87,13 @@ class CutRules:
     once: bool = False
 
     def feed_of(self, kind: str, *, small: bool) -> float:
-        """Return the speed for a contour of the kind ``cut`` or ``mark``, mm/s. A small hole has a lower speed."""
+        """Return the speed for a contour of the kind ``cut`` or ``mark``, mm/s. Small holes are cut more slowly."""
         if kind == "mark":
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed
 
     def compensated_by_program(self) -> CutRules:
-        """Return the rules for a contour whose kerf the program compensates instead of the controller."""
+        """Return the rules for a contour whose kerf the program must compensate because the controller cannot."""
         return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
     @property
@@ -100,7 +102,7 @@ class CutRules:
         return self.data.kerf
 
     def direction_of(self, hole: bool) -> str:
-        """Return the cutting direction of holes or of outlines: ``clockwise``, ``counter-clockwise`` or ``free``."""
+        """Return the direction in which holes or outlines are cut: ``clockwise``, ``counter-clockwise`` or ``free``."""
         if self.outline_direction == "free" or not hole:
             return self.outline_direction
         return "clockwise" if self.outline_direction == "counter-clockwise" else "counter-clockwise"
@@ -109,11 +111,17 @@ class CutRules:
 def resolve_rules(
     data: CutData, options: CutOptions, *, switches: bool = False, max_feed: float = math.inf, planned: bool = False
 ) -> CutRules:
-    """Return the cutting rules of a sheet. Raises OptionError if two options exclude each other.
+    """Derive the cutting rules of a sheet from its options. Raises OptionError if two options exclude each other.
 
-    `max_feed` is the maximum feed of the machine, mm/s, which limits the default marking speed. `switches` is True if
-    the controller can switch the torch off in motion; otherwise, plasma cuts end where they close, without an overcut.
-    `planned` is True if a plan file is given.
+    Parameters
+    ----------
+    switches
+        Whether the controller can switch the torch off while it moves. If it cannot, a plasma cut ends where it closes,
+        without an overcut.
+    max_feed
+        Maximum feed of the machine, mm/s, which limits the default marking speed.
+    planned
+        Whether the user gave a plan file.
     """
     kind = method_of(data.process)
     hot = kind in THICK_LEAD_IN
@@ -196,7 +204,7 @@ def _check_options(kind: str, options: CutOptions, data: CutData, planned: bool)
 
 
 def options_against_common_lines(options: CutOptions, data: CutData, planned: bool) -> list[str]:
-    """Return the names of the active options and settings that exclude common lines."""
+    """Return the names of the options and settings in use that rule out common lines."""
     given = {
         "--chains": options.chains,
         "--plan": planned,

@@ -1,7 +1,7 @@
-"""A sheet as a routing problem: each cut is a task, its possible starts are choices, and inner contours precede outer
-contours.
+"""Model the cutting of a sheet as a routing problem.
 
-A choice affects the travel to and from a cut, but hardly the cutting time.
+Each cut is a task, and its possible starts are the choices. Inner contours must be cut before outer contours. The
+choice of a start affects the travel to and from a cut, but has almost no effect on the cutting time.
 """
 
 from __future__ import annotations
@@ -47,25 +47,27 @@ from leafcut.timing.travel import travel_cost
 
 #: Tolerance for the radius of an arc around a corner, relative to half a kerf.
 SAME_RADIUS = 0.02
-#: A loop at a segment of a path: whether the loop replaces this segment (an arc), and its vertices (x, y, bulge).
+#: A corner loop: whether it replaces a segment of the path (an arc), and its vertices (x, y, bulge).
 _Loop = tuple[bool, Points]
 #: Maximum distance between coincident points, mm.
 SAME_PLACE = 1e-6
-#: Minimum length of segments at a concave corner, in kerf widths; with shorter segments, the offset path crosses
-#: itself.
+#: Minimum length of the segments at a concave corner, in kerf widths. With shorter segments, the offset path would
+#: cross itself.
 SHORTEST_KERFS = 2.0
-#: Minimum radius of concave arcs, in half kerf widths; a controller cannot compensate tighter arcs.
+#: Minimum radius of concave arcs, in half kerf widths. A controller cannot compensate the kerf along tighter arcs.
 TIGHTEST = 1.05
-#: A section of a path: distances of both ends from the start of the path, mm.
+#: A section of a path, given by the distances of its ends from the start of the path, mm.
 Span = tuple[float, float]
-#: Names of the choices that a plan file fixes, by index of the contour.
+#: Names of the choices that a plan file fixes, keyed by the index of the contour.
 Fixed = Mapping[int, tuple[str, ...]]
 
 
 @dataclass(frozen=True)
 class HeadTravel:
-    """Travel of the head: the cost of rapids, the time to lower and raise the head at each cut, s, and the start and
-    end points.
+    """How the head travels between cuts.
+
+    This includes the cost of rapids, the time to lower and raise the head at each cut, s, and the first and last
+    position of the head.
     """
 
     metric: Metric
@@ -78,11 +80,14 @@ class HeadTravel:
         return travel_cost(self.metric, a, b)
 
     def neighbours(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
-        """Return the positions of the head before and after cut number `k` in an order of cuts."""
+        """Return the positions of the head just before and just after cut number `k`."""
         return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
 
     def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
-        """Return the cost of the travel to and from a cut, between the head positions `around` before and after it."""
+        """Return the cost of the travel to and from a cut.
+
+        `around` contains the positions of the head before and after the cut.
+        """
         before, after = around
         come = 0.0 if before is None else self.cost(before, start.entry)
         return come + (0.0 if after is None else self.cost(start.exit, after))
@@ -90,11 +95,16 @@ class HeadTravel:
 
 @dataclass(frozen=True, eq=False)
 class Cutting:
-    """The contours of a sheet, all possible starts of their cuts, and their precedence.
+    """The contours of a sheet, all possible starts of their cuts, and the precedence between them.
 
-    `starts` are grouped by contour. The starts of a chain belong to its first contour. `order` contains additional
-    precedence pairs (before, after) of contours. `fixed` contains the names of the choices that a plan file fixes, by
-    contour.
+    Attributes
+    ----------
+    starts
+        The possible starts, grouped by contour. The starts of a chain belong to the first contour of the chain.
+    order
+        Additional precedence pairs (before, after) of contours.
+    fixed
+        Names of the choices that a plan file fixes, by contour.
     """
 
     sheet: Sheet
@@ -109,12 +119,12 @@ class Cutting:
 
     @cached_property
     def heads(self) -> list[int]:
-        """Indices of the contours with which a cut starts: all contours except the later contours of chains."""
+        """Indices of the contours at which a cut starts. Only the later contours of chains are missing."""
         return [k for k, own in enumerate(self.by_contour) if own]
 
     @cached_property
     def head_pairs(self) -> list[tuple[int, int]]:
-        """Precedence pairs (before, after) of cuts. A cut is given by the index of its first contour."""
+        """Precedence pairs (before, after) of cuts. Each cut is identified by the index of its first contour."""
         head = {k: s.contour for s in self.starts for k in s.contours}
         return sorted({(head[a], head[b]) for a, b in self.pairs if head[a] != head[b]})
 
@@ -136,15 +146,16 @@ class Cutting:
         return [self.starts[number] for k in members for number in self.by_contour[k]]
 
     def cut(self, start: CutStart) -> Cut:
-        """Return the cut with the given start, from the cache if possible."""
+        """Return the cut that belongs to a start. Cuts are cached."""
         if start not in self._cut_cache:
             make = make_chain if start.then else make_cut
             self._cut_cache[start] = make(self.contours, start, self.fixed)
         return self._cut_cache[start]
 
     def seconds(self, start: CutStart) -> float:
-        """Return the time of a cut without travel, s: the time of the pierce, and the time of the path at its feed
-        rate.
+        """Return the duration of a cut without travel, s.
+
+        It is the pierce time plus the time to follow the path at its feed.
         """
         contour, data = self.contours[start.contour], self.rules.data
         if start.then:
@@ -154,7 +165,7 @@ class Cutting:
         return length / contour.feed + (data.pierce_delay if start.pierce and contour.kind == "cut" else 0.0)
 
     def lead_lines(self, start: CutStart) -> list[Any]:
-        """Return the leads of a start at its first contour, as shapely lines."""
+        """Return the leads of a start as shapely lines. For a chain, these are the leads at its first contour."""
         contour = self.contours[start.contour]
         leads = [(start.lead_in, start.at, False)] if contour.path.closed or start.lead_in.length else []
         if contour.path.closed:
@@ -165,21 +176,21 @@ class Cutting:
 
 @dataclass(frozen=True, eq=False)
 class CutSequence:
-    """The cuts of a sheet in order, each with its start.
+    """The cuts of a sheet in order. Each cut has a chosen start.
 
-    Raises PlanError if a contour is cut twice or not at all, or if a part is detached before a contour inside it is
-    cut.
+    Raises PlanError if a contour is cut twice or not at all. Also raises PlanError if a part is detached before all
+    contours inside it are cut.
     """
 
     cutting: Cutting
     starts: tuple[CutStart, ...]
 
     def with_starts(self, starts: Sequence[CutStart]) -> CutSequence:
-        """Return a sequence with the given starts, in their order."""
+        """Return a sequence that uses the given starts in their order."""
         return CutSequence(self.cutting, tuple(starts))
 
     def __post_init__(self) -> None:
-        """Raise PlanError for invalid orders, which no later check would detect."""
+        """Reject invalid orders with a PlanError, because no later check would detect them."""
         contours, cut = self.cutting.contours, [k for s in self.starts for k in s.contours]
         at = {k: place for place, k in enumerate(cut)}
         if len(at) != len(contours) or len(cut) != len(at):
@@ -200,7 +211,7 @@ class CutSequence:
 
 
 def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
-    """Return the cuts of a sheet with all their starts. Raises PlanError if a kerf or a lead does not fit."""
+    """Find all possible starts for the cuts of a sheet. Raises PlanError if a kerf or a lead does not fit."""
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
     check_kerfs(contours, scrap)
@@ -224,7 +235,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
 
 def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
-    """Raise PlanError if a kerf touches another part or a clamp, or if its centreline leaves the sheet."""
+    """Raise PlanError if a kerf touches another part or a clamp, or if the centreline of a kerf leaves the sheet."""
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
     found = []
@@ -271,7 +282,7 @@ def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
 
 
 def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutRules) -> Iterable[Issue]:
-    """Yield notes about contours where the requested lead-in does not fit anywhere, and contours without a lead-out."""
+    """Yield notes about contours where the requested lead-in fits nowhere, and about contours without a lead-out."""
     wanted, lesser, without = rules.lead_in, [], []
     by_contour: dict[int, list[CutStart]] = {}
     for start in starts:
@@ -301,8 +312,9 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
 
 
 def precedence_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
-    """Yield precedence pairs (before, after): inner contours before outer contours, and the marks of a part before its
-    cuts.
+    """Yield the precedence pairs (before, after) of a sheet.
+
+    Inner contours come before outer contours, and the marks of a part come before its cuts.
     """
     position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
     marks: dict[int, list[int]] = {}
@@ -319,10 +331,10 @@ def precedence_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[t
 
 
 def _enclosing_contour(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
-    """Return the innermost contour around another contour, or None.
+    """Return the innermost contour that encloses another contour, or None.
 
-    `position` maps indices of contours in the sheet to indices in `Cutting.contours`. Holes that are too narrow to cut
-    are skipped. An outline also encloses the parts in its notches that the kerf closes.
+    Holes that are too narrow to cut are skipped. An outline also encloses the parts that lie in its closed notches.
+    `position` maps the index of a contour in the sheet to its index in `Cutting.contours`.
     """
     parent = contour.notch_of if contour.notch_of >= 0 else contour.source.parent
     while parent >= 0 and parent not in position:
@@ -336,10 +348,21 @@ def _enclosing_contour(sheet: Sheet, position: Mapping[int, int], contour: CutCo
 def build_problem(
     cutting: Cutting, members: Sequence[int], head: HeadTravel, *, first: bool = True, last: bool = True
 ) -> RoutingProblem:
-    """Return the routing problem of the contours `members`, whose nodes are their starts (`Cutting.starts_of`).
+    """Build the routing problem for some contours of a sheet. Its nodes are the starts of these contours.
 
-    The members are indices of `Cutting.contours`, and become the clusters in this order. If `first`, the route starts
-    at the start point of the head; if `last`, it ends at the end point. Raises PlanError if the precedence has a cycle.
+    Parameters
+    ----------
+    members
+        Indices of the contours in `Cutting.contours`. They become the clusters of the problem, in this order.
+    first
+        Whether the route starts at the start point of the head.
+    last
+        Whether the route ends at the end point of the head.
+
+    Raises
+    ------
+    PlanError
+        If the precedence has a cycle.
     """
     check_order(cutting)
     nodes = cutting.starts_of(members)
@@ -360,13 +383,13 @@ def build_problem(
 
 
 def check_order(cutting: Cutting) -> None:
-    """Raise PlanError if the precedence has a cycle, which only the fixed order of a plan file can cause."""
+    """Raise PlanError if the precedence has a cycle. Only a plan file with a fixed order can cause this."""
     if len(_drawing_order(cutting)) < len(cutting.heads):
         raise PlanError("the fixed order of the plan file contradicts inner before outer; remove 'order' from a cut")
 
 
 def _drawing_order(cutting: Cutting) -> list[int]:
-    """Return the first contour of each cut, in drawing order as far as the precedence allows."""
+    """List the first contour of each cut in drawing order. The order only changes where the precedence requires it."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
     for a, b in cutting.head_pairs:
@@ -386,13 +409,13 @@ def _drawing_order(cutting: Cutting) -> list[int]:
 
 
 def drawing_order(cutting: Cutting) -> list[CutStart]:
-    """Return the first start of each cut, in drawing order as far as the precedence allows."""
+    """Return one start for each cut, in drawing order. The order only changes where the precedence requires it."""
     check_order(cutting)
     return [cutting.starts[cutting.by_contour[k][0]] for k in _drawing_order(cutting)]
 
 
 def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = math.dist) -> float:
-    """Return the total cost of the travel moves between cuts; `travel` computes the cost between two points."""
+    """Add up the cost of the travel moves between cuts. `travel` computes the cost of a move between two points."""
     total, here = 0.0, start
     for s in order:
         total += travel(here, s.entry) if here is not None else 0.0
@@ -401,10 +424,18 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 
 
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
-    """Group the first contours of all cuts into bands, in the direction of the sweep. Without a sweep, use one band.
+    """Group the cuts into bands that follow each other in the direction of the sweep.
 
-    All contours of a part are in the band that contains the centre of its outline. `width` is the width of a band, mm;
-    0 means a fifth of the width of the sheet, or the width of its largest part if that is larger.
+    Without a sweep, there is one band.
+
+    Each cut is represented by its first contour. All contours of a part belong to the band that contains the centre of
+    the outline.
+
+    Parameters
+    ----------
+    width
+        Width of a band, mm. If it is 0, the bands are a fifth as wide as the sheet, or as wide as the largest part if
+        that part is wider.
     """
     if options.sweep == "free":
         return [cutting.heads]
@@ -425,13 +456,13 @@ def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[lis
 
 
 def sorted_by_band(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
-    """Sort the cuts by the bands of the sweep. The order within each band does not change."""
+    """Sort the cuts by the bands of the sweep. Within each band, the order stays the same."""
     band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
     return sorted(order, key=lambda s: band[s.contour])
 
 
 def _outermost_contour(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
-    """Return the outermost contour around a contour, or the contour itself if no other contour surrounds it."""
+    """Return the outermost contour that surrounds a contour. If there is none, return the contour itself."""
     contour = cutting.contours[k]
     if contour.kind == "mark" and contour.source.part in outlines:
         k = outlines[contour.source.part]
@@ -444,10 +475,10 @@ def _outermost_contour(cutting: Cutting, k: int, position: dict[int, int], outli
 
 
 def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
-    """Return the contours, with loops added at the sharp corners of outlines where a loop fits.
+    """Add a loop at each sharp corner of an outline, provided that the loop fits into the scrap.
 
-    The torch cuts straight past the corner, turns through the scrap, and crosses its own kerf onto the next edge.
-    Without a loop, it would slow down at the corner.
+    Without a loop, the torch would slow down at the corner. With a loop, it cuts straight past the corner, turns around
+    in the scrap, and crosses its own kerf onto the next edge.
     """
     rules = scrap.rules
     outlines = [(k, c) for k, c in enumerate(contours) if c.has_leads and not c.hole]
@@ -473,7 +504,7 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
 
 
 def _possible_loops(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
-    """Yield pairs (segment, loop) for the corners of an outline, and for the arcs around corners of the drawing."""
+    """Yield a pair (segment, loop) for each corner of an outline, and for each arc around a corner of the drawing."""
     path, half, length = contour.path, contour.rules.half, contour.rules.loop_length
     for at, turn in enumerate(corner_turns(path).tolist()):
         if half == 0.0 and math.pi - LOOP_ANGLE < turn < math.pi - 0.01:
@@ -492,10 +523,20 @@ def _possible_loops(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
 
 
 def _loop_vertices(ends: tuple[Point, Point], before: Point, after: Point, half: float, length: float) -> Points:
-    """Return the vertices of a loop, float64[4, 3]: straight past the corner, around, and back to the next edge.
+    """Return the vertices of a loop, float64[4, 3].
 
-    `ends` are the points of the path where the loop starts and ends; `before` and `after` are the directions there. The
-    loop turns `length` mm past the intersection of both lines. `half` is half a kerf, mm.
+    The loop runs straight past the corner, turns around, and returns to the next edge.
+
+    Parameters
+    ----------
+    ends
+        Points of the path where the loop starts and ends.
+    before, after
+        Directions of travel at these points.
+    half
+        Half a kerf, mm.
+    length
+        How far the loop runs beyond the intersection of both edges, mm.
     """
     start, end = ends
     turn = math.atan2(before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1])
@@ -532,11 +573,12 @@ def _with_own_loops(contour: CutContour, loops: dict[int, _Loop]) -> CutContour:
 
 
 def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
-    """Return the cut of a single contour with the chosen start.
+    """Create the cut of a single contour with the chosen start.
 
-    For a controller with kerf compensation (G41, G42), the program contains the contour as drawn, and lead arcs whose
-    radius is larger by half a kerf. Compensation starts on the straight run-in. LinuxCNC moves along a tangent to the
-    circle with a radius of half a kerf around the end of the run-in. The torch must start on this tangent.
+    If the controller compensates the kerf (G41, G42), the program contains the contour as drawn, and the radius of the
+    lead arcs is larger by half a kerf. Compensation starts on the straight run-in. There, LinuxCNC moves along a
+    tangent to the circle around the end of the run-in whose radius is half a kerf. The torch must start on this
+    tangent.
     """
     contour = contours[start.contour]
     rules, choice = contour.rules, plan_file_entry(contour, start, fixed.get(start.contour, ()))
@@ -583,9 +625,10 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
 
 
 def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
-    """Return the cut of a chain: several contours with one pierce, connected by bridges through the scrap.
+    """Create the cut of a chain, which has one pierce and connects its contours by bridges through the scrap.
 
-    Only the last contour has an overcut. The other contours end where they close, or earlier by a micro-joint.
+    Only the last contour has an overcut. Every other contour ends where it closes, or earlier if it needs a
+    micro-joint.
     """
     steps = [start, *start.then]
     first, last = contours[start.contour], contours[steps[-1].contour]
@@ -634,7 +677,7 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
 
 
 def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
-    """Return the length of the path of a chain, mm, including micro-joints."""
+    """Return the length of the path of a chain, mm. Micro-joints are included."""
     steps = [start, *start.then]
     places = [contours[s.contour].path.point_at(s.at) for s in steps]
     bridges = sum(math.dist(a, b) for a, b in itertools.pairwise(places))
@@ -644,9 +687,9 @@ def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
 
 
 def path_from_start(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
-    """Return the path of a contour from its start, and its overlap past the start, mm.
+    """Return the path of a contour from its start, and how far it continues past the start, mm.
 
-    The overlap is negative if a micro-joint remains.
+    This length is negative if a micro-joint remains.
     """
     path = contour.path
     if not path.closed:
@@ -662,7 +705,7 @@ def _path_from(path: Polyline, at: float, length: float, clockwise: bool) -> Pol
 
 
 def without_tiny_segments(piece: Polyline) -> Polyline:
-    """Remove tiny segments, which are caused by rounding errors, from an open path."""
+    """Remove tiny segments from an open path. They result from rounding errors."""
     rows = piece.vertices
     step = np.hypot(*np.diff(rows[:, :2], axis=0).T)
     keep = np.append(step > SAME_PLACE, True)
@@ -670,7 +713,7 @@ def without_tiny_segments(piece: Polyline) -> Polyline:
 
 
 def plan_file_entry(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
-    """Return the entry of a start in a plan file."""
+    """Return the entry for a start in a plan file."""
     x, y = contour.path.point_at(start.at)
     words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")
     return CutChoice(
@@ -688,7 +731,10 @@ def _distance_along_cut(contour: CutContour, start: CutStart, at: float) -> floa
 
 
 def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the corner loops of a cut as sections of its path. The contour starts `begin` mm along this path."""
+    """Return the corner loops of a cut as sections of its path.
+
+    The contour itself starts `begin` mm along this path.
+    """
     spans = []
     for low, high in contour.loops:
         first = _distance_along_cut(contour, start, high if start.clockwise else low)
@@ -697,10 +743,10 @@ def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, 
 
 
 def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the micro-joints of a laser cut as sections of its path, evenly spaced.
+    """Return the micro-joints of a laser cut as evenly spaced sections of its path.
 
-    The beam is off for the length of a joint plus a kerf. Joints keep away from corners, because they are hard to break
-    and grind off there. They also keep away from the start and end of the cut, because the kerf would sever them.
+    The beam is off for the length of a joint plus a kerf. No joint lies near a corner, where it would be hard to break
+    and grind off. No joint lies near the start or end of the cut either, because the kerf there would sever it.
     """
     rules = contour.rules
     wanted = contour.joints if rules.kind == CutMethod.LASER else 0
@@ -728,11 +774,10 @@ def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span,
 
 
 def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
-    """Return the contours, with compensation by the program where the controller cannot compensate the kerf, and a note
-    about these contours.
+    """Switch contours to compensation by the program where the controller cannot compensate the kerf.
 
-    The controller cannot compensate if run-in and arc do not fit, as in small holes, if the radius of a concave arc is
-    too small, or if a notch is narrower than the kerf.
+    This happens in three cases: run-in and arc do not fit, as in small holes; the radius of a concave arc is too small;
+    or a notch is narrower than the kerf. The function returns all contours and a note about the changed contours.
     """
     made = [
         replace(c, rules=c.rules.compensated_by_program())
@@ -770,15 +815,15 @@ def _controller_can_compensate(number: int, contour: CutContour, scrap: Scrap) -
 
 
 def _drawn_path(contour: CutContour) -> Polyline:
-    """Return the path of a contour as drawn, counter-clockwise."""
+    """Return the drawn path of a contour, counter-clockwise."""
     path = contour.source.path
     return path if path.area >= 0.0 else path.reversed()
 
 
 def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, float]:
-    """Return the programmed path for a controller that compensates the kerf, and the length of its lead-in, mm.
+    """Return the path to program if the controller compensates the kerf, and the length of its lead-in, mm.
 
-    Raises PlanError if compensation cannot start there.
+    Raises PlanError if compensation cannot start at this position.
     """
     half, here, travel = (
         contour.rules.half,
@@ -805,7 +850,7 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
 
 
 def _widened_lead(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
-    """Return a lead with the same first point and the same centre of its arc, but with another radius."""
+    """Change the radius of the arc in a lead. Its first point and the centre of the arc stay the same."""
     x, y = lead.vertices[1, :2].tolist()
     scale = radius / math.hypot(x - center[0], y - center[1])
     corner = (center[0] + scale * (x - center[0]), center[1] + scale * (y - center[1]))

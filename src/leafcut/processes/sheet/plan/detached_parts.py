@@ -1,9 +1,9 @@
-"""Travel moves with the head down, routed around detached parts, which may tip up.
+"""Routes for a head that stays down between cuts.
 
-A part is detached once its outline is cut without micro-joints. Moves stay away from detached parts by the radius of
-the head. If there is no such route, at least the centre of the head stays clear. If that is impossible too, the move
-crosses the part. Both cases are counted. `cut_outlines_later` postpones an outline until after the moves that cross its
-part.
+A part is detached once its outline has been cut without micro-joints. Detached parts may tip up, so the head has to
+travel around them. A route keeps at least the radius of the head away from detached parts. If no such route exists,
+only the centre of the head stays clear of them. If even that is impossible, the move crosses a part. Moves of both
+kinds are counted. To avoid them, `cut_outlines_later` postpones an outline until the head no longer crosses its part.
 """
 
 from __future__ import annotations
@@ -24,12 +24,13 @@ from leafcut.model.sheet import Sheet
 
 #: Penalty for a move that crosses a detached part, in seconds or mm, for comparing orders.
 HIT = 60.0
-#: Penalty for a move in which the rim of the head, but not its centre, passes over a detached part, in seconds or mm.
+#: Penalty for a move in which the rim of the head passes over a detached part but its centre does not, in seconds or
+#: mm.
 CLOSE = 15.0
 #: Maximum number of attempts to postpone an outline.
 MOST_MOVES = 400
 
-#: The corners of a route, and its penalty: 0, `CLOSE` or `HIT`.
+#: A route of the head: its corners, and its penalty, which is 0, `CLOSE` or `HIT`.
 HeadRoute = tuple[tuple[Point, ...], float]
 
 
@@ -40,12 +41,12 @@ class HeadRoutes:
     Attributes
     ----------
     corners
-        Corners of each detour, by the index of the following cut. The detour to the end point has the number of cuts as
-        its key.
+        Corners of each detour, keyed by the index of the next cut. The key of the detour to the end point is the number
+        of cuts.
     crossing
         Indices of the cuts whose travel move still crosses a detached part.
     close
-        Indices of the cuts whose travel move passes within the radius of the head of a detached part.
+        Indices of the cuts whose travel move passes a detached part at less than the radius of the head.
     moves
         Number of travel moves.
     radius
@@ -59,7 +60,10 @@ class HeadRoutes:
     radius: float = 0.0
 
     def issue(self, cuts: Sequence[Cut]) -> Issue | None:
-        """Return a warning about moves that cross or approach detached parts, or a note about detours, or None."""
+        """Warn about moves that cross detached parts or come close to them.
+
+        If there are only detours, the result is a note; if there are none, it is None.
+        """
         if not (self.crossing or self.close or self.corners):
             return None
         detours = Message("{} of {} travel moves go around detached parts", len(self.corners), self.moves)
@@ -95,8 +99,9 @@ class HeadRoutes:
 
 
 class DetachableParts:
-    """The parts of a sheet as obstacles for a head with the given radius, mm. The centre of the head never crosses a
-    clamp.
+    """The parts of a sheet as obstacles for a head with the given radius, mm.
+
+    The centre of the head never crosses a clamp.
     """
 
     def __init__(self, sheet: Sheet, radius: float = 0.0) -> None:
@@ -109,16 +114,19 @@ class DetachableParts:
         self.map = ObstacleMap(outlines, {-1 - z: shapely.box(*zone) for z, zone in enumerate(sheet.zones)})
 
     def detached_by(self, cut: Cut) -> list[int]:
-        """Return the outlines that a cut detaches. Common lines and outlines with micro-joints detach nothing."""
+        """Return the outlines that a cut detaches.
+
+        Common lines, and outlines with micro-joints, do not detach a part.
+        """
         if cut.kind != "cut" or cut.joints or cut.common:
             return []
         return [k for k in cut.contours if k in self.map.shapes]
 
     def route(self, a: Point, b: Point, detached: set[int]) -> HeadRoute:
-        """Return the best route of the head, and its penalty.
+        """Find the best route for the head, and return it with its penalty.
 
-        If possible, the whole head stays clear of detached parts, or else only its centre. If neither is possible, the
-        route crosses parts.
+        The whole head stays clear of detached parts if possible. If not, at least the centre of the head does. If that
+        is also impossible, the route crosses parts.
         """
         if not self.map.polygons_approached(a, b, self.radius) & detached:
             return (), 0.0
@@ -134,7 +142,7 @@ class DetachableParts:
         return tuple(narrow), CLOSE if self.radius > 0.0 else 0.0
 
     def routes(self, cuts: Sequence[Cut], start: Point | None, end: Point | None) -> HeadRoutes:
-        """Return the routes between cuts; `start` and `end` are the first and last position of the head, or None."""
+        """Find the routes between all cuts. `start` and `end` are the first and last position of the head, or None."""
         starts = [start, *(cut.path.end for cut in cuts)]
         moves = [*zip(starts, (cut.path.start for cut in cuts), strict=False)]
         if end is not None and cuts:
@@ -164,11 +172,21 @@ def cut_outlines_later(
     cost: Callable[[Point, Point], float],
     late: Callable[[], bool] = lambda: False,
 ) -> list[int]:
-    """Postpone outlines until after the moves across their parts, where that costs less.
+    """Postpone outlines until after the moves across their parts, if this reduces the cost.
 
-    Returns the new order, as indices of `cuts`. `pairs` are precedence pairs (before, after), as indices of `cuts`;
-    `cost` returns the cost of a straight move, in seconds or mm. The search ends when `late` returns True between two
-    attempts.
+    Parameters
+    ----------
+    pairs
+        Precedence pairs (before, after), as indices of `cuts`.
+    cost
+        Function that returns the cost of a straight move, in seconds or mm.
+    late
+        Function that returns True when the search has to stop. It is called between two attempts.
+
+    Returns
+    -------
+    list of int
+        The new order, as indices of `cuts`.
     """
     detaches = [frozenset(parts.detached_by(cut)) for cut in cuts]
     before: dict[int, set[int]] = {}
@@ -190,7 +208,7 @@ def cut_outlines_later(
     def travel_cost(order: Sequence[int], first: int, last: int, detached: set[int]) -> float:
         """Return the cost of the travel moves to the cuts at positions `first` to `last` of an order.
 
-        `detached` contains the parts that are detached before these moves.
+        `detached` contains the parts that are already detached when these moves start.
         """
         total = 0.0
         for place in range(first, min(last + 1, len(order))):

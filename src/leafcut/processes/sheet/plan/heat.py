@@ -10,22 +10,23 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel
 from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Maximum number of positions by which a cut is moved in the order.
+#: How far a cut may be moved in the order, in positions.
 REACH = 40
-#: Maximum number of passes over the starts that are too close.
+#: How often the starts that are too close together are revisited.
 PASSES = 4
-#: Penalty for a start that is too close, in seconds or mm. It exceeds the cost of any travel.
+#: Penalty for a start that is too close to the previous start, in seconds or mm. No travel costs this much.
 PENALTY = 1e6
 
 
 def close_starts(order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
-    """Return the pairs of consecutive positions in an order whose starts are less than `apart` mm apart."""
+    """Return the pairs of consecutive positions in an order at which the starts are less than `apart` mm apart."""
     return [(j - 1, j) for j in range(len(order)) if _starts_in_hot_metal(order, j, apart)]
 
 
 def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
-    """Return a warning about starts within `apart` mm of the previous start, or a note if all starts are farther
-    apart.
+    """Report whether starts follow each other at less than `apart` mm.
+
+    The result is a warning if there are such starts. Otherwise, it is a note.
     """
     left = close_starts(order, apart)
     if not left:
@@ -59,9 +60,10 @@ def spread_starts(
     bands: Sequence[Sequence[int]] = (),
     late: Callable[[], bool] = lambda: False,
 ) -> CutSequence:
-    """Reduce the number of starts closer than `apart` mm by small changes of the order and of the starts.
+    """Reduce the number of starts that are less than `apart` mm from the previous start.
 
-    Precedence, fixed choices and bands (`cutting.bands`) are respected. The search stops when `late` returns True.
+    The function makes small changes to the order and to the starts. It keeps precedence, fixed choices and bands
+    (`cutting.bands`) intact, and stops when `late` returns True.
     """
     cutting, order = cuts.cutting, list(cuts.starts)
     band = {k: number for number, members in enumerate(bands) for k in members}
@@ -89,7 +91,10 @@ def spread_starts(
 
 
 def _movable_range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, CutStart], bool]) -> tuple[int, int]:
-    """Return the first and last position to which the cut at position `j` may move, at most `REACH` positions away."""
+    """Return the first and last position to which the cut at position `j` may move.
+
+    Both are at most `REACH` positions away from `j`.
+    """
     low = high = j
     while low > 0 and j - low < REACH and may_swap(order[low - 1], order[j]):
         low -= 1
@@ -101,9 +106,9 @@ def _movable_range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, 
 def _best_change(
     cutting: Cutting, order: list[CutStart], j: int, places: tuple[int, int], apart: float, head: HeadTravel
 ) -> list[CutStart] | None:
-    """Return the cheapest order in which the cut at position `j` has a different position or start.
+    """Find the cheapest order in which the cut at position `j` moves to another position or uses another start.
 
-    Return None if no such order is cheaper. `places` contains the first and the last position that the cut may have.
+    Return None if the current order is at least as cheap. `places` contains the first and last position to try.
     """
     own, (low, high) = order[j], places
     starts = cutting.starts_of([own.contour]) if own.pierce else []
@@ -112,7 +117,7 @@ def _best_change(
     first, last = max(0, low - 1), min(len(order), high + 2)
 
     def cost(trial: list[CutStart]) -> float:
-        """Return the cost of an order from `first` to `last`: travel, and penalties for starts that are too close."""
+        """Return the cost of the cuts from `first` to `last`: travel, plus penalties for starts that are too close."""
         total, here = 0.0, trial[first - 1].exit if first else head.start
         for k in range(first, last):
             total += head.cost(here, trial[k].entry) if here is not None else 0.0

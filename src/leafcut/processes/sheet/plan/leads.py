@@ -1,8 +1,8 @@
 """Shapes of lead-ins and lead-outs.
 
-The origin is the point where the lead meets its contour. The u axis is the direction of travel, and the v axis points
-into the scrap. A straight lead of length L and angle a starts at (−L·cos a, L·sin a). An arc of length L and angle a
-has the radius L/a and is tangent to the contour.
+A lead meets its contour at the origin of a local coordinate system. The u axis is the direction of travel, and the v
+axis points into the scrap. A straight lead of length L and angle a starts at (−L·cos a, L·sin a). An arc of length L
+and angle a has the radius L/a and touches the contour tangentially.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from leafcut.model.cutting import Lead
 
 #: Chord error for arcs, mm.
 FLATNESS = 0.005
-#: Minimum length of a lead, in kerf widths and in mm. The pierce hole of a shorter lead would reach the part.
+#: Minimum length of a lead, in kerf widths and in mm. If a lead were shorter, its pierce hole would reach the part.
 LEAST_KERFS, LEAST_LEAD = 1.0, 0.2
 NO_LEAD = Lead()
 
@@ -45,11 +45,20 @@ def lead_shape(lead: Lead) -> Points:
 
 
 def placed_leads(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
-    """Return the points of a lead at n positions, float64[n, k, 2], mm. With `out`, it is a lead-out.
+    """Place a lead at n positions along contours, and return its points, float64[n, k, 2], mm.
 
-    `shape` is a result of `lead_shape`. `at` contains the points where the lead meets the contour, and `travel` the
-    unit vectors of travel there, float64[n, 2] each. `left` is True if the scrap is to the left of the direction of
-    travel.
+    Parameters
+    ----------
+    shape
+        A result of `lead_shape`.
+    at
+        Points where the lead meets the contour, float64[n, 2], mm.
+    travel
+        Unit vectors of travel at these points, float64[n, 2].
+    left
+        Whether the scrap is to the left of the direction of travel.
+    out
+        Whether to place a lead-out instead of a lead-in.
     """
     u, v = shape[:, 0], shape[:, 1]
     if out:
@@ -76,7 +85,7 @@ def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = Fals
 
 
 def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
-    """Return a lead, then its alternatives for narrow scrap: shorter leads, other angles and other styles."""
+    """Return a lead, followed by alternatives for narrow scrap: shorter leads, other angles and other styles."""
     if lead.style == "none":
         return [lead]
     least = max(LEAST_KERFS * kerf, LEAST_LEAD)

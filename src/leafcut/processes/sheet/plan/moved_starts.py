@@ -1,7 +1,7 @@
-"""Move starts along their contours without a change of the order of cuts.
+"""Move starts along their contours while the order of the cuts stays the same.
 
-Moved starts shorten travel, put pierces into solid metal, and keep leads apart. The search for the order ignores the
-kerfs and leads of other cuts.
+Moving the starts shortens travel, puts pierces into solid metal, and keeps leads apart. The search for the order does
+not consider the kerfs and leads of other cuts, so this is done afterwards.
 """
 
 from __future__ import annotations
@@ -24,15 +24,16 @@ from leafcut.processes.sheet.plan.starts import CutStart, start_at
 
 #: Minimum step along a contour, mm, and first step relative to the length of the contour.
 FINEST, FIRST_SHARE = 0.25, 1.0 / 16.0
-#: Maximum number of rounds over all cuts, and minimum gain of a round relative to all travel.
+#: Maximum number of rounds over all cuts. A round must also shorten the total travel by this share; otherwise it is the
+#: last.
 ROUNDS, LEAST_GAIN = 12, 1e-5
 #: Minimum gain that is not a rounding error, s or mm.
 NO_GAIN = 1e-9
-#: Maximum number of passes over conflicting leads, and over pierces. Several passes are needed, because a moved start
-#: may cause a new conflict.
+#: Maximum number of passes over conflicting leads, and over pierces. One pass is not enough, because a moved start may
+#: cause a new conflict.
 LEAD_PASSES, PIERCE_PASSES = 4, 8
-#: Maximum number of conflicting pierces for which the index of kerfs is rebuilt after each moved start. If there are
-#: more, it is rebuilt only once per pass, which is faster.
+#: Up to this number of conflicting pierces, the index of kerfs is rebuilt after each moved start. Otherwise, it is only
+#: rebuilt once per pass, which is faster.
 MOST_IN_TURN = 30
 #: Minimum distance between a pierce and the edge of another kerf, mm.
 ROOM = 0.05
@@ -42,10 +43,11 @@ ROOM = 0.05
 
 
 def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] = lambda: False) -> CutSequence:
-    """Move starts along the contours until travel becomes no shorter, or `late` returns True.
+    """Move the starts along their contours until travel gets no shorter, or until `late` returns True.
 
-    Each start moves while the cuts before and after it are fixed. Starts fixed by a plan file do not move. Source: A.
-    A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed order).
+    Only one start moves at a time, while the cuts before and after it stay fixed. Starts that a plan file fixes do not
+    move. Source: A. A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed
+    order).
     """
     order = list(cuts.starts)
     settled: dict[int, tuple[Point | None, Point | None]] = {}
@@ -68,9 +70,10 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
 def _slide_start(
     cutting: Cutting, start: CutStart, head: HeadTravel, around: tuple[Point | None, Point | None]
 ) -> tuple[CutStart, float]:
-    """Move a start to the position with the shortest travel. Return the moved start and the travel that it saves.
+    """Move a start to the position with the shortest travel.
 
-    `around` contains the positions of the head before and after the cut.
+    `around` contains the positions of the head before and after the cut. The function returns the moved start and the
+    travel that it saves.
     """
     contour = cutting.contours[start.contour]
     if start.then or not contour.path.closed or not start.pierce or "start" in cutting.fixed.get(start.contour, ()):
@@ -96,10 +99,10 @@ def _slide_start(
 
 
 def clear_pierces_of_kerfs(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Choose new starts where a pierce would be in or next to the kerf of an earlier cut.
+    """Choose a new start where a pierce would be in the kerf of an earlier cut or right next to it.
 
-    If possible, a pierce is a full kerf away from the centreline of each earlier cut, otherwise half a kerf. Among
-    equally good starts, the cheapest is used. Starts fixed by a plan file do not change.
+    If possible, each pierce is a full kerf away from the centreline of every earlier cut. If not, half a kerf is
+    enough. Among equally good starts, the cheapest is chosen. Starts that a plan file fixes do not change.
     """
     burnt = _CutPaths(cuts)
     for _ in range(PIERCE_PASSES):
@@ -118,9 +121,9 @@ def clear_pierces_of_kerfs(cuts: CutSequence, head: HeadTravel) -> CutSequence:
 
 
 class _CutPaths:
-    """The torch paths and pierces of the cuts in order.
+    """The torch paths and pierces of all cuts, in order.
 
-    Marks are left out, because they do not cut through the sheet.
+    Marks are not included, because they do not cut through the sheet.
     """
 
     def __init__(self, cuts: CutSequence) -> None:
@@ -129,7 +132,7 @@ class _CutPaths:
         self._lines: dict[int, tuple[CutStart, Any]] = {}
 
     def line(self, start: CutStart) -> Any:
-        """Return the torch path of the cut for a start, as a cached shapely line."""
+        """Return the torch path for a start as a shapely line. The lines are cached."""
         if id(start) not in self._lines:
             path: Polyline = self.cutting.cut(start).path
             self._lines[id(start)] = start, shapely.LineString(path.flattened(FLATNESS))
@@ -149,21 +152,29 @@ class _CutPaths:
 
     @property
     def _reaches(self) -> tuple[float, float]:
-        """Distances from a centreline, mm, within which a pierce counts as in the kerf, and as too close to it."""
+        """Two distances from a centreline, mm.
+
+        A pierce within the first distance is in the kerf. A pierce within the second distance is too close to it.
+        """
         kerf = self.cutting.rules.kerf
         return 0.5 * kerf + ROOM, kerf
 
     def near_earlier_kerfs(self) -> list[int]:
-        """Return the positions of the cuts whose pierce is in or close to the kerf of an earlier cut."""
+        """Return the positions of the cuts that are pierced in the kerf of an earlier cut or too close to it."""
         pierce, kerf = self._tree.query(self._points, predicate="dwithin", distance=max(self._reaches))
         wrong: list[int] = np.unique(pierce[kerf < pierce]).tolist()
         return wrong
 
     def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
-        """Return the numbers of pierces in a kerf, and of pierces too close to a kerf, for a start of cut `k`.
+        """Count the conflicts that cut `k` would have if it used the given start.
 
-        The pierce of the start is checked against the kerfs of earlier cuts. If the path of the start is given as
-        `line`, the pierces of later cuts are checked against the kerf of this path.
+        The pierce of the start is checked against the kerfs of earlier cuts. If `line` is given, it is the torch path
+        of the start, and the pierces of later cuts are checked against the kerf along this path.
+
+        Returns
+        -------
+        tuple of int
+            The number of pierces in a kerf, and the number of pierces too close to a kerf.
         """
         if not start.pierce or not self._burns(start):
             return 0, 0
@@ -178,7 +189,7 @@ class _CutPaths:
 
 
 def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
-    """Return the start of cut `k` with the fewest conflicts and, among these, the lowest cost.
+    """Return the start of cut `k` with the fewest conflicts. If several starts are equal, return the cheapest.
 
     Return None if no start has fewer conflicts than the current start.
     """
@@ -197,7 +208,7 @@ def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
 
 
 def with_leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Replace each start whose leads run into other leads or bridges with the cheapest start without a conflict."""
+    """Change each start whose leads run into other leads or bridges to the cheapest start without such a conflict."""
     cutting, order = cuts.cutting, list(cuts.starts)
     for _ in range(LEAD_PASSES):
         extras = [_leads_and_bridges(cutting, s) for s in order]
@@ -213,7 +224,10 @@ def with_leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
 
 
 def without_meeting_starts(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
-    """Remove the starts whose leads meet leads or bridges of the order. The starts of the order itself remain."""
+    """Remove all starts whose leads would run into the leads or bridges of the given order.
+
+    The starts that the order uses are kept.
+    """
     extras = [_leads_and_bridges(cutting, s) for s in order]
     lines = [line for own in extras for line in own]
     owner = np.array([k for k, own in enumerate(extras) for _ in own], dtype=np.int64)
@@ -242,7 +256,7 @@ def _leads_and_bridges(cutting: Cutting, s: CutStart) -> list[Any]:
 
 
 def _conflicting_pairs(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
-    """Return the pairs of cuts, as positions in the order, whose leads or bridges run into each other's kerf.
+    """Return the pairs of cuts whose leads or bridges run into each other's kerf, as positions in the order.
 
     `extras` contains the leads and bridges of each cut as shapely lines.
     """
@@ -257,8 +271,9 @@ def _conflicting_pairs(extras: Sequence[list[Any]], kerf: float) -> set[tuple[in
 def _start_with_clear_leads(
     cutting: Cutting, order: Sequence[CutStart], extras: Sequence[list[Any]], k: int, head: HeadTravel
 ) -> CutStart | None:
-    """Return the cheapest start of cut `k` whose leads meet no other leads or bridges. Return None if the current start
-    is fixed or already clear, or if no start is clear.
+    """Return the cheapest start of cut `k` whose leads keep clear of all other leads and bridges.
+
+    Return None if the current start is fixed or already clear, or if no start is clear.
     """
     own = order[k]
     if "start" in cutting.fixed.get(own.contour, ()):

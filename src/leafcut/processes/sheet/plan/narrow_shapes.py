@@ -1,7 +1,8 @@
-"""Shapes that are narrow relative to the kerf: slots cut along their centreline, divided holes, and closed notches.
+"""Handle shapes that are narrow compared with the kerf: narrow slots, divided holes, and closed notches.
 
-In a slot one to two kerfs wide, there is no space for a pierce away from its edge. A hole that the kerf divides is cut
-as several holes. If the kerf closes the mouth of a notch, the chamber behind it is cut as a hole.
+A slot that is one to two kerfs wide has no room for a pierce away from its edge, so it is cut along its centreline. If
+the kerf divides a hole, the pieces are cut as separate holes. If the kerf closes the mouth of a notch, the chamber
+behind the mouth is cut as a hole.
 """
 
 from __future__ import annotations
@@ -26,25 +27,27 @@ from leafcut.processes.sheet.plan.leads import FLATNESS
 
 #: Minimum ratio of length to width of a slot.
 LONGER = 2.0
-#: Relative tolerance for the area of a slot, compared with a rectangle with square or round ends.
+#: Relative tolerance for the area of a slot. The area is compared with a rectangle with square or round ends.
 ALIKE = 0.01
-#: Mitre limit: maximum length of a sharp corner of a divided hole, in half kerf widths.
+#: Mitre limit: maximum length of a sharp corner in a divided hole, in half kerf widths.
 MITRE = 2.0
-#: Tolerance for arcs fitted to the chords of a divided hole, mm.
+#: Tolerance for fitting arcs to the chords of a divided hole, mm.
 FITTED = 0.002
 
 
 def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Replace narrow shapes with shapes that the kerf can cut. Without compensation, the sheet is unchanged.
+    """Replace narrow shapes with shapes that the kerf can cut.
+
+    If the kerf is not compensated, the sheet does not change.
 
     Returns
     -------
     Sheet
-        The sheet with narrow slots as centreline cuts.
+        The sheet with centreline cuts instead of narrow slots.
     Sheet
-        The same sheet, with divided holes as several holes, and with the chambers of closed notches as holes.
+        The same sheet, in which divided holes are several holes and the chambers of closed notches are holes.
     list of Issue
-        Issues about slot widths and uncut areas.
+        Issues about the widths of slots and about uncut areas.
     """
     if rules.half <= 0.0:
         return sheet, sheet, []
@@ -57,10 +60,11 @@ def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, lis
 
 
 def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
-    """Replace narrow slots with open centreline cuts. Return the sheet and a warning about their widths (L627).
+    """Replace narrow slots with open cuts along their centrelines.
 
-    A cut ends half a kerf before the end of the slot, so that the slot has the length in the drawing. A slot is a
-    rectangle with square or round ends and contains no other contours.
+    A slot is a rectangle with square or round ends that contains no other contours. Each cut ends half a kerf before
+    the end of the slot, so that the slot gets the length in the drawing. The function returns the sheet and a warning
+    about the widths of the slots (L627).
     """
     holding = {c.parent for c in sheet.contours}
     contours, widths = list(sheet.contours), []
@@ -82,8 +86,9 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
 
 
 def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
-    """Return the centreline of a slot, shortened by half a kerf at each end, and the width of the slot, mm. Return None
-    for other shapes.
+    """Return the centreline of a slot and the width of the slot, mm. Return None if the shape is not a slot.
+
+    The centreline is shortened by half a kerf at each end.
     """
     x0, y0, x1, y1 = slot.extents
     # Most holes are too wide in both directions, as their area already shows.
@@ -111,11 +116,11 @@ def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | No
 
 
 def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
-    """Replace each hole that the kerf divides with several holes. Return the sheet and the issues (L612).
+    """Replace each hole that the kerf divides with several holes, and report uncut areas (L612).
 
-    The issues report uncut areas. The first new hole has the index of the original hole, and the others are appended,
-    so that no index changes. Contours in a hole belong to the new hole around them. A hole that has contours outside
-    the new holes is unchanged; it is reported and not cut.
+    The first new hole takes the index of the original hole, and the others are appended, so that all other indices stay
+    the same. A contour inside the original hole belongs to the new hole around it. If a contour lies outside all new
+    holes, the original hole stays in place, but it is reported and not cut.
     """
     contours, added, issues = list(sheet.contours), list[Contour](), []
     for index, one in enumerate(sheet.contours):
@@ -138,11 +143,11 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
 
 
 def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
-    """Add the chambers of closed notches as holes, because a kerf does not fit through the mouths of the notches.
+    """Add the chambers of closed notches as holes, because a kerf does not fit through the mouth of such a notch.
 
-    Chambers are appended to the contours of the sheet. Contours in a chamber belong to the chamber. An outline gets no
-    chambers if other contours in its notches are outside the chambers. If cuts start at the edge of the sheet, the
-    sheet is unchanged, because such cuts cannot reach a chamber.
+    Chambers are appended to the contours of the sheet. If a contour lies inside a chamber, it belongs to the chamber.
+    If a contour lies in a notch of an outline but outside the chambers, the outline gets no chambers. If cuts start at
+    the edge of the sheet, the sheet does not change, because such cuts cannot reach a chamber.
     """
     if rules.edge_start:
         return sheet
@@ -169,9 +174,10 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
 
 
 def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
-    """Return the area of the notches that the kerf closes, and torch paths (rings) for cutting these notches.
+    """Return the area of the notches that the kerf closes, and the rings along which the torch can cut these notches.
 
-    A ring has space for a pierce, and its kerf does not enter another kerf, where the arc would go out.
+    A ring is only used if it has room for a pierce and its kerf does not enter another kerf, where the arc would go
+    out.
     """
     grown = outline.buffer(rules.half, quad_segs=16)
     paths = [grown.exterior, *grown.interiors]
@@ -195,9 +201,9 @@ def _enclosing_piece(held: Contour, pieces: list[Polyline]) -> int | None:
 
 
 def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
-    """Return the outlines of the pieces of a hole or notch that can be cut along the torch paths `rings`.
+    """Return the outlines of the pieces that are cut if the torch follows `rings` in a hole or notch.
 
-    A ring without space for a pierce is left out.
+    Rings without room for a pierce are skipped.
     """
     found = []
     for ring in sorted(rings, key=lambda ring: ring.bounds):
@@ -213,10 +219,7 @@ def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Pol
 
 
 def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
-    """Return the issue about the uncut areas of a hole: necks, and areas without space for a pierce.
-
-    Corners are not reported.
-    """
+    """Report the areas of a hole that stay uncut: necks, and areas without room for a pierce. Corners do not count."""
     rings = [shapely.Polygon(p.flattened(FLATNESS)).buffer(-rules.half) for p in pieces]
     burnt = [ring.buffer(rules.half + ROUNDING) for ring in rings]
     unused = hole.buffer(-rules.half).difference(shapely.union_all(burnt))

@@ -1,4 +1,4 @@
-"""Apply the fixed choices of a plan file. The search makes all other choices."""
+"""Apply the choices that a plan file fixes. All other choices are left to the search."""
 
 from __future__ import annotations
 
@@ -27,15 +27,16 @@ from leafcut.processes.sheet.plan.starts import (
     starts_without_lead,
 )
 
-#: Tolerance for an unchanged contour: change of its length and of its start, mm. Its area may change by this times its
-#: length.
+#: A contour counts as unchanged if its length and its start differ by no more than this, mm. Its area may differ by
+#: this value times its length.
 SAME = 0.01
-#: Maximum distance between a fixed start and its contour, mm, in addition to the kerf, because users round coordinates.
+#: Maximum distance between a fixed start and its contour, mm, in addition to the kerf. It allows for coordinates that
+#: users have rounded.
 NEAR = 2.0
 
 
 def check_fit(sheet: Sheet, plan: PlanFile) -> None:
-    """Raise PlanError with the first difference if a plan file does not fit the drawing."""
+    """Raise PlanError if a plan file does not fit the drawing. The error names the first difference."""
 
     def refuse(reason: str) -> PlanError:
         return PlanError("{}: the plan no longer fits the drawing: {}; make a new plan", plan.source, reason)
@@ -61,9 +62,9 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
-    """Limit the cutting to the fixed choices of a plan file, or to all its choices if `everything`.
+    """Remove all starts that contradict the fixed choices of a plan file, or all its choices if `everything` is set.
 
-    Raises PlanError if the drawing differs, or a fixed choice cannot be cut.
+    Raises PlanError if the drawing has changed, or if a fixed choice cannot be cut.
     """
     check_fit(cutting.sheet, plan)
     position = {c.index: k for k, c in enumerate(cutting.contours)}
@@ -89,10 +90,10 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
 
 
 def _ahead_pairs(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
-    """Return precedence pairs (before, after) for the contours that the plan file fixes as ``ahead``.
+    """Return the precedence pairs (before, after) for contours that the plan file fixes as ``ahead``.
 
-    `rows` contains the contours in the order of the plan file. A contour that is fixed as ``ahead`` comes before all
-    following rows, up to and including the next such contour.
+    Such a contour comes before all rows that follow it, up to and including the next contour that is fixed as
+    ``ahead``. `rows` lists the contours in the order of the plan file.
     """
     pairs: list[tuple[int, int]] = []
     first = None
@@ -147,7 +148,10 @@ def _contour_position(
 
 
 def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
-    """Sort the cuts as in the plan file, as far as the precedence allows. Return one start of each cut."""
+    """Sort the cuts as in the plan file, unless the precedence requires another order.
+
+    Return one start for each cut.
+    """
     rank = {c.contours[0]: number for number, c in enumerate(plan.cuts)}
     last = len(plan.cuts)
     by_rank = sorted(cutting.heads, key=lambda k: (rank.get(cutting.contours[k].index, last), k))
@@ -171,7 +175,7 @@ def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
 
 
 def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
-    """Return the starts of a contour that its entry in the plan file allows. Raises PlanError if no start fits."""
+    """Return the starts of a contour that match its entry in the plan file. Raises PlanError if there is none."""
     contour, scrap = cutting.contours[k], cutting.scrap
     lead = choice.lead_in if "lead" in choice.fixed else None
     if lead is not None:
@@ -220,9 +224,9 @@ def _has_lead(start: CutStart, lead: Lead) -> bool:
 
 
 def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
-    """Return the given positions at which a controller with kerf compensation can start.
+    """Return the positions at which a controller with kerf compensation can start.
 
-    Raises PlanError if no position is suitable.
+    Raises PlanError if it cannot start at any of the given positions.
     """
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
@@ -251,7 +255,7 @@ def _distance_from_choice(start: CutStart, choice: CutChoice) -> float:
 def _starts_at(
     k: int, contour: CutContour, scrap: Scrap, places: list[tuple[float, bool]], lead: Lead | None
 ) -> list[CutStart]:
-    """Return the starts of a closed contour at `places`. If `lead` is None, all lead-ins that fit are used."""
+    """Return the starts of a closed contour at `places`. If `lead` is None, every lead-in that fits is used."""
     if not contour.has_leads or contour.rules.lead_in.style == "none":
         return starts_without_lead(k, contour, places)
     leads: Sequence[Lead | None] = [lead] if lead is not None else leads_to_try(contour)
@@ -262,7 +266,7 @@ def _starts_at(
 
 
 def _with_lead_out(contour: CutContour, scrap: Scrap, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
-    """Add the lead-out of the plan file to the starts, and drop the starts at which it does not fit."""
+    """Add the lead-out of the plan file to the starts. Starts without room for this lead-out are dropped."""
     if choice.lead_out is None:
         return starts
     kept = []

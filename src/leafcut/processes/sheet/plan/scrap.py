@@ -1,4 +1,4 @@
-"""The scrap between the parts, and checks whether a lead, a bridge or a pierce fits into it."""
+"""The scrap between the parts, with checks of whether a lead, a bridge or a pierce fits into it."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS
 
-#: Distance by which parts are shrunk, mm. It exceeds the error of an offset path in chords, and is less than the
-#: tolerance of verification.
+#: Parts are shrunk by this distance, mm. It is larger than the error of an offset path made of chords, and smaller than
+#: the tolerance of the verification.
 PART_SHRINKAGE = 0.02
 
 
 class Scrap:
-    """The scrap between the parts of a sheet. Parts are shrunk slightly, so that a kerf along its own part does not
-    touch the part.
+    """The scrap between the parts of a sheet.
+
+    The parts are shrunk slightly. Otherwise, the kerf along a part would seem to touch that part.
     """
 
     def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
@@ -47,9 +48,9 @@ class Scrap:
         self._bridge_tree: Any = None
 
     def with_bridges(self, lines: Any, owners: NDArray[np.int64]) -> Scrap:
-        """Return the scrap in which bridges are obstacles for other cuts.
+        """Add bridges as obstacles that other cuts must avoid.
 
-        `owners`, int64[n, 2], contains the contours that each bridge connects.
+        `owners`, int64[n, 2], contains the two contours that each bridge connects.
         """
         other = copy(self)
         other.bridge_owners = np.asarray(owners, dtype=np.int64).reshape(-1, 2)
@@ -58,14 +59,14 @@ class Scrap:
 
     @property
     def _half(self) -> float:
-        """Half the width of the kerf of a lead, mm, with or without compensation."""
+        """Half the width of the kerf that a lead leaves, mm. It does not matter whether the kerf is compensated."""
         return 0.5 * self.rules.kerf
 
     def allows(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
-        """Return a mask of the lines, bool[n], that the torch may follow to cut the contours `owners`.
+        """Return a mask of the lines, bool[n], that the torch may follow when it cuts the contours `owners`.
 
-        The kerf along such a line touches no part, no clamp, and no kerf or bridge of other contours. It stays on the
-        sheet unless `leaves_sheet`.
+        The kerf along an allowed line touches no part, no clamp, and no kerf or bridge of another contour. It also
+        stays on the sheet, unless `leaves_sheet` is set.
         """
         own = [c.index for c in owners]
         lines = np.asarray(lines, dtype=object)
@@ -84,24 +85,24 @@ class Scrap:
         return ok
 
     def parts_near(self, lines: Any) -> NDArray[np.int64]:
-        """Return pairs (line, part) for which the kerf along the line touches the part, int64[2, k]."""
+        """Return pairs (line, part), int64[2, k], in which the kerf along the line touches the part."""
         return self._metal.near(lines, self._half)
 
     def zones_near(self, lines: Any) -> NDArray[np.int64]:
-        """Return pairs (line, keep-out zone) for which the kerf along the line touches the zone, int64[2, k]."""
+        """Return pairs (line, keep-out zone), int64[2, k], in which the kerf along the line touches the zone."""
         return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
 
     def is_clear(self, places: Points, radius: float) -> Mask:
-        """Return a mask of the points, float64[n, 2], without a part within `radius` mm."""
+        """Return a mask of the points, float64[n, 2], that have no part within `radius` mm."""
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
             ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
         return ok
 
     def leave_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
-        """Return a mask of the lead-ins that do not come back into the kerf of their contour.
+        """Return a mask of the lead-ins that do not re-enter the kerf of their own contour.
 
-        `leads` are float64[n, k, 2]. Each ends on its contour.
+        `leads`, float64[n, k, 2], end on the contour.
         """
         fine = _with_extra_points(leads, 0.25 * self.rules.kerf)
         away = shapely.distance(owner.line, shapely.points(fine))
@@ -113,7 +114,10 @@ class Scrap:
 
 
 def _with_extra_points(leads: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Return leads, starting at the contour, with points at most `step` mm apart, float64[n, m, 2]."""
+    """Insert points into leads so that neighbouring points are at most `step` mm apart.
+
+    The result is float64[n, m, 2], and each lead starts at the contour.
+    """
     outwards = leads[:, ::-1]
     longest = np.hypot(*np.moveaxis(np.diff(outwards, axis=1), 2, 0)).max(initial=0.0)
     pieces = min(max(math.ceil(longest / step), 1), 64)
@@ -124,7 +128,7 @@ def _with_extra_points(leads: NDArray[np.float64], step: float) -> NDArray[np.fl
 
 
 def _part_polygons(sheet: Sheet) -> tuple[list[Any], list[int]]:
-    """Return the parts as slightly shrunk shapely polygons with holes, and the part numbers."""
+    """Convert the parts to slightly shrunk shapely polygons with holes. Return the polygons and the part numbers."""
     rings = {
         i: shapely.LinearRing(c.path.flattened(FLATNESS))
         for i, c in enumerate(sheet.contours)

@@ -1,4 +1,4 @@
-"""Starts of cuts: positions along the contours, directions, and leads that fit into the scrap."""
+"""The possible starts of cuts: positions on the contours, directions, and leads that fit into the scrap."""
 
 from __future__ import annotations
 
@@ -19,29 +19,39 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines, lead_shape, lead_variants, placed_leads
 from leafcut.processes.sheet.plan.scrap import Scrap
 
-#: Shorter leads are tried until a contour has this number of starts, and starts at this share of its positions.
+#: Shorter leads are tried until a contour has this number of starts, and this share of its positions has a start.
 ENOUGH, ENOUGH_SHARE = 8, 0.25
-#: Start positions per contour: usual number; minimum and maximum spacing, mm; maximum and minimum number.
+#: Start positions per contour: default number; minimum and maximum spacing, mm; maximum and minimum number.
 PLACES, NEAREST, FARTHEST, MOST_PLACES, FEWEST_PLACES = 16, 10.0, 100.0, 32, 4
 #: Maximum number of start positions on the sheet.
 MOST_NODES = 20_000
-#: Distance between the sheet and a start beyond its edge, mm, in addition to half a kerf.
+#: Distance from the edge of the sheet to a start beyond it, mm. Half a kerf is added.
 IN_THE_AIR = 5.0
-#: Directions of leads from the edge of the sheet: along the axes, as operators draw them.
+#: Directions of leads that come in from the edge of the sheet. They follow the axes, as an operator would draw them.
 AXES = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
-#: A position along a path, mm, and the direction of travel (true for clockwise).
+#: A position along a path, mm, and the direction of travel, which is True for clockwise.
 Place = tuple[float, bool]
 
 
 @dataclass(frozen=True)
 class CutStart:
-    """A choice for a cutting task: the position and direction at which the cut starts, and its leads.
+    """A possible start of a cut, with its position, direction and leads.
 
-    `at` is the start position along the contour, mm. An open contour starts at 0 or, in the reverse direction
-    (`clockwise`), at its length. The torch is switched on at `entry`, and the next rapid starts at `exit`. `pierce` is
-    False for a start in the air, beyond the edge of the sheet. `then` contains the other contours of a chain: each
-    bridge ends at an `entry`, and the next bridge starts at its `exit`.
+    Attributes
+    ----------
+    at
+        Start position along the contour, mm. An open contour starts at 0, or at its full length if it is cut in reverse
+        (`clockwise`).
+    entry
+        Point at which the torch is switched on.
+    exit
+        Point at which the next rapid starts.
+    pierce
+        Whether the start needs a pierce. A start in the air beyond the edge of the sheet does not.
+    then
+        The other contours of a chain. Each bridge ends at the `entry` of a contour, and the next bridge starts at the
+        `exit` of that contour.
     """
 
     contour: int
@@ -64,7 +74,7 @@ class CutStart:
 
 
 def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
-    """Return all starts, contour by contour. Raises PlanError if there is a contour at which no lead fits."""
+    """Find all starts, contour by contour. Raises PlanError if no lead fits at one of the contours."""
     most = max(FEWEST_PLACES, min(MOST_PLACES, MOST_NODES // max(len(contours), 1)))
     found: list[CutStart] = []
     stuck: list[CutContour] = []
@@ -103,16 +113,17 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
 
 
 def _has_common_edge(one: CutContour, contours: list[CutContour]) -> bool:
-    """Return whether another outline runs one kerf away from a contour, so that a common line could cut both."""
+    """Return whether another outline runs one kerf away from a contour. If so, a common line could cut both."""
     near = one.line.buffer(ROUNDING)
     others = (other for other in contours if other is not one and other.has_leads and not other.hole)
     return not one.hole and any(near.intersection(other.line).length > 2.0 * one.rules.kerf for other in others)
 
 
 def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list[CutStart]:
-    """Return the starts of a contour at up to `most` positions. If no lead fits there, more positions are tried.
+    """Find the starts of a contour at up to `most` positions.
 
-    The list is empty if no lead fits anywhere. `number` is the index of the contour.
+    If no lead fits at these positions, more positions are tried. If no lead fits anywhere, the list is empty. `number`
+    is the index of the contour.
     """
     path, rules = contour.path, contour.rules
     if not contour.has_leads:
@@ -143,7 +154,7 @@ def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]
 
 
 def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
-    """Yield a start for each end at which an open cut can start."""
+    """Yield a start for each end of an open cut at which the torch can start."""
     path = contour.path
     ends = ((0.0, False, path.end), (path.length, True, path.start))
     for (at, backward, there), lead in zip(ends, contour.inlets, strict=True):
@@ -153,13 +164,16 @@ def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
 
 
 def starts_without_lead(number: int, contour: CutContour, places: Sequence[Place]) -> list[CutStart]:
-    """Return the starts of a closed contour that pierce on its path, without a lead-in."""
+    """Return starts of a closed contour without a lead-in. The torch pierces directly on the path."""
     point = contour.path.point_at
     return [CutStart(number, at, way, point(at), point(contour.end_of(at, way))) for at, way in places]
 
 
 def start_places(contour: CutContour, most: int) -> list[float]:
-    """Return start positions along a closed contour, mm: its corners, and positions between them."""
+    """Return the positions along a closed contour at which to try a start, mm.
+
+    These are its corners, and positions between them.
+    """
     length, by_controller = contour.path.length, contour.rules.compensation == "controller"
     pitch = min(max(length / PLACES, NEAREST), FARTHEST)
     count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
@@ -174,8 +188,9 @@ def start_places(contour: CutContour, most: int) -> list[float]:
 
 
 def _smooth_places(contour: CutContour, places: list[float]) -> list[float]:
-    """Return the given positions at which a cut can start. Corners are excluded if the controller compensates
-    the kerf.
+    """Return the positions at which a cut can start.
+
+    If the controller compensates the kerf, a cut cannot start at a corner.
     """
     if contour.rules.compensation != "controller":
         return places
@@ -191,9 +206,9 @@ def _even_places(length: float, count: int) -> list[float]:
 
 
 def leads_to_try(contour: CutContour) -> list[Lead | None]:
-    """Return the lead-ins to try, in order.
+    """Return the lead-ins to try, in order of preference.
 
-    None means a lead from the centre of a hole. It comes first for a small hole, otherwise last.
+    None stands for a lead from the centre of a hole. It comes first for a small hole and last for all other holes.
     """
     rules = contour.rules
     found = lead_variants(rules.lead_in, rules.kerf)
@@ -210,9 +225,9 @@ def starts_with_leads(
     leads: Sequence[Lead | None],
     splash: bool,
 ) -> list[CutStart]:
-    """Return starts at the positions `places`. The leads are tried in order until enough positions have a start.
+    """Find starts at the positions `places`. The leads are tried in order until enough positions have a start.
 
-    With `splash`, no part may be inside the area around the pierce.
+    If `splash` is set, the area around the pierce must be free of parts.
     """
     enough = min(max(ENOUGH, math.ceil(ENOUGH_SHARE * len(places))), len(places))
     starts: list[CutStart] = []
@@ -231,7 +246,7 @@ def starts_with_leads(
 
 
 def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead]:
-    """Return a straight lead from the centre of a hole to each of the positions `places`."""
+    """For each of the positions `places`, return a straight lead from the centre of a hole to that position."""
     middle = shapely.Polygon(contour.line.coords).centroid
     leads = []
     for place in places:
@@ -242,7 +257,10 @@ def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead
 
 
 def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> float:
-    """Return the angle of a straight lead from the direction (dx, dy), rad: between 0 and π on the scrap side."""
+    """Return the angle of a straight lead that comes from the direction (dx, dy), rad.
+
+    On the side of the scrap, the angle is between 0 and π.
+    """
     tx, ty = contour.travel_at(*place)
     sign = 1.0 if contour.is_scrap_left(place[1]) else -1.0
     return math.atan2(sign * (tx * dy - ty * dx), -(tx * dx + ty * dy))
@@ -251,9 +269,16 @@ def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> floa
 def lead_ins_fit(
     contour: CutContour, scrap: Scrap, leads: list[Lead], places: list[Place], splash: bool
 ) -> tuple[NDArray[np.bool_], Points]:
-    """Return a mask of the lead-ins that fit, bool[n], and their first points, float64[n, 2].
+    """Check which lead-ins fit into the scrap.
 
-    With `splash`, the area around the pierce must also be free of parts.
+    If `splash` is set, the area around the pierce must also be free of parts.
+
+    Returns
+    -------
+    fits
+        Mask of the lead-ins that fit, bool[n].
+    entries
+        First point of each lead-in, float64[n, 2].
     """
     fits, entries = np.zeros(len(leads), dtype=bool), np.full((len(leads), 2), math.nan)
     at = np.array([contour.path.point_at(a) for a, _ in places])
@@ -280,13 +305,16 @@ def lead_ins_fit(
 def _start_with_lead(
     number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead, entry: Point
 ) -> CutStart:
-    """Return a start with the given lead-in and the longest lead-out that fits."""
+    """Combine a lead-in with the longest lead-out that fits."""
     out, leave = fitting_lead_out(contour, scrap, place)
     return CutStart(number, *place, entry, leave, lead, out)
 
 
 def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Lead | None = None) -> tuple[Lead, Point]:
-    """Return the lead-out at the end of a cut, shortened or omitted if it does not fit, and its end point."""
+    """Return the lead-out for the end of a cut and the point where it ends.
+
+    If the requested lead-out does not fit, it is shortened or left out.
+    """
     wanted = contour.lead_out if wanted is None else wanted
     end = contour.end_of(*place), place[1]
     if wanted.style != "none":
@@ -300,7 +328,7 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
 
 
 def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence[float]) -> list[CutStart]:
-    """Return starts beyond the edge of the sheet, which need no pierce.
+    """Find starts beyond the edge of the sheet, where no pierce is needed.
 
     Raises PlanError if the size of the sheet is unknown.
     """
@@ -347,8 +375,9 @@ def start_at(
     at: float,
     wanted: Callable[[CutStart], bool] = lambda _: True,
 ) -> CutStart | None:
-    """Return a start with the same leads at another position, mm. Return None if the leads do not fit, or if `wanted`
-    rejects the start.
+    """Return a start with the same leads as `like` at another position, mm.
+
+    Return None if the leads do not fit there, or if `wanted` rejects the start.
     """
     if not contour.may_start(at):
         return None
@@ -373,7 +402,10 @@ def start_at(
 
 
 def _is_from_centre(contour: CutContour, start: CutStart) -> bool:
-    """Return whether a lead-in starts at the centre of a small hole, so that it depends on the start position."""
+    """Return whether the lead-in comes from the centre of a small hole.
+
+    Such a lead-in depends on the start position.
+    """
     if not contour.is_small or start.lead_in.style != "line":
         return False
     middle = leads_from_centre(contour, [(start.at, start.clockwise)])[0]

@@ -24,35 +24,36 @@ if TYPE_CHECKING:
 
 #: Minimum length of a segment that is not a rounding error, mm.
 SHORTEST = 1e-6
-#: Minimum chord of an arc, mm: slightly more than two steps of an inch program with four decimals. Shorter arcs become
-#: lines.
+#: Minimum chord of an arc, mm. It is slightly more than two steps of an inch program with four decimals. Shorter arcs
+#: are replaced by lines.
 SHORTEST_ARC = 0.006
-#: Spindle speed for torches: most controllers require S with M3.
+#: Spindle speed that switches a torch on. Most controllers require an S word with M3.
 TORCH_ON = 1.0
 
 
 @dataclass(frozen=True)
 class TorchSetup:
-    """Cutting data, and the capabilities of a torch or beam and its controller.
+    """Cutting data, and the capabilities of the torch or beam and of its controller.
 
     Attributes
     ----------
     clearance
-        Height for travel between cuts, mm above the sheet (Z0).
+        Height of travel between cuts, mm above the sheet (Z0).
     safe_z
         Height at the start and the end of the program, mm in machine coordinates; None if unknown.
     switches
-        Whether the controller can switch the torch off and hold its height in motion; otherwise the head stops.
+        Whether the controller can switch the torch off and hold its height while the head moves. If not, the head
+        stops.
     moves_z
-        Whether programs move Z; otherwise the head keeps its height during travel.
+        Whether programs move Z. If not, the head keeps its height during travel.
     power, mark_power
         S words for cutting and marking. A marking tool is spindle 1.
     tolerance
-        Tolerance for rounded corners, mm (G64 P); 0 means exact corners.
+        Tolerance for rounding corners, mm (G64 P); 0 means exact corners.
     probe
         The probe for touching off; None if the top of the sheet is at Z0.
     mark_tool
-        Number of the marking tool (the torch is tool 0); None if marks need no tool change.
+        Number of the marking tool, where the torch is tool 0; None if marks need no tool change.
     """
 
     data: CutData
@@ -75,12 +76,28 @@ def generate_cuts(
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
     obstacles: Obstacles | None = None,
 ) -> tuple[Toolpath, list[slice]]:
-    """Return the motion of the program, and the rows of each cut with its rapid and its retract.
+    """Generate the motion of the whole program.
 
-    `corners` contains the corners of the travel move before each cut, by the index of the cut. The key of the final
-    move is the number of cuts. A head that keeps its height moves around `obstacles`. A retracted head crosses them at
-    the clearance height. Raises PlanError if the clearance height is not above the pierce height, or no path leads
-    around an obstacle.
+    Parameters
+    ----------
+    corners
+        Corners of the travel move before each cut, keyed by the index of the cut. The key of the final move is the
+        number of cuts.
+    obstacles
+        Obstacles that a head that keeps its height must go around. A head that retracts crosses them at the clearance
+        height.
+
+    Returns
+    -------
+    Toolpath
+        The motion.
+    list of slice
+        The rows of each cut, including its rapid and its retract.
+
+    Raises
+    ------
+    PlanError
+        If the clearance height is not above the pierce height, or if there is no path around an obstacle.
     """
     data, clearance = torch.data, torch.clearance
     if clearance <= max(data.pierce_height, data.cut_height):
@@ -135,7 +152,7 @@ def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) ->
 
 
 def _change_tool(builder: ToolpathBuilder, tool: int, wanted: int) -> int:
-    """Change from `tool` to the wanted tool, unless they are equal. Return the wanted tool."""
+    """Add a tool change unless `tool` is already the wanted tool. Return the wanted tool."""
     if tool != wanted:
         builder.tool(wanted)
         builder.offset(0)
@@ -170,8 +187,9 @@ def _generate_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None
 
 
 def _light_torch(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierces: bool, waits: bool) -> None:
-    """Switch the torch on (at the pierce height if the cut starts with a pierce), wait, and move down to the cut
-    height.
+    """Switch the torch on, wait, and move down to the cut height.
+
+    If the cut starts with a pierce, the torch is switched on at the pierce height.
     """
     data = torch.data
     height = data.pierce_height if pierces else data.cut_height
@@ -186,7 +204,10 @@ def _light_torch(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierc
 
 
 def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
-    """Follow the path of a cut in sections between changes of speed or torch state."""
+    """Follow the path of a cut, one section at a time.
+
+    A new section starts where the speed or the state of the torch changes.
+    """
     length = cut.path.length
     changes = {0.0, length, *(at for at, _ in cut.speeds), *(at for span in cut.joints for at in span)}
     if cut.torch_off_at < length:
@@ -213,7 +234,7 @@ def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
 
 
 def follow_path(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
-    """Cut along an open path from its start, at a constant speed, mm/s."""
+    """Cut along an open path from its start at a constant speed, mm/s."""
     for s in _writable_segments(without_short_steps(path)):
         if s.is_arc:
             z = builder.position[2]
@@ -223,9 +244,10 @@ def follow_path(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
 
 
 def _writable_segments(path: Polyline) -> Iterator[Segment]:
-    """Yield the segments of a path, but replace arcs whose ends could be rounded to the same point in a program.
+    """Yield the segments of a path, without arcs whose ends could be rounded to the same point in the program.
 
-    Short arcs become chords, with a deviation of less than half their length. Nearly full circles become two arcs.
+    A short arc is replaced by its chord, which deviates from the arc by less than half its length. A nearly full circle
+    is split into two arcs.
     """
     for s in path.segments():
         if not s.is_arc or math.dist(s.start, s.end) >= SHORTEST_ARC:

@@ -1,1 +1,1 @@
-"""Verification of a cutting program: the effect of the program on the sheet, compared with the drawing."""
+"""Verification of a cutting program. It compares the effect of the program on the sheet with the drawing."""

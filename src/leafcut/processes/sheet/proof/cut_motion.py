@@ -1,7 +1,7 @@
-"""Compare a cutting program that was read back with the plan: the moves, and the state of the torch in each move.
+"""Read a cutting program back and compare it with the plan.
 
-The controller performs some actions itself. This module has its own rules for these actions, independent of the
-post-processor.
+The comparison covers the moves and the state of the torch during each move. Some actions are performed by the
+controller itself. This module has its own rules for them, so it does not depend on the post-processor.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from leafcut.units import MM_PER_INCH
 
 
 class _State(NamedTuple):
-    """State of the torch during a move, and the events since the previous move."""
+    """The state of the torch during a move, and the events since the previous move."""
 
     #: 0 if off, 1 if cutting, 2 if marking.
     beam: float = 0.0
-    #: Power of the beam, if given by the S word.
+    #: Power of the beam, if the S word states it.
     power: float = 0.0
     #: Whether height control is on.
     follows: float = 1.0
-    #: Compensation (40, 41 or 42), and the kerf width, mm, or the register that contains it.
+    #: Compensation (40, 41 or 42). The next field is the kerf width, mm, or the register that contains it.
     side: float = 40.0
     kerf: float = 0.0
     #: 1 if corners are rounded (G64), and their tolerance, mm.
     blends: float = 0.0
     tolerance: float = 0.0
-    #: Number of times that the torch was switched on.
+    #: How often the torch was switched on.
     pierces: float = 0.0
-    #: Dwells with the torch off and on, s.
+    #: Dwell times with the torch off and with the torch on, s.
     dark_s: float = 0.0
     lit_s: float = 0.0
 
@@ -64,7 +64,7 @@ _NAMES = (
 
 
 def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, units: str) -> list[Difference]:
-    """Return the differences between the planned and the written moves and torch states.
+    """Return the differences between the plan and the program, in both the moves and the state of the torch.
 
     Actions that the controller performs itself are ignored. `units` is the unit of the program, ``mm`` or ``inch``.
     """
@@ -115,22 +115,22 @@ def _difference(
 class _TorchTracker:
     """Tracks the state of the torch along a path.
 
-    In a `planned` path, actions that the controller performs itself are ignored.
+    If the path is `planned`, the tracker ignores actions that the controller performs itself.
     """
 
     def __init__(self, dialect: Dialect, torch: Torch, shortest: float, *, planned: bool) -> None:
         self.dialect, self.torch, self.shortest, self.planned = dialect, torch, shortest, planned
         self.now = _State()
-        #: Value of `_State.beam`, except that an output or S0 may keep the torch off (`dark`).
+        #: `armed` is like `_State.beam`. If `dark` is set, an output or S0 keeps the torch off in spite of it.
         self.armed, self.dark = 0.0, False
         self.power = 0.0
-        #: Whether the torch was just switched on, so that a pierce delay may follow.
+        #: Whether the torch was switched on a moment ago, so that a pierce delay may follow.
         self.piercing = False
 
     def moves(self, path: Toolpath) -> tuple[Toolpath, NDArray[np.float64]]:
         """Return the moves and commands of a path, and the `_State` at each of them, float64[n, 10].
 
-        Straight moves of at most `shortest` mm are omitted; the events before them belong to the next move.
+        Straight moves of at most `shortest` mm are left out. The events before such a move count for the next move.
         """
         rows, states = list[Motion](), list[_State]()
         last = [math.nan] * 3
@@ -160,7 +160,7 @@ class _TorchTracker:
         return all(math.isnan(p) or abs(p - q) <= self.shortest for p, q in zip(row.end, last, strict=True))
 
     def _switch(self, row: Motion) -> bool:
-        """Apply a row that only changes the state of the torch. Return False for any other row."""
+        """Apply a row that only changes the state of the torch. Return False if the row does anything else."""
         kind, torch, now = row.kind, self.torch, self.now
         if kind is Kind.SPINDLE:
             self._light(row)
@@ -206,11 +206,15 @@ class _TorchTracker:
 
 
 def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
-    """Return the motion of a cutting program as its controller would execute it.
+    """Read a cutting program back and return the motion that its controller would execute.
 
-    The result does not depend on the modal state that an earlier program left. Feeds from the material table of the
-    controller depend on the selected material. Only the feed of the material `material_number` is known; it is the feed
-    of the plan. Raises ReadError if the controller does not accept the text, or the text selects another material.
+    Modal states that an earlier program left behind do not affect the result. If the controller takes feeds from its
+    material table, only the feed of the material `material_number` is known, which is the feed of the plan.
+
+    Raises
+    ------
+    ReadError
+        If the controller does not accept the text, or if the text selects another material.
     """
     feeds = {} if material_number is None else {material_number: plan.data.feed}
     return as_written(text, dialect, material_feeds=feeds)

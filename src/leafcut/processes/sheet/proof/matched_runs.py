@@ -1,4 +1,4 @@
-"""Match the torch runs of a cutting program with the contours of a sheet that they follow."""
+"""Match each torch run of a cutting program with the contours that the run follows."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, part_areas, targets_of
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, burning_pieces
 
-#: Maximum length of the sections into which chords are divided, mm.
+#: Chords are divided into sections of at most this length, mm.
 PIECE = 1.0
-#: A run counts as a cut of a contour if it follows more than this share of the contour's path.
+#: A run counts as a cut of a contour if it follows more than this share of the path of the contour.
 MOST = 0.5
 
 
@@ -34,15 +34,15 @@ class CutRequest:
     half
         Half of the compensated kerf, mm.
     joints, joint_width
-        Maximum number and width (mm) of the micro-joints of an outline.
+        Maximum number of micro-joints of an outline, and their maximum width, mm.
     safe_height
         Minimum height of rapids, mm.
     probe
         The probe for touching off; None if the program must not probe.
     power
-        Power for cutting; any lower power is for marking. None for the maximum power in the program.
+        Power for cutting. Any lower power is for marking. None stands for the maximum power in the program.
     material_number
-        Number in the material table of the controller; None if the program specifies the material.
+        Number in the material table of the controller; None if the program itself specifies the material.
     """
 
     half: float
@@ -58,8 +58,12 @@ class CutRequest:
 class RunMatch:
     """A run that follows the path of a target.
 
-    `followed` is the length of the target's path that the run follows, mm. `first` and `last` are the first and the
-    last position on this path, mm along the run.
+    Attributes
+    ----------
+    followed
+        Length of the path that the run follows, mm.
+    first, last
+        First and last position at which the run is on the path, mm along the run.
     """
 
     run: int
@@ -71,20 +75,20 @@ class RunMatch:
 
 
 class MatchedRuns:
-    """The runs of a program matched with the shapes of a sheet.
+    """The runs of a program and the shapes of the sheet that they follow.
 
     Attributes
     ----------
     targets
         The contours to cut or mark, in the order of the sheet.
     parts, numbers
-        Areas of the finished parts, shrunk by `TOLERANCE`, and the numbers of the parts.
+        Areas of the finished parts, shrunk by `TOLERANCE`, and the part numbers.
     sheet
         Area of the sheet; None if unknown.
     lines
-        The path of each run with the torch on, as shapely lines.
+        The path of each run while the torch is on, as shapely lines.
     of_target
-        The matches, by index of the contour.
+        The matches, keyed by the index of the contour.
     """
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: CutRequest) -> None:
@@ -126,39 +130,48 @@ class MatchedRuns:
 
     @property
     def kerf(self) -> float:
-        """Width of the kerf that must not touch other kerfs, mm."""
+        """Width of the kerf, mm. This kerf must not touch other kerfs."""
         return 2.0 * self.asked.half if self.asked.half > 0.0 else self.plan.data.kerf
 
     @cached_property
     def kerf_lines(self) -> NDArray[Any]:
-        """Lines along which each run cuts through the sheet, as shapely geometry; empty for marks."""
+        """For each run, the lines along which it cuts through the sheet, as shapely geometry.
+
+        The geometry of a mark is empty.
+        """
         nothing: Any = shapely.MultiLineString()
         return np.where(self.marks, nothing, self.lines)
 
     def pierces(self, number: int) -> bool:
-        """Return whether the run with the given index starts with a pierce."""
+        """Return whether a run starts with a pierce. `number` is the index of the run."""
         cuts = self.plan.cuts
         return cuts[number].pierce if number < len(cuts) else True
 
     def detaches(self, claim: RunMatch) -> bool:
-        """Return whether a run cuts a contour free. A run that only follows the contour one kerf away does not."""
+        """Return whether a run cuts a contour free.
+
+        A run that merely passes the contour at a distance of one kerf does not.
+        """
         whole = claim.followed > MOST * claim.target.centreline.length and not self.only_follows_common_line(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
     def only_follows_common_line(self, claim: RunMatch) -> bool:
-        """Return whether a run around other parts with common lines only follows a contour that is one kerf away."""
+        """Return whether a run goes around other parts with common lines and only passes the contour one kerf away."""
         cut = self.plan.cuts[claim.run] if claim.run < len(self.plan.cuts) else None
         return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
 
     def line_at(self, number: int, x: float, y: float) -> int:
-        """Return the line in the program of the chord of a run that is nearest to a point."""
+        """Return the program line of the chord that is nearest to a point. Only the chords of the given run count."""
         run = self.runs[number]
         chords = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
         return int(run.row_line[int(np.argmin(shapely.distance(chords, shapely.Point(x, y))))])
 
 
 def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return whether each run marks, with the spindle of the marking tool or with less than the cutting power."""
+    """Return whether each run marks.
+
+    A run marks if it uses the spindle of the marking tool or less than the cutting power.
+    """
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [

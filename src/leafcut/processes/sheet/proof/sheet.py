@@ -1,7 +1,7 @@
-"""Check a cutting program: compare the effect of the program on the sheet with the drawing.
+"""Check a cutting program by comparing its effect on the sheet with the drawing.
 
-The check uses no planning code. From the plan, it uses only what the user requested: feeds, directions, and the data of
-the chart.
+The check does not use any planning code. It only takes the user's requests from the plan: feeds, directions, and the
+data of the chart.
 """
 
 from __future__ import annotations
@@ -34,32 +34,35 @@ from leafcut.processes.sheet.proof.torch_runs import TorchRun, burning_pieces, t
 from leafcut.proof.difference import cap_differences, position_text
 from leafcut.proof.envelope import check_envelope
 
-#: Multiple of the length of a path that runs must follow to count as cutting it twice.
+#: A path counts as cut twice if runs follow it over this multiple of its length.
 TWICE = 1.9
-#: Minimum length of an uncut section of a path that is not a rounding error, mm.
+#: Uncut sections of a path that are shorter than this are rounding errors, mm.
 SHORT = 0.1
-#: Spacing of the points checked along bridges, in kerf widths.
+#: Spacing of the points at which bridges are checked, in kerf widths.
 BRIDGE_STEP = 0.2
-#: Distance from the start of a bridge within which it must leave the kerfs there, in kerf widths.
+#: A bridge must leave the kerfs around its start within this distance, in kerf widths.
 LEAVES_WITHIN = 4.0
-#: Maximum overlap of consecutive sections of a run, mm.
+#: Consecutive sections of a run may overlap by this length, mm.
 OVERLAP = 0.2
 #: Methods whose arc or flame goes out when it crosses a kerf.
 NEED_METAL = (CutMethod.PLASMA, CutMethod.OXYFUEL)
-#: Minimum length over which kerfs coincide, in kerf widths and in mm. Over a shorter length, they only cross.
+#: Kerfs coincide if they overlap over at least this length, in kerf widths and in mm. Over a shorter length, they
+#: cross.
 CROSSING_KERFS, CROSSING = 1.0, 0.2
-#: Distance from the end of a line within which it may meet an earlier line, mm.
+#: A line may meet an earlier line only within this distance from its end, mm.
 AT_END = 0.1
-#: Spacing of the points that are checked along moves, mm, and minimum depth of a crossing inside a part, mm.
+#: Spacing of the points at which moves are checked, mm; and depth inside a part from which a move counts as crossing
+#: the part, mm.
 _MOVE_STEP, _DEPTH = 0.5, 0.3
-#: Tolerance for the distance between head and part, mm, because edges are chords that differ from those of the planner.
+#: Tolerance for the distance between head and part, mm. It is needed because this check uses other chords for curved
+#: edges than the planner.
 _LEEWAY = 0.2
 
 
 def check_sheet(
     sheet: Sheet, plan: CutPlan, text: str, path: Toolpath, dialect: Dialect, machine: Machine, asked: CutRequest
 ) -> list[Difference]:
-    """Return the faults of a cutting program, given its text and the `path` that was read back.
+    """Check a cutting program and return its faults. `path` is the motion that was read back from the `text`.
 
     The program is verified if it obeys these rules:
 
@@ -84,7 +87,7 @@ def check_sheet(
 
 
 def uncut_contours(matched: MatchedRuns) -> list[Difference]:
-    """Return a fault for each contour that is not cut, or is cut incompletely."""
+    """Return a fault for each contour that is not cut, or not cut completely."""
     found = []
     for target in matched.targets:
         claims = matched.of_target.get(target.index, [])
@@ -118,7 +121,10 @@ def uncut_contours(matched: MatchedRuns) -> list[Difference]:
 
 
 def _uncut_stretches(matched: MatchedRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
-    """Return the sections of a target's path that no run follows, except arcs around corners with a loop."""
+    """Return the sections of the path of a target that no run follows.
+
+    Arcs around corners with a loop are not included.
+    """
     if not lines:
         return [target.centreline]
     burnt = shapely.union_all(lines)
@@ -129,7 +135,7 @@ def _uncut_stretches(matched: MatchedRuns, target: Target, lines: Sequence[Any])
 
 
 def _at_corner(matched: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bool:
-    """Return whether an uncut section is the arc around a corner that the kerfs reach anyway."""
+    """Return whether an uncut section is the arc around a corner, and the kerfs reach the corner anyway."""
     half = matched.asked.half
     if not len(target.corners):
         return False
@@ -144,7 +150,7 @@ def _at_corner(matched: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bo
 
 
 def repeated_cuts(matched: MatchedRuns) -> list[Difference]:
-    """Return a fault for each contour that is cut twice, and for each run that follows no contour."""
+    """Return a fault for each contour that is cut twice, and for each run that does not follow any contour."""
     found = []
     for claims in matched.of_target.values():
         target = claims[0].target
@@ -190,7 +196,10 @@ def find_gouges(matched: MatchedRuns) -> list[Difference]:
 
 
 def find_strays(matched: MatchedRuns) -> list[Difference]:
-    """Return a fault for each kerf that runs into a clamp or off the sheet. Starts beyond the edge are allowed."""
+    """Return a fault for each kerf that hits a clamp or leaves the sheet.
+
+    Starts beyond the edge of the sheet are allowed.
+    """
     found = []
     half = 0.5 * matched.plan.data.kerf  # with or without compensation
     for zone in matched.zones:
@@ -213,7 +222,10 @@ def find_strays(matched: MatchedRuns) -> list[Difference]:
 
 
 def _points_off_sheet(matched: MatchedRuns, number: int, inside: Any) -> NDArray[np.float64]:
-    """Return the points of a run that are off the sheet, float64[k, 2], mm, except the lead of a start at the edge."""
+    """Return the points at which a run leaves the sheet, float64[k, 2], mm.
+
+    If the cut starts at the edge of the sheet, its lead is allowed to lie outside.
+    """
     middles, _, along = burning_pieces(matched.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
     if not matched.pierces(number):
@@ -230,7 +242,7 @@ def _line_of(runs: list[TorchRun], claims: list[RunMatch]) -> int:
 
 
 def plan_faults(matched: MatchedRuns) -> list[Difference]:
-    """Return a fault if the number of cuts differs from the plan, and a fault for each contour missing in the plan."""
+    """Return a fault if the number of cuts is not as planned, and for each contour that the plan does not contain."""
     cuts, found = matched.plan.cuts, []
     if len(cuts) != len(matched.runs):
         text = Message(
@@ -246,7 +258,7 @@ def plan_faults(matched: MatchedRuns) -> list[Difference]:
 
 
 def order_faults(matched: MatchedRuns) -> list[Difference]:
-    """Return a fault for each contour that is cut after a contour around it has detached it."""
+    """Return a fault for each contour that is cut too late, after an outer contour has already detached it."""
     closed = [t for t in matched.targets if t.shape is not None]
     everything = list(matched.targets)
     edges = np.array([t.edge for t in everything], dtype=object)
@@ -271,8 +283,14 @@ def order_faults(matched: MatchedRuns) -> list[Difference]:
 def _in_notches(matched: MatchedRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
     """Return the contours inside an outline and in its closed notches, as indices of targets.
 
-    `edges` is the spatial index of the lines of all targets in the drawing. `known` contains the contours inside the
-    outline. Return an empty set if there is no other contour nearby.
+    If there are no other contours nearby, the result is empty.
+
+    Parameters
+    ----------
+    edges
+        Spatial index of the drawn lines of all targets.
+    known
+        Contours inside the outline.
     """
     reach = 0.5 * matched.plan.data.kerf - TOLERANCE
     near = set(
@@ -286,8 +304,9 @@ def _in_notches(matched: MatchedRuns, around: Target, edges: Any, known: set[int
 
 
 def _run_after(matched: MatchedRuns, inner: Target, around: Target) -> int | None:
-    """Return the last run of the contour `inner` if it ends after the cut of the contour `around` starts, otherwise
-    None.
+    """Return the last run of the contour `inner` if it ends after the cut of the contour `around` has started.
+
+    Otherwise, return None.
     """
     one, other = matched.of_target.get(inner.index), matched.of_target.get(around.index)
     if not one or not other:
@@ -298,7 +317,10 @@ def _run_after(matched: MatchedRuns, inner: Target, around: Target) -> int | Non
 
 
 def pierce_faults(matched: MatchedRuns) -> list[Difference]:
-    """Return the faults of pierces: in an earlier kerf, in a detached part or slug, or missing."""
+    """Return the faults of pierces.
+
+    A pierce may be missing, or lie in an earlier kerf, in a detached part, or in a slug.
+    """
     found = []
     starts = shapely.points([run.start for run in matched.runs])
     tree = shapely.STRtree(starts)
@@ -368,9 +390,9 @@ def direction_faults(matched: MatchedRuns) -> list[Difference]:
 def check_chains(matched: MatchedRuns) -> list[Difference]:
     """Return the faults of runs that cut several contours.
 
-    The contours must be cut completely, one after the other, as planned. A bridge must leave the kerf at its start and
-    enter no other kerf, where the arc would go out. No other run may cross the bridge, and the scrap around the bridge
-    must still be attached.
+    The contours must be cut completely, one after the other, and in the planned order. Each bridge must leave the kerf
+    at its start and must not enter another kerf, where the arc would go out. No other run may cross the bridge, and the
+    scrap around it must still be attached.
     """
     cuts, kerf, lines, found = matched.plan.cuts, matched.kerf, matched.kerf_lines, list[Difference]()
     followed: list[list[RunMatch]] = [[] for _ in matched.runs]
@@ -403,7 +425,7 @@ def check_chains(matched: MatchedRuns) -> list[Difference]:
 
 
 def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[int]) -> list[Difference]:
-    """Return a fault if a run does not cut the planned contours in their order, each after the previous one."""
+    """Return a fault if a run does not cut the planned contours one after the other in the planned order."""
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
@@ -424,12 +446,15 @@ def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[in
 
 
 def _stretch_of_run(run: TorchRun, begin: float, end: float) -> Any:
-    """Return the path of a run between two distances along the run, mm, as a shapely line, or None if it is empty."""
+    """Return the section of a run between two distances, mm along the run, as a shapely line.
+
+    Return None if it is empty.
+    """
     return None if end - begin <= OVERLAP else substring(shapely.LineString(run.points), begin, end)
 
 
 def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Difference]:
-    """Return a fault if a bridge enters a kerf of its own run. The bridge starts `at` mm along the run."""
+    """Return a fault if a bridge enters a kerf that its own run has cut. The bridge starts `at` mm along the run."""
     done = _stretch_of_run(run, 0.0, at)
     if done is None:
         return []
@@ -448,7 +473,10 @@ def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list
 
 
 def _detached_scrap_faults(run: TorchRun, done: Sequence[RunMatch], bridge: Any) -> list[Difference]:
-    """Return a fault if a bridge crosses scrap or parts that earlier contours, `done`, have detached."""
+    """Return a fault if a bridge crosses scrap or parts that have already come loose.
+
+    `done` contains the contours that were cut before the bridge.
+    """
     middle = bridge.interpolate(0.5, normalized=True)
     for f in done:
         if f.target.shape is not None and f.target.shape.contains(middle):
@@ -463,9 +491,9 @@ def _detached_scrap_faults(run: TorchRun, done: Sequence[RunMatch], bridge: Any)
 def check_common_lines(matched: MatchedRuns) -> list[Difference]:
     """Return the faults of runs that cut a common line of two parts.
 
-    No other run may cut a section of a common line. Each line must lie inside the run around its group, and must come
-    before that run. If the cutting method needs metal, a line may meet an earlier line only at its end. The run around
-    the group must have the requested direction. Other checks ensure that each part is cut completely.
+    No other run may cut any section of a common line. Each line must lie inside the run around its group and must be
+    cut before that run. The run around the group must have the requested direction. If the cutting method needs metal,
+    a line may meet an earlier line only at its end. Whether each part is cut completely is checked elsewhere.
     """
     runs, lines, found = matched.runs, matched.kerf_lines, list[Difference]()
     cuts = dict(enumerate(matched.plan.cuts[: len(runs)]))
@@ -488,7 +516,7 @@ def check_common_lines(matched: MatchedRuns) -> list[Difference]:
 
 
 def _group_faults(matched: MatchedRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
-    """Yield the faults of a group of common lines: order and position of the lines, and the run around the group."""
+    """Yield the faults of a group of common lines. The checks cover the lines and the run around the group."""
     runs, lines, cuts, kerf = matched.runs, matched.kerf_lines, matched.plan.cuts, matched.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
@@ -517,7 +545,7 @@ def _clockwise(run: TorchRun) -> bool:
 
 
 def _crossing_faults(matched: MatchedRuns, common: Sequence[int]) -> Iterator[Difference]:
-    """Yield a fault for each common line that crosses the kerf of an earlier line, where the arc would go out."""
+    """Yield a fault for each common line that crosses the kerf of an earlier line. The arc would go out there."""
     for early, late in itertools.combinations(sorted(common), 2):
         met = matched.kerf_lines[late].intersection(matched.kerf_lines[early])
         end = shapely.Point(matched.runs[late].points[-1])
@@ -566,11 +594,21 @@ def check_detached_parts(
 
 
 def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
-    """Find the routes that cross a detached part. A route consists of the travel moves between two runs.
+    """Find the travel moves that cross a detached part.
 
-    The check samples points along each move; the plan intersects whole moves with offset parts.
-    Returns the program line and the end point of the first crossing move of each route. With a head `radius`, mm, a
-    route also counts as crossing if it passes a part within this radius, except near the ends of the route.
+    The moves between two runs form a route, and only the first crossing of each route is reported. The check samples
+    points along each move, whereas the planner intersects whole moves with offset parts.
+
+    Parameters
+    ----------
+    radius
+        Radius of the head, mm. If it is given, a route also counts as crossing if it passes a part within this
+        distance, except near the ends of the route.
+
+    Returns
+    -------
+    list of tuple
+        Program line and end point of the first crossing move of each route.
     """
     ends = np.array([run.row_line[-1] for run in matched.runs], dtype=np.int64)
     freed = _detaching_runs(matched)
@@ -607,7 +645,7 @@ def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list
 
 
 def _detaching_runs(matched: MatchedRuns) -> list[tuple[int, Any]]:
-    """Return the index of each run that detaches a part, and the polygon of the part.
+    """Return each run that detaches a part, as the index of the run and the polygon of the part.
 
     Common lines do not detach a part.
     """
@@ -633,7 +671,7 @@ def _points_along(a: Points, b: Points) -> Points:
 
 
 def _crosses(points: Points, part: Any) -> bool:
-    """Return whether any points of a move are more than `_DEPTH` inside a part."""
+    """Return whether some points of a move are more than `_DEPTH` inside a part."""
     inside = points[shapely.contains_xy(part, points)]
     return bool((shapely.distance(part.exterior, shapely.points(inside)) > _DEPTH).any())
 

@@ -1,7 +1,8 @@
-"""The shapes of a sheet that a cutting program must respect, built from the drawing alone.
+"""The shapes that a cutting program must respect. They are built from the drawing alone.
 
-These shapes are the centreline of the kerf for each contour, and the metal of each part, which no kerf may touch. The
-parts of divided holes and notches must lie inside the drawn shapes, and cover the whole area that the kerf reaches.
+There are two kinds of shapes: the centreline of the kerf for each contour, and the metal of each part, which no kerf
+may touch. If a hole or notch was divided, its pieces must lie inside the drawn shape and cover the whole area that the
+kerf reaches.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS
 from leafcut.proof.difference import position_text
 
-#: Tolerance for the position of a kerf, mm, which covers the offset tolerance and the rounding of the program.
+#: Tolerance for the position of a kerf, mm. It covers the tolerance of offset paths and the rounding in the program.
 TOLERANCE = 0.025
-#: Number of segments per quarter circle in buffers; they are exact to 0.001 mm for a kerf of 5 mm.
+#: Number of segments per quarter circle in buffers. For a kerf of 5 mm, buffers are exact to 0.001 mm.
 QUARTER = 32
 #: Minimum turn at a corner of the drawing, rad.
 CORNER = math.radians(3.0)
@@ -41,16 +42,16 @@ class Target:
     index
         Index of the contour in `Sheet.contours`.
     shape
-        Polygon of a closed contour to be cut; otherwise None.
+        Polygon of the contour if it is closed and must be cut; otherwise None.
     edge
         Line of the contour in the drawing.
     centreline
-        Centreline of the kerf: a ring, or the line in the drawing for a mark or an open cut.
+        Centreline of the kerf. It is a ring, or the drawn line for a mark or an open cut.
     corners
         Corners of the line, float64[k, 2], mm, at which the kerf may turn or loop.
     may_stay
-        Whether a hole may remain uncut: it is two kerfs wide within the tolerance, and rounding decides whether a
-        pierce fits.
+        Whether a hole may remain uncut. This is allowed if it is about two kerfs wide, so that rounding decides whether
+        a pierce fits.
     """
 
     index: int
@@ -96,7 +97,10 @@ def _polygon(one: Contour) -> Any:
 
 
 def _target(index: int, source: Contour, half: float) -> Target | None:
-    """Return the target of a contour, or None for a hole that the kerf fills or divides, or in which no pierce fits."""
+    """Return the target of a contour.
+
+    Return None for a hole that the kerf fills or divides, or that has no room for a pierce.
+    """
     points = source.path.flattened(FLATNESS)
     edge = shapely.LineString(points if len(points) > 1 else np.repeat(points, 2, axis=0))
     if source.kind == "mark" or not source.path.closed:
@@ -116,9 +120,9 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
 
 
 def _corners(path: Polyline) -> NDArray[np.float64]:
-    """Return the vertices of a closed path at which it turns sharply, float64[k, 2], mm.
+    """Return the vertices at which a closed path turns sharply, float64[k, 2], mm.
 
-    At each end of an arc, the angle between arc and chord is 2 atan(bulge), half the angle of the arc.
+    At each end of an arc, the angle between the arc and its chord is 2 atan(bulge), which is half the angle of the arc.
     """
     steps = np.roll(path.vertices[:, :2], -1, axis=0) - path.vertices[:, :2]
     real = np.hypot(*steps.T) > SAME_PLACE
@@ -130,9 +134,9 @@ def _corners(path: Polyline) -> NDArray[np.float64]:
 
 
 def part_areas(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
-    """Return the metal of each part as polygons shrunk by the tolerance, and the numbers of the parts.
+    """Return the metal of each part as polygons that are shrunk by the tolerance, and the part numbers.
 
-    The metal is the outline without its holes. Chambers of divided notches are ignored.
+    The metal of a part is its outline without the holes. Chambers of closed notches are ignored.
     """
     outlines: dict[int, list[Any]] = {}
     holes: dict[int, list[Any]] = {}
@@ -151,9 +155,14 @@ def part_areas(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
 
 
 def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
-    """Return the faults of divided holes and notches.
+    """Check the holes and notches that were divided, and return the faults.
 
-    `drawn` is the sheet before the division. `half` is the distance from the centreline of the kerf to a part, mm.
+    Parameters
+    ----------
+    drawn
+        The sheet before the division.
+    half
+        Distance from the centreline of the kerf to a part, mm.
     """
     changed = [k for k, one in enumerate(drawn.contours) if sheet.contours[k].path is not one.path]
     if not changed and len(sheet.contours) == len(drawn.contours):
@@ -182,10 +191,10 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
 
 
 def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Difference]:
-    """Return a fault for each chamber that extends beyond its notch, and for each chamber that was left out.
+    """Return a fault for each chamber that extends beyond its notch, and for each chamber that was forgotten.
 
-    A chamber is left out if another chamber of its outline is cut, and this chamber is not. It may remain uncut if no
-    pierce fits, or if its kerf would enter another kerf.
+    A chamber was forgotten if it is not cut although another chamber of the same outline is cut. It may stay uncut if
+    no pierce fits, or if its kerf would enter another kerf.
     """
     if not chambers:
         return []

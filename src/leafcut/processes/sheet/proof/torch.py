@@ -1,4 +1,8 @@
-"""Check the torch: off during rapids and at the end, switched on as the chart requires, and with the planned feeds."""
+"""Check the torch in a cutting program.
+
+The torch must be off during rapids and at the end. It must be switched on as the chart requires, and move at the
+planned feeds.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +27,7 @@ from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 #: Tolerance for heights in the program, mm.
 _ROOM = 0.002
-#: Tolerance for the positions along a cut where the feed changes, mm.
+#: Tolerance for the position along a cut at which the feed changes, mm.
 _ALONG = 0.05
 
 
@@ -35,9 +39,9 @@ def check_torch(
     dialect: Dialect,
     asked: CutRequest,
 ) -> list[Difference]:
-    """Return the faults of the torch in a program that was read back.
+    """Check the torch in a program that was read back, and return the faults.
 
-    The checks cover rapids, the material, the marking tool, probing, switching the torch on, and feeds.
+    The checks cover rapids, the material, the marking tool, probing, feeds, and how the torch is switched on.
     """
     torch, heights, lowest = dialect.torch, dialect.has_z_words, asked.safe_height
     if lowest is None:
@@ -57,9 +61,10 @@ def check_torch(
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return a fault for each row that switches the torch or the scribe on with a wrong tool or an inactive offset.
+    """Return a fault for each row that switches on the torch or the scribe in the wrong state.
 
-    An offset becomes active with the next move in X and Y.
+    The state is wrong if another tool is selected, or if its offset is not active. An offset becomes
+    active with the next move in X and Y.
     """
     number = None if dialect.torch is None else dialect.torch.mark_tool
     if number is None:
@@ -93,7 +98,7 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
 def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
     """Return a fault for each pierce without touching off, and for each wrong probe move.
 
-    Without `probe`, the program must neither probe nor change Z0.
+    If `probe` is None, the program must neither probe nor change Z0.
     """
     found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
     before = path.before
@@ -123,7 +128,7 @@ def _pierces(run: TorchRun, cut: Cut) -> bool:
 
 
 def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
-    """Return the faults of a probe move, and of the height that the row `after` it sets."""
+    """Return the faults of a probe move, including a wrong height in the row `after` it, which sets Z0."""
     if probe is None:
         return [
             Difference(Message("probe"), 0, row.line, Message("the torch probes, although no probing was requested"))
@@ -141,8 +146,9 @@ def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) ->
 
 
 def _rapid_faults(path: Toolpath, lowest: float | None) -> list[Difference]:
-    """Return a fault for each rapid below `lowest` mm or with the torch on, and for a torch that is left on at the
-    end.
+    """Return a fault for each rapid that is below `lowest` mm or has the torch on.
+
+    The result also contains a fault if the torch stays on at the end.
     """
     found: list[Difference] = []
     lit = at_machine_height = False
@@ -184,7 +190,7 @@ def _goes_across(row: Motion, before: np.ndarray) -> bool:
 
 
 def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
-    """Return the faults at the start of a cut: wrong pierce height, pierce delay, or cut height."""
+    """Return the faults at the start of a cut, such as a wrong pierce height, pierce delay, or cut height."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
         first = run.lightings[0]
@@ -210,7 +216,7 @@ def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, wait
 
 
 def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
-    """Return the first difference between the feeds of a run in the program and in the plan."""
+    """Return a fault for the first feed of a run that differs from the plan."""
     starts = np.array([at for at, _ in cut.speeds])
     speeds = np.array([feed for _, feed in cut.speeds])
     middles = 0.5 * (run.along[:-1] + run.along[1:])
@@ -233,7 +239,6 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
 def _material_faults(
     path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
 ) -> list[Difference]:
-    """Return the faults of the material and of other controller settings in a program."""
     torch = dialect.torch
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)

@@ -1,6 +1,6 @@
-"""The runs of the torch in a program that was read back: the path, speed and height of each cut.
+"""The torch runs of a program that was read back, with the path, speed and height of each run.
 
-A run consists of all feed moves between two rapids across the sheet, with the torch on or temporarily off.
+A run consists of all feed moves between two rapids across the sheet. The torch may be off during some of these moves.
 """
 
 from __future__ import annotations
@@ -22,8 +22,16 @@ _NOTHING = 1e-9
 class Lighting:
     """The event of switching the torch on.
 
-    `line` is the line in the program. `height` is in mm, or NaN if the program does not move Z. `power` and `spindle`
-    are those of the command. `waited` is the pierce delay, s.
+    Attributes
+    ----------
+    line
+        Line in the program.
+    height
+        Height of the torch, mm, or NaN if the program does not move Z.
+    power, spindle
+        Power and spindle in the command.
+    waited
+        Pierce delay, s.
     """
 
     line: int
@@ -35,22 +43,22 @@ class Lighting:
 
 @dataclass(frozen=True, eq=False)
 class TorchRun:
-    """A run of the torch, as chords.
+    """A run of the torch, approximated by n chords.
 
     Attributes
     ----------
     line
-        Line in the program at which the run starts.
+        Program line at which the run starts.
     points
         Ends of the chords, float64[n + 1, 2], mm.
     burning
-        Whether the torch is on, for each chord, bool[n].
+        Whether the torch is on during each chord, bool[n].
     feed
-        Feed of each chord, mm/s, float64[n].
+        Feed along each chord, mm/s, float64[n].
     height
         Height at the end of each chord, mm above the sheet, float64[n].
     row_line
-        Line of each chord in the program, int64[n].
+        Program line of each chord, int64[n].
     """
 
     line: int
@@ -73,7 +81,7 @@ class TorchRun:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def lines(self) -> list[NDArray[np.float64]]:
-        """Return the sections of the run with the torch on, each float64[k, 2], mm."""
+        """Return the sections of the run in which the torch is on, each float64[k, 2], mm."""
         edges = np.flatnonzero(np.diff(np.concatenate([[False], self.burning, [False]]).astype(np.int8)))
         return [self.points[a : b + 1] for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
@@ -121,7 +129,7 @@ class _RunCollector:
             self.lightings.append(Lighting(row.line, float(place[2]), abs(row.value), row.ref, 0.0))
 
     def wait(self, seconds: float) -> None:
-        """Record a dwell. If it directly follows the command that switches the torch on, it is the pierce delay."""
+        """Record a dwell. If it comes directly after the torch is switched on, it is the pierce delay."""
         if self.resting:
             last = self.lightings[-1]
             waited = last.waited + seconds
@@ -142,10 +150,10 @@ class _RunCollector:
 
 
 def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
-    """Return the runs of the torch in program order; moves in Z alone have no chords.
+    """Collect the runs of the torch in program order. Moves in Z alone have no chords.
 
-    If the controller compensates (G41, G42), a run is the actual path of the torch. `kerf` is twice the value in the
-    offset register of the controller, mm. If `kerf` is None, the D word states the kerf.
+    If the controller compensates the kerf (G41, G42), a run follows the actual path of the torch. `kerf` is twice the
+    value in the offset register of the controller, mm. If it is None, the D word states the kerf.
     """
     found, before = _RunCollector(), path.before
     for number, row in enumerate(path):
@@ -175,10 +183,16 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
 def burning_pieces(
     run: TorchRun, longest: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Divide the chords of a run in which the torch is on into sections of at most `longest` mm.
+    """Divide the chords with the torch on into sections of at most `longest` mm.
 
-    Return the midpoints of the sections (float64[k, 2]), their lengths, and the distances of the midpoints along the
-    run, mm.
+    Returns
+    -------
+    middles
+        Midpoints of the sections, float64[k, 2], mm.
+    lengths
+        Lengths of the sections, mm.
+    along
+        Distances of the midpoints from the start of the run, mm.
     """
     begin, end = run.points[:-1][run.burning], run.points[1:][run.burning]
     at, length = run.along[:-1][run.burning], np.hypot(*(end - begin).T)
@@ -196,11 +210,11 @@ def burning_pieces(
 def compensated_path(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Compute the torch path under cutter compensation by the controller.
+    """Compute the torch path for a controller that compensates the kerf.
 
-    Outer corners are rounded by an arc. At inner corners, the torch moves to the intersection of the offset lines. The
-    first compensated chord leads to the offset point at its end. Source: LinuxCNC, G-code reference, cutter
-    compensation.
+    At an outer corner, the torch follows an arc. At an inner corner, it moves to the intersection of the offset lines.
+    The first compensated chord leads to the offset point at the end of that chord. Source: LinuxCNC, G-code reference,
+    cutter compensation.
 
     Parameters
     ----------
@@ -228,7 +242,10 @@ def compensated_path(
 
 
 def _offset_points(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
-    """Return the points of the torch path at the end of chord `k`: several around an outer corner, otherwise one."""
+    """Return the points of the torch path at the end of chord `k`.
+
+    There are several points around an outer corner, and a single point everywhere else.
+    """
     corner, aside = points[k + 1], side[k]
     one = _left_normal(points[k], corner)
     if not aside:
@@ -254,7 +271,7 @@ def _left_normal(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArra
 
 
 def _moves_sideways(row: Motion, before: NDArray[np.float64]) -> bool:
-    """Return whether a move changes x or y. If the position before the move is unknown, the answer is True."""
+    """Return whether a move changes x or y. If the previous position is unknown, assume that it does."""
     return any(
         not math.isnan(end) and not abs(end - begin) <= _NOTHING
         for end, begin in zip(row.end[:2], before[:2].tolist(), strict=True)
@@ -262,7 +279,10 @@ def _moves_sideways(row: Motion, before: NDArray[np.float64]) -> bool:
 
 
 def arc_chords(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the ends of the chords of an arc, float64[k, 2], mm. The chord error is r·(1 − cos(step/2))."""
+    """Return the ends of the chords that approximate an arc, float64[k, 2], mm.
+
+    The chord error is r·(1 − cos(step/2)).
+    """
     radius, begin, sweep = arc_sweep(path, row)
     centre = path.arcs[int(path.ref[row])].center
     step = 2.0 * math.acos(max(1.0 - FLATNESS / radius, 0.0)) if radius > FLATNESS else math.pi

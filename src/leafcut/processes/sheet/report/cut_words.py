@@ -1,4 +1,4 @@
-"""Texts and JSON data about a cutting plan: cycle time, cost, cutting data, and the titles of cuts and parts."""
+"""Texts and JSON data about a cutting plan: cycle time, cost, cutting data, and titles of cuts and parts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from leafcut.report.wording import (
 )
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Minimum amount that is printed as a number; smaller amounts are printed as less than this.
+#: Smallest amount that is printed as a number. A smaller amount is printed as "less than" this value.
 _LEAST_AMOUNT = 1e-4
 
 
@@ -36,7 +36,7 @@ def cut_counts(plan: CutPlan) -> dict[str, int]:
 
 
 def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
-    """Return the data, cycle time and cost of a cutting plan, and the times of the other orders, as JSON data."""
+    """Return a cutting plan as JSON data: its cutting data, cycle time and cost, and the times of the other orders."""
     plan = detail.plan
     data, norm = plan.data, plan.measures
     contours = [plan.sheet.contours[i] for c in plan.cuts if not c.common for i in c.contours]
@@ -83,7 +83,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
 
 
 def _times_by_name(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return the time and cost for each part name. Parts without a name are left out."""
+    """Return the time and cost of the parts, grouped by part name. Parts without a name are left out."""
     found: dict[str, list[PartTimes]] = {}
     for part in norm.parts:
         if part.name:
@@ -122,23 +122,24 @@ def _times_as_json(times: CutTimes) -> dict[str, Any]:
 
 
 def size_words(mm: float) -> str:
-    """Return a kerf or a thickness, in mm, with three significant digits, for example ``0.237``, ``6`` or ``25.4``."""
+    """Format a kerf or a thickness, mm, with three significant digits. Examples are ``0.237``, ``6`` and ``25.4``."""
     return f"{mm:.3g}" if mm < 100.0 else f"{mm:.0f}"
 
 
 def name_words(name: str) -> str:
-    """Return a name from the cut chart in readable form, for example ``mild steel`` or ``laser fiber 3 kW``."""
+    """Make a name from the cut chart readable. Examples are ``mild steel`` and ``laser fiber 3 kW``."""
     return re.sub(r"(\d)kw\b", r"\1 kW", name.replace("_", " "), flags=re.IGNORECASE)
 
 
 def cost_figure(cost: float, places: int) -> str:
-    """Return a cost as text, with the given number of decimals and with thousands separators."""
+    """Format a cost with the given number of decimals and with thousands separators."""
     return f"{cost:,.{places}f}"
 
 
 def contour_words(plan: CutPlan, cut: Cut) -> str:
-    """Return the kinds of the contours of a cut: ``hole``, ``outline`` or ``mark``, or ``4 holes, outline`` for a
-    chain.
+    """Return the kinds of the contours in a cut.
+
+    This is ``hole``, ``outline`` or ``mark``, or ``4 holes, outline`` for a chain.
     """
     if cut.common:
         return "common line"
@@ -151,7 +152,7 @@ def contour_words(plan: CutPlan, cut: Cut) -> str:
 
 
 def cut_name(plan: CutPlan, cut: Cut) -> str:
-    """Return the name of a cut, such as ``part 3, hole``, or ``parts 1, 2, hole, outline`` for a chain."""
+    """Return the name of a cut, such as ``part 3, hole``. For a chain, it is ``parts 1, 2, hole, outline``."""
     parts = list(dict.fromkeys(plan.sheet.contours[i].part for i in cut.contours))
     of_part = f"{'part' if len(parts) == 1 else 'parts'} {', '.join(map(str, parts))}, " if any(parts) else ""
     return of_part + contour_words(plan, cut)
@@ -182,7 +183,7 @@ def part_title(plan: CutPlan, part: int) -> str:
 
 
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
-    """Return the name and amount of each medium and wear part. Without data in the chart, the amount is a dash."""
+    """Return the name and amount of each medium and wear part. If the chart has no data, the amount is a dash."""
     # Names in the chart are the same in each language.
     gas: str = name_words(rates.gas) if rates.gas else Message("gas")
     second: str = name_words(rates.second_gas) if rates.second_gas else Message("second gas")
@@ -200,7 +201,7 @@ def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]
 
 
 def _amount(value: float | None, unit: str) -> str:
-    """Return an amount with three significant digits and its unit, for example ``0.084 kWh``."""
+    """Format an amount with three significant digits and its unit, for example ``0.084 kWh``."""
     if value is None:
         return NO_VALUE
     figure = f"{value:,.0f}" if value >= 100.0 else f"{value:#.3g}"

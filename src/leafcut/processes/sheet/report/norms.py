@@ -1,4 +1,4 @@
-"""Table of cycle times and consumption, with a row for each kind of part, the sheet, and the batch."""
+"""The table of cycle times and consumption. It has a row for each kind of part, for the sheet, and for the batch."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class NormRow:
-    """Totals of all parts with the same name, of a sheet, or of a batch, in mm and s."""
+    """The totals of a sheet, of a batch, or of all parts with the same name, in mm and s."""
 
     of: str
     name: str
@@ -40,15 +40,15 @@ class NormRow:
 
     @property
     def clock(self) -> tuple[int, int, int]:
-        """The total time in hours, minutes and whole seconds."""
+        """The total time as hours, minutes and whole seconds."""
         return clock_parts(self.total_s)
 
 
 def cycle_time_rows(norm: CutMeasures) -> list[NormRow]:
-    """Return a table row for each part name, in the order of first appearance.
+    """Return a table row for each part name, in the order in which the names first appear.
 
     Parts without a name share a row if their area and perimeter are equal. Contours outside parts, and the moves at the
-    start and end of the program, count only for the sheet.
+    start and end of the program, only count for the sheet.
     """
     kinds: dict[object, list[PartTimes]] = {}
     for part in norm.parts:
@@ -93,14 +93,15 @@ def _total(used: Iterable[Consumption]) -> Consumption:
 
 
 def consumption_as_json(used: Consumption) -> dict[str, Any]:
-    """Return the consumption in litres, kWh, kg and numbers of wear parts. Amounts without data in the chart are
-    null.
+    """Return the consumption in litres, kWh, kg and numbers of wear parts.
+
+    If the chart has no data for an amount, the amount is null.
     """
     return {**{name: getattr(used, name) for name in AMOUNTS}, "energy_at_arc": used.at_arc}
 
 
 def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
-    """Return the nozzle and the gases that the chart specifies."""
+    """Return the nozzle and the gases in the chart."""
     return {"nozzle": rates.nozzle, "gas": rates.gas, "second_gas": rates.second_gas}
 
 
@@ -122,7 +123,7 @@ def cycle_times_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
 
 
 def cycle_times_csv(plan: CutPlan) -> str:
-    """Return the table of cycle times and consumption as CSV text, with the cutting data in each row."""
+    """Return the table of cycle times and consumption as CSV text. Each row also contains the cutting data."""
     data = plan.data
     cutting_data = {
         "process": data.process,
@@ -139,7 +140,10 @@ def cycle_times_csv(plan: CutPlan) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Return the text of a CSV cell. Names come from drawings, so no text may be interpreted as a formula."""
+    """Return the text of a CSV cell.
+
+    Names come from drawings, so a spreadsheet must not interpret the text as a formula.
+    """
     if value is None:
         return ""
     if isinstance(value, bool):

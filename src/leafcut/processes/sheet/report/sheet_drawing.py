@@ -1,4 +1,4 @@
-"""The drawing of a sheet: parts, kerfs, leads, pierces and their order, rapids, and marks."""
+"""Draw a sheet: parts, kerfs, leads, rapids, marks, and the pierces with their order."""
 
 from __future__ import annotations
 
@@ -25,26 +25,28 @@ from leafcut.report.svg import STEPS, element, lines_data, scaled_group, svg_num
 
 #: Chord error for arcs, in user units of the drawing.
 _CHORDS = 0.06
-#: Minimum width of a kerf in the drawing, in user units, on sheets with few cuts and with many cuts.
+#: Minimum width of a drawn kerf, in user units, for sheets with few cuts and with many cuts.
 _THINNEST_KERF = 0.8
 _THINNEST_KERF_OF_MANY = 0.65
-#: Number of cuts above which lines and dots are smaller, and rapids are coloured from first to last.
+#: If there are more cuts than this, lines and dots are smaller, and rapids are coloured from first to last.
 _FEW = 60
-#: Maximum number of labels. If there are more cuts, only every second, fifth or tenth cut (and so on) has a number.
+#: Maximum number of labels. On a sheet with more cuts, only every second, fifth or tenth cut (and so on) has a number.
 _MOST_NUMBERS = 60
 _EVERY = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-#: Minimum length of a cut with an arrowhead, in user units, and position of the arrowhead, as a share of the length.
+#: Minimum length of a cut that gets an arrowhead, in user units, and position of the arrowhead, as a share of the
+#: length.
 _LONG_CUT = 70.0
 _ARROW_AT = 0.3
 _KERF_ARROW = 2.6
 _HATCH = 5.0
-#: Minimum aspect ratio of drawings that span both columns of the page, with few cuts and with many cuts.
+#: Aspect ratio from which a drawing spans both columns of the page, for few cuts and for many cuts.
 _WIDE_FROM = (2.4, 1.6)
 _RAPID_ARROW, _RAPID_ARROW_OF_MANY = 3.6, 2.8
-#: Discs around the words "start" and "end" that numbers avoid: distances from the mark, and radius, in user units.
+#: Numbers keep clear of the words "start" and "end" by avoiding discs around them. These are the distances of the discs
+#: from the mark, and their radius, in user units.
 _WORD_DISCS = (10.0, 20.0, 30.0)
 _WORD_DISC = 5.0
-#: Distance from the end within which the word "end" replaces the number of the last cut, in user units.
+#: If the last cut is closer to the end than this, the word "end" replaces its number, in user units.
 _AT_ITS_END = 12.0
 
 
@@ -52,8 +54,16 @@ _AT_ITS_END = 12.0
 class SheetScene:
     """Data that all drawings of a sheet share.
 
-    Every `every`-th cut is numbered. If `many`, rapids are coloured from first to last. `kerf` is the drawn width of
-    the kerf, in user units; `true_kerf` states whether that width is to scale.
+    Attributes
+    ----------
+    every
+        Cuts are numbered in steps of this size.
+    many
+        Whether there are so many cuts that rapids are coloured from first to last.
+    kerf
+        Width of the drawn kerf, in user units.
+    true_kerf
+        Whether the width of the drawn kerf is to scale.
     """
 
     frame: Frame
@@ -71,7 +81,7 @@ class SheetScene:
 
 
 def build_sheet_scene(plans: list[CutPlan], missing: tuple[Issue, ...] = ()) -> SheetScene:
-    """Return the scene for the plans of a sheet, including the issues about missing work."""
+    """Collect the data that all drawings of a sheet share, including the issues about missing work."""
     sheet = plans[-1].sheet
     boxes = [c.path.extents for plan in plans for c in plan.cuts]
     boxes += [c.path.extents for c in sheet.contours]
@@ -92,10 +102,17 @@ def build_sheet_scene(plans: list[CutPlan], missing: tuple[Issue, ...] = ()) -> 
 def sheet_drawing(
     scene: SheetScene, plan: CutPlan, name: str, words: str, *, parts: str = "", size: bool = False
 ) -> str:
-    """Return the drawing of a plan as an SVG element with `words` as its title.
+    """Draw a plan as an SVG element with `words` as its title.
 
-    With ``parts="=name"``, this SVG defines the parts under an id. With ``parts="#name"``, it reuses them from another
-    SVG on the page. `name` must be unique on the page. With `size`, the element has a width and height.
+    Parameters
+    ----------
+    name
+        A name that is unique on the page.
+    parts
+        With ``"=name"``, the SVG defines the parts under an id. With ``"#name"``, it reuses the parts of another SVG on
+        the page.
+    size
+        Whether the element has a width and height.
     """
     frame = scene.frame
     drawn = element("use", href=parts) if parts.startswith("#") else _stock(scene, plan, parts.removeprefix("="))
@@ -124,7 +141,7 @@ def part_id(part: int) -> str:
 
 
 def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
-    """Draw the edge of the sheet, the clamps, and the area of each part without its holes."""
+    """Draw the edge of the sheet, the clamps, and the parts without their holes."""
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
@@ -140,7 +157,7 @@ def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
 
 
 def part_window(scene: SheetScene, part: int) -> str:
-    """Return the SVG view box of a single part, in the units of its path, or "" if the part does not exist."""
+    """Return the SVG view box around a part, in the units of its path, or "" if the part does not exist."""
     boxes = [c.path.extents for c in scene.sheet.contours if c.part == part and c.kind == "cut" and c.path.closed]
     if not boxes:
         return ""
@@ -183,10 +200,10 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 
 
 def path_sections(cut: Cut) -> list[tuple[str, float, float]]:
-    """Divide the path of a cut into sections: kind, start and end of each section, mm along the path.
+    """Divide the path of a cut into sections. Each section has a kind, a start and an end, mm along the path.
 
-    The kinds are ``kerf``, ``lead``, ``bridge``, ``dark`` and ``mark``. Micro-joints, and overcuts with the torch off,
-    are ``dark``. Corner loops in the scrap count as leads.
+    The kinds are ``kerf``, ``lead``, ``bridge``, ``dark`` and ``mark``. Micro-joints are ``dark``, and so are overcuts
+    with the torch off. Corner loops in the scrap count as leads.
     """
     whole = cut.path.length
     places = {0.0, cut.lead_in, cut.lead_out, cut.torch_off_at, whole}
@@ -232,7 +249,10 @@ def _width(scene: SheetScene, kind: str) -> float:
 
 
 def dot_class(cut: Cut) -> str:
-    """Return the CSS class of the dot at the start of a cut, for a pierce, a start at the edge, or a mark."""
+    """Return the CSS class of the dot at the start of a cut.
+
+    It depends on the kind of start: a pierce, the edge, or a mark.
+    """
     return "begin mark" if cut.kind == "mark" else "begin pierce" if cut.pierce else "begin edge-start"
 
 
@@ -257,7 +277,7 @@ def _travel_moves(frame: Frame, plan: CutPlan) -> Points:
 
 
 def _rapids(scene: SheetScene, moves: Points) -> str:
-    """Draw the travel moves as thin dashed lines; if there are many, they are coloured from first to last."""
+    """Draw the travel moves as thin dashed lines. If there are many cuts, the lines are coloured from first to last."""
     if not scene.many:
         return scaled_group(element("path", d=lines_data(moves), class_="rapid")) if len(moves) else ""
     chunks = np.array_split(moves, RAMP)
@@ -267,7 +287,7 @@ def _rapids(scene: SheetScene, moves: Points) -> str:
 
 
 def _order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[str]:
-    """Return the marks of the start and the end, and the numbers of the cuts where they fit."""
+    """Draw the marks for the start and the end, and the numbers of the cuts where there is room."""
     if not plan.cuts:
         return []
     frame = scene.frame
@@ -295,7 +315,7 @@ def _order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[str]:
 
 
 def legend(scene: SheetScene, plans: list[CutPlan]) -> dict[str, Any]:
-    """Return the marks and colours that the drawings use."""
+    """Return the marks and colours that appear in the drawings."""
     cuts = [cut for plan in plans for cut in plan.cuts]
     kinds = {kind for cut in cuts for kind, _, _ in path_sections(cut)}
     return {

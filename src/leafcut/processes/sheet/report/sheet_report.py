@@ -60,26 +60,26 @@ if TYPE_CHECKING:
 
 #: Maximum number of rows in the table of parts.
 MOST_PART_ROWS = 500
-#: Number of rows above which a table of parts is scrolled on a screen.
+#: A table of parts with more rows than this is scrolled on a screen.
 _LONG_TABLE = 24
-#: Minimum time outside all parts that is shown in its own row, s.
+#: Time outside all parts gets its own row if it is at least this long, s.
 _LEAST_REST = 0.05
 _WHICH = ("before", "nearest", "after")
 
 BoundingBox = tuple[float, float, float, float]
 #: Width and height of a detail drawing, in user units of the drawing.
 _WIDTH, _HEIGHT = 300.0, 190.0
-#: Half of the height of a detail drawing, in lengths of the lead-in and in kerf widths; and its minimum, mm.
+#: Half the height of a detail drawing, in lengths of the lead-in and in kerf widths; and its minimum, mm.
 _LEADS, _KERFS, _LEAST = 1.6, 5.0, 4.0
 _CHORDS = 0.08
-#: Margin around the window within which a wide line may still be visible, in user units.
+#: A wide line may still be visible if it is outside the window by no more than this margin, in user units.
 _BEYOND = 60.0
 _ARROW = 4.5
 _SMALLEST_DOT = 2.4
 
 
 class SheetReport(PathReport[SheetDetail]):
-    """Facts, tables, report page and pictures of a cut sheet."""
+    """The facts, tables, report page and pictures for a sheet."""
 
     package = "leafcut.processes.sheet.report"
     template = "sheet"
@@ -93,7 +93,10 @@ class SheetReport(PathReport[SheetDetail]):
             self.came_in = "plan"
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the measures of the original, the nearest-neighbour and the final order, with lengths of the sheet."""
+        """Return the measures of the original, nearest-neighbour and final orders.
+
+        The lengths are totals of the sheet.
+        """
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
         near = (
             outcome.nearest
@@ -114,7 +117,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [Fact(f"counts.{name}", n, "", counted[name] if n else "") for name, n in numbers.items()]
 
     def own_facts(self) -> list[Fact]:
-        """Return the cutting data, and the time, lengths, cost and consumption of a sheet and of the batch."""
+        """Return the cutting data, and the time, lengths, cost and consumption of the sheet and of the batch."""
         plan, (first, _, norm) = self.cuts, self.outcome.detail.norms
         times, answer = norm.sheet, cutting_as_json(self.outcome.detail)
         cutting, rapids, pierced = map(time_words, (times.cut_s, times.rapid_s, times.pierce_s))
@@ -156,7 +159,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return a text with the proved gap to the optimum. The optimum is limited to the starts that were tried."""
+        """Describe the proved gap to the optimum. The optimum only considers the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
@@ -168,17 +171,17 @@ class SheetReport(PathReport[SheetDetail]):
         return words + (", each band from the end of the last" if several else "")
 
     def search_name(self, number: int) -> str:
-        """Return the name of the cuts that a search orders: all cuts, or the cuts of a band."""
+        """Return a name for the cuts that one search orders. These are all cuts, or the cuts of one band."""
         operations = self.outcome.operations
         cuts = count(operations[number].cuts, "cut")
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
 
     def nearest_cost(self) -> float | None:
-        """Return None: the costs are not comparable, because starts still move after the order is known."""
+        """Return None. The costs cannot be compared, because starts still move after the order is known."""
         return None
 
     def tables(self) -> dict[str, Any]:
-        """Return the tables of times by order, of parts, and of cycle times and consumption."""
+        """Return the tables: times by order, parts, and cycle times with consumption."""
         from leafcut.report.views import stacked_bars
 
         kinds = {"feed": Message("cutting"), "dwell": Message("piercing"), "rapid": Message("rapids")}
@@ -219,7 +222,7 @@ class SheetReport(PathReport[SheetDetail]):
         }
 
     def saved(self) -> PageRow:
-        """Return the headline of the report page, which is the time saved, with a sentence."""
+        """Return the headline of the report page: the time saved, with an explanation."""
         outcome, row = self.outcome, super().saved()
         if not outcome.before.time_s > 0.0:
             return {**row, "percent": "The program cuts nothing."}
@@ -237,17 +240,17 @@ class SheetReport(PathReport[SheetDetail]):
         return {**row, "percent": words}
 
     def drawing(self, which: Which) -> str:
-        """Return an SVG drawing of the sheet with its cuts in the order of the input or in the order of the program."""
+        """Draw the sheet as SVG, with the cuts in the order of the input or of the program."""
         scene = build_sheet_scene(self._plans(), self.outcome.missing)
         return sheet_drawing(scene, self.plan(which), which, self._order_title(which), size=True)
 
     def plan(self, which: Which) -> CutPlan:
-        """Return the cuts in the order of the input or in the order of the program."""
+        """Return the cuts in the order of the input or of the program."""
         before, _, after = self.outcome.detail.plans
         return before if which == "before" else after
 
     def stock(self) -> ShownStock:
-        """Return the stock for the 3D view, which is a sheet that is cut through."""
+        """Return the stock for the 3D view: a sheet that the cuts go all the way through."""
         return CUT_THROUGH
 
     def _plans(self) -> list[CutPlan]:
@@ -280,8 +283,9 @@ def _with_sheet_lengths(measure: Measure, norm: CutMeasures) -> Measure:
 
 
 def sheet_size(plan: CutPlan) -> str:
-    """Return the size of the sheet, such as ``sheet 900 × 1500 mm``. If it is unknown, return the size of the area of
-    the cuts.
+    """Return the size of the sheet, such as ``sheet 900 × 1500 mm``.
+
+    If the size is unknown, the area that the cuts cover is used instead.
     """
     sheet = plan.sheet
     boxes = [sheet.outline.extents] if sheet.outline is not None else [c.path.extents for c in plan.cuts]
@@ -304,7 +308,7 @@ def _time_cells(times: CutTimes) -> dict[str, str]:
 
 
 def parts_table(plan: CutPlan) -> PageRow:
-    """Return the table of parts, with a row for each part and rows with totals."""
+    """Build the table of parts. It has a row for each part, and rows with totals."""
     norm = plan.measures
     with_cost = norm.cost > 0.0
     places = 3 if with_cost and min((p.cost for p in norm.parts), default=1.0) < 0.1 else 2
@@ -362,7 +366,7 @@ def _contours_words(plan: CutPlan, part: int) -> str:
 
 
 def cycle_time_table(plan: CutPlan) -> PageRow:
-    """Return the table of cycle times and consumption, with a row for each kind of part and rows with totals."""
+    """Build the table of cycle times and consumption. It has a row for each kind of part, and rows with totals."""
     norm, rates = plan.measures, plan.data.rates
     found = cycle_time_rows(norm)
     rows = found[:MOST_PART_ROWS]
@@ -399,7 +403,7 @@ def cycle_time_table(plan: CutPlan) -> PageRow:
 
 
 def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
-    """Return the cutting data as pairs (heading, text). Each text can be understood without its heading."""
+    """Return the cutting data as pairs (heading, text). Each text also makes sense without its heading."""
     data = plan.data
     amps = f" {data.amps:g} A" if data.amps is not None else ""
     place = f"{data.pierce_delay:.3g} s at {size_words(data.pierce_height)} mm" if data.can_pierce else "at the edge"
@@ -436,19 +440,19 @@ def _data(plan: CutPlan) -> PageRow:
 
 @dataclass(frozen=True)
 class DetailView:
-    """A window on the sheet: its centre in mm, and its scale in user units per mm."""
+    """A window that shows a section of the sheet. It has a centre in mm, and a scale in user units per mm."""
 
     middle: tuple[float, float]
     scale: float
 
     @property
     def box(self) -> BoundingBox:
-        """Smallest x and y, followed by the largest x and y, of the window, mm."""
+        """The corners of the window, mm: smallest x and y, then largest x and y."""
         (x, y), half = self.middle, (0.5 * _WIDTH / self.scale, 0.5 * _HEIGHT / self.scale)
         return (x - half[0], y - half[1], x + half[0], y + half[1])
 
     def place(self, points: Points) -> Points:
-        """Convert points in mm, float64[…, 2], to user units with y pointing down."""
+        """Convert points in mm, float64[…, 2], to user units. In the result, y points down."""
         x, y = self.middle
         placed: Points = np.stack(
             [0.5 * _WIDTH + (points[..., 0] - x) * self.scale, 0.5 * _HEIGHT - (points[..., 1] - y) * self.scale],
@@ -457,16 +461,16 @@ class DetailView:
         return placed
 
     def shows(self, box: BoundingBox) -> bool:
-        """Return whether a box, given in mm, may be visible in the window."""
+        """Return whether any part of a box, given in mm, may be visible in the window."""
         own = self.box
         return box[0] <= own[2] and box[2] >= own[0] and box[1] <= own[3] and box[3] >= own[1]
 
     def edge(self, path: Polyline) -> str:
-        """Return the SVG path data of a whole path, in steps of 1 / `report.svg.STEPS` user units."""
+        """Return the SVG path data of a complete path, in steps of 1 / `report.svg.STEPS` user units."""
         return lines_data(self._segments(path))
 
     def line(self, path: Polyline) -> str:
-        """Return the SVG path data of the visible segments of a path, in steps of 1 / `report.svg.STEPS` user units."""
+        """Return the SVG path data of the visible segments, in steps of 1 / `report.svg.STEPS` user units."""
         segments = self._segments(path)
         low, high = segments.min(axis=1), segments.max(axis=1)
         seen = (low <= (_WIDTH + _BEYOND, _HEIGHT + _BEYOND)).all(axis=1) & (high >= -_BEYOND).all(axis=1)
@@ -478,7 +482,7 @@ class DetailView:
 
 
 def detailed_cuts(plan: CutPlan) -> list[int]:
-    """Return the indices of the cuts to draw in detail: the first hole and the first outline with a lead-in."""
+    """Choose the cuts to draw in detail: the first hole and the first outline with a lead-in. Return their indices."""
     found: dict[bool, int] = {}
     for number, cut in enumerate(plan.cuts):
         if cut.kind == "cut" and cut.lead_in > 0.0 and cut.contours:
@@ -487,7 +491,10 @@ def detailed_cuts(plan: CutPlan) -> list[int]:
 
 
 def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
-    """Return the drawing of the start and end of a cut (``svg``), its ``caption``, and its lead lengths (``words``)."""
+    """Draw the start and end of a cut.
+
+    Return the drawing (``svg``), its ``caption``, and its lead lengths (``words``).
+    """
     cut = plan.cuts[number]
     half = max(_LEADS * cut.lead_in, _KERFS * plan.data.kerf, _LEAST)
     view = DetailView(cut.path.point_at(cut.lead_in), 0.5 * _HEIGHT / half)
@@ -515,7 +522,7 @@ def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
 
 
 def _lead_words(cut: Cut) -> str:
-    """Return a text with the lengths of the leads, and the length of the path with the torch off.
+    """Return the lengths of the leads, and of the path with the torch off, as text.
 
     For example: ``lead-in 6.0 mm, lead-out 4.0 mm``.
     """
@@ -528,7 +535,7 @@ def _lead_words(cut: Cut) -> str:
 
 
 def _part_areas(view: DetailView, sheet: Sheet) -> str:
-    """Draw the visible parts. Each part is an area without its holes."""
+    """Draw the visible parts as areas without their holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
@@ -538,7 +545,7 @@ def _part_areas(view: DetailView, sheet: Sheet) -> str:
 
 
 def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
-    """Draw a cut as a band of its true width, with its centreline."""
+    """Draw a cut to scale, as a band with a centreline."""
     lines = []
     for kind, low, high in path_sections(cut):
         data = view.line(cut.path.piece(low, high))
@@ -549,7 +556,7 @@ def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
 
 
 def _start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
-    """Draw the start of a cut, with arrowheads on its lead-in and just after it."""
+    """Mark the start of a cut with arrowheads on its lead-in and just after it."""
     x, y = view.place(np.array(cut.path.start)).tolist()
     heads = []
     for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):
