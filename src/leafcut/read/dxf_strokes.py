@@ -44,17 +44,18 @@ from leafcut.read.format import (
 
 #: Application name of the extended data (XDATA) that hold the name of a part.
 APPLICATION = "LEAFCUT"
-#: Tolerance for uniform scaling by a block: relative difference between the lengths of the axes of a plane.
+#: A block scales uniformly if the axis lengths of a plane differ by less than this fraction.
 ROUND_SHARE = 1e-6
-#: Slope up to which a line counts as lying in the plane.
+#: Maximum slope of a line that still counts as lying in the plane.
 SLOPE = 1e-3
-#: ezdxf solves a full matrix of all fit points if a spline has no control points: 0.3 GB for 3,000 points.
+#: For a spline without control points, ezdxf solves a full matrix of all fit points: 0.3 GB for 3,000 points.
 MAX_FIT_POINTS = 3_000
 
 
 class DxfPolyline(NamedTuple):
-    """A line or polyline: vertices, float64[n, 3], bulges, float64[n], and the axes of the plane in which its arcs
-    lie.
+    """A line or polyline.
+
+    It consists of vertices, float64[n, 3], bulges, float64[n], and the axes of the plane that contains its arcs.
     """
 
     vertices: Floats
@@ -111,8 +112,14 @@ def stroke_of(entity: Any) -> DxfStroke | None:
 
 
 def _nest_data_of(entity: Any) -> tuple[str, str]:
-    """Return the name that a nest stored in the XDATA of an outline ("" if there is none), and the kind of outline:
-    ``sheet`` or ``cut``.
+    """Read the nest data in the XDATA of an outline.
+
+    Returns
+    -------
+    str
+        The name that the nest stored, or "" if the outline has none.
+    str
+        The kind of outline: ``sheet`` or ``cut``.
     """
     texts = [str(tag.value) for tag in entity.get_xdata(APPLICATION)] if entity.has_xdata(APPLICATION) else []
     name, kind = [*texts[:2], "", ""][:2]
@@ -168,7 +175,9 @@ _MAKERS: dict[str, Any] = {
 def placed_stroke(
     stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = allow_any_number
 ) -> Polyline:
-    """Transform a stroke to model space, in top view, in mm; curves become arcs within `tolerance` mm.
+    """Transform a stroke to model space and project it to the top view, in mm.
+
+    Curves become arcs that deviate by at most `tolerance` mm.
 
     Raises
     ------
@@ -247,9 +256,9 @@ def _transform_polyline(
 def _scaled_arcs(
     flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
-    """Place a polyline whose arcs become elliptical, because a block scales x and y differently.
+    """Place a polyline whose arcs become elliptical because a block scales x and y differently.
 
-    `flat` is the polyline in its own plane, and `xy` contains its vertices after placement.
+    `flat` is the polyline in its own plane. `xy` contains the same vertices after placement.
     """
     (ux, uy), (vx, vy) = axes
     rows = []
@@ -275,7 +284,7 @@ def _transform_curve(curve: Curve, factor: float, tolerance: float, spend: Spend
 
 
 class _StrokePath(NamedTuple):
-    """The path of a stroke, in mm; `rising` if the stroke leaves the plane of the sheet."""
+    """The path of a stroke, in mm. `rising` is true if the stroke leaves the plane of the sheet."""
 
     path: Polyline
     rising: bool
@@ -296,8 +305,8 @@ class Strokes:
     #: Number of texts by type.
     texts: Counter[str] = field(default_factory=Counter)
     _segments: int = 0
-    #: Strokes of blocks as inserted at the origin, or the exceptions raised, by stroke and rotation of the block. All
-    #: copies are translations of these strokes.
+    #: Strokes of blocks that are inserted at the origin, or the exceptions raised for them, by stroke and rotation of
+    #: the block. All copies are translations of these strokes.
     _cache: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
 
     def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
@@ -374,7 +383,7 @@ class Strokes:
 
 
 def _rounded(path: Polyline, factor: float) -> Polyline:
-    """Remove the digits of a path that result from the conversion of units."""
+    """Round off the digits that unit conversion adds to a path."""
     if factor == 1.0:
         return path
     vertices = path.vertices.copy()

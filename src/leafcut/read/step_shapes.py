@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Which solid to read: the only one or all of them; otherwise a number.
+#: Which solid to read: the only solid or all solids. A number selects a single solid.
 ONLY, ALL = "only", "all"
-#: Largest difference of parallel unit vectors.
+#: Two unit vectors are parallel if they differ by at most this.
 PARALLEL = 1e-6
 
 
@@ -61,7 +61,7 @@ def triangles_of(face: Any) -> NDArray[np.float64]:
 
 
 def clip_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Clip a flat convex polygon to the part above a height. The order of the corners is kept."""
+    """Clip a flat convex polygon to the part above a height, and keep the order of the corners."""
     clipped = []
     for start, stop in pairwise((*corners, corners[0])):
         if start[2] > height:

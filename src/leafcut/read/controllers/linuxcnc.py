@@ -29,13 +29,15 @@ _NAMES = (
 
 
 def read(text: str, file: str, units: str | None = None) -> Values:
-    """Import the INI file of a machine; `units` (mm or in) applies if the file does not state its units.
+    """Import the INI file of a LinuxCNC machine.
+
+    `units` (mm or in) applies only if the file does not state its units.
 
     Raises
     ------
     ReadError
-        An axis, the units, a velocity or an acceleration is missing; a value is implausible or not a number; or an
-        included file cannot be read or lies outside the folder.
+        An axis, the units, a velocity or an acceleration is missing, or a value is implausible or not a number. The
+        error is also raised if an included file cannot be read or lies outside the folder.
     """
     ini = read_ini(text, file, include=True)
     values = Values(file, "LinuxCNC")
@@ -156,7 +158,7 @@ class _Reader:
         self.values.store_home(Axes(tuple(homes), self.units, source, assumed=not sources))
 
     def work(self) -> None:
-        """Store the process: a plasma torch if an entry or a section names one, otherwise a spindle."""
+        """Store the process: a plasma torch if an entry or a section mentions a torch, otherwise a spindle."""
         names = [entry for entry in (self.ini.get(*place) for place in _NAMES) if entry is not None]
         qtplasmac = next((entry for entry in names[:2] if _QTPLASMAC.search(entry.text)), None)
         if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or qtplasmac is not None:
