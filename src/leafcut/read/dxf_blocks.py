@@ -49,8 +49,7 @@ class Content(Generic[S]):
 
 @dataclass
 class LayerFilter:
-    """Decides which layers are read, based on frozen layers, layers that are off, and the layers that the user chose.
-    """
+    """Decides which layers to read, based on frozen layers, layers that are off, and the user's choice of layers."""
 
     frozen: set[str]
     off: set[str]

@@ -66,8 +66,7 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
 
 
 def _hole_of(stroke: DxfStroke, matrix: Matrix, layer: str, factor: float) -> Hole | None:
-    """Convert a stroke to a hole if it is a point, or if it is still a circle after placement; otherwise return None.
-    """
+    """Convert a stroke to a hole if it is a point, or still a circle after placement; otherwise return None."""
     if isinstance(stroke.form, DxfPolyline) and stroke.dxftype == "POINT":
         x, y, z = transform_point(matrix, stroke.form.vertices[0].tolist())
         return Hole(x * factor, y * factor, 0.0, layer, stroke.handle, z * factor)

@@ -300,8 +300,7 @@ def word_of(line: str) -> re.Match[str] | None:
 
 
 def has_travel(text: str) -> bool:
-    """Return whether a text contains RepRapFirmware's M208, which has an axis letter. Marlin's M208 has no axis letter.
-    """
+    """Return whether a text contains RepRapFirmware's M208, which has an axis letter, unlike Marlin's M208."""
     return any(line.word == "M208" and not {"X", "Y", "Z"}.isdisjoint(line.letters) for line in _lines(text))
 
 
