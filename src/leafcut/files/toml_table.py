@@ -1,4 +1,4 @@
-"""Strict access to leafcut's TOML files: every wrong key or value raises an error that names its position."""
+"""Read leafcut's TOML files strictly: every wrong key or value raises an error with its position."""
 
 from __future__ import annotations
 
@@ -14,10 +14,14 @@ T = TypeVar("T")
 
 
 class TomlTable:
-    """One table of a TOML file, with typed access to its values.
+    """A table in a TOML file, with typed access to its values.
 
-    `place` is the prefix of messages, such as the file; "" for none. `section` is the name of the table, and its number
-    in an array, from 1; ("", 0) for the whole file.
+    Attributes
+    ----------
+    place
+        Prefix of messages, such as the file, or "" for no prefix.
+    section
+        Name of the table, and its number in an array, from 1; ("", 0) for the whole file.
     """
 
     def __init__(self, values: Any, place: str, keys: Iterable[str], section: tuple[str, int] = ("", 0)) -> None:
@@ -38,7 +42,7 @@ class TomlTable:
         return key in self.values
 
     def problem(self, key: str, reason: str, *values: object) -> DataError:
-        """Return the error for the value of `key`; `reason` is a template for `values`."""
+        """Create the error for the value of `key`. `reason` is a template, which `values` fill."""
         return self._error(key, Message(f"'{{}}' {reason}", self._prefix + key, *values))
 
     def _error(self, key: str, message: Message) -> DataError:
@@ -50,7 +54,7 @@ class TomlTable:
         return TomlTable(self.values.get(key, {}), self.place, keys, (key, 0))
 
     def text(self, key: str, default: str | None = None, choices: Iterable[str] = ()) -> str:
-        """Return a single-line string; without `default` the key is required."""
+        """Return a single-line string. The key is required unless the caller passes a `default`."""
         value = self._get(key, default)
         if not isinstance(value, str) or not value.isprintable():
             raise self.problem(key, "is {}, but must be a string without line breaks", _shown(value))
@@ -98,7 +102,7 @@ class TomlTable:
         return float(value)
 
     def quantity(self, key: str, unit: str, default: float | None = None) -> float:
-        """Return a quantity, written as text with a unit ("25.4 m/min"), in the internal `unit`."""
+        """Convert a quantity with a unit, such as "25.4 m/min", to the internal `unit`."""
         return default if default is not None and key not in self else self._quantity(key, unit, self._get(key, None))
 
     def with_value(self, key: str, value: Any) -> TomlTable:
@@ -121,7 +125,7 @@ class TomlTable:
         return tuple(self._quantity(key, unit, item) for item in value)
 
     def typed(self, key: str, axis: int = 0) -> str:
-        """Return a value as written in the file, with its unit; for a list, the value of an axis."""
+        """Return a value as the user wrote it in the file, with its unit. In a list, `axis` selects the value."""
         value = self.values.get(key, "")
         return _shown(value[axis] if isinstance(value, list) else value)
 
