@@ -204,8 +204,7 @@ class Part:
     openings
         Round through-openings in a solid that was read for its pockets.
     besides
-        Issues about other kinds of work in the drawing. This work counts as missing unless the user chose a kind of
-        work.
+        Issues about other kinds of work in the drawing. This work counts as missing unless the user chose that kind.
     edge
         Lines around the holes or pockets of a plate, of kind ``sheet``. Drawings show them, but they are never
         machined.

@@ -143,7 +143,7 @@ class PocketRules:
 
     @property
     def planned(self) -> PocketRules:
-        """A copy of the rules for planning. Its step-over is slightly smaller, so the passes meet the original rules."""
+        """A copy of the rules for planning. Its step-over is slightly smaller, so passes meet the original rules."""
         return replace(self, step_over=self.step_over - 2.0 * self.tolerance)
 
     def allows_step_over(self, step_over: float) -> bool:
