@@ -48,7 +48,7 @@ _EDGE_TOLERANCE = 0.01
 
 
 class ContoursBesidesHoles(NamedTuple):
-    """The closed contours of a drawing, mm, and the number of their entities by type."""
+    """The closed contours of a drawing, mm, and the number of entities of each type in these contours."""
 
     paths: tuple[Polyline, ...] = ()
     entities: Mapping[str, int] = MappingProxyType({})
@@ -191,7 +191,7 @@ _KINDS = (
 
 
 def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole]) -> list[str]:
-    """Return the kind of each contour: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
+    """Classify each contour as ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
     centres = shapely.points(np.array([(hole.x, hole.y) for hole in holes]).reshape(-1, 2))
     grown = shapely.buffer(shapes, _EDGE_TOLERANCE)
     # A contour drawn inside a single hole also contains the centre of that hole.
@@ -218,9 +218,10 @@ def _is_round(path: Polyline) -> bool:
 
 
 def _is_slot(path: Polyline, shape: Any) -> bool:
-    """Return whether a contour is the area swept by a disc along a line.
+    """Return whether a contour has the shape of a slot.
 
-    A slot of width w along a line of length l has the area w l + π w² / 4 and the perimeter 2 l + π w.
+    A slot is the area that a disc sweeps along a line. For the width w and a line of length l, a slot has the area w l
+    + π w² / 4 and the perimeter 2 l + π w.
     """
     area, perimeter = abs(path.area), path.length
     discriminant = 0.25 * perimeter * perimeter - math.pi * area

@@ -50,7 +50,7 @@ NAMED_ROWS = 10
 
 @dataclass(frozen=True)
 class _Columns:
-    """The numbers of the columns in a table of points, and the unit in its header."""
+    """The column numbers in a table of points, and the unit in the header."""
 
     x: int = 0
     y: int = 1
@@ -63,7 +63,7 @@ class _Columns:
 
 
 def read_csv(source: Source, options: ReadOptions) -> Part:
-    """Return the points of a table as holes, in mm.
+    """Read the points of a table as holes, in mm.
 
     Raises
     ------

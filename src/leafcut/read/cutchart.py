@@ -65,7 +65,7 @@ LARGEST, NARROWEST, WIDEST = 1e6, 0.001, 50.0
 
 @dataclass(frozen=True)
 class ChartRow:
-    """A row of a cut chart. Missing values are None; the feed is in mm/s."""
+    """A row of a cut chart. Missing values are None, and the feed is in mm/s."""
 
     process: str
     material: str
@@ -192,7 +192,7 @@ def _consumption_rates(word: Callable[[str], str], number: Callable[..., float |
 
 
 def material_name(material: str) -> str:
-    """Return a material name as used in charts: ``mild_steel`` for ``Mild Steel`` or ``steel``."""
+    """Convert the name of a material to the spelling in charts: ``Mild Steel`` and ``steel`` become ``mild_steel``."""
     word = "_".join(material.lower().replace("-", " ").split())
     return MATERIALS.get(word, word)
 
@@ -335,7 +335,7 @@ def _row_from_options(
 
 
 def is_kind_of_process(name: str, asked: str) -> bool:
-    """Return whether a process of a chart is the requested process, or a kind of it."""
+    """Return whether a process from a chart is the requested process, or a variant of it."""
     return name == asked.lower() or name.startswith(f"{asked.lower()}_")
 
 
@@ -369,7 +369,7 @@ def _best_row(
 
 
 def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the most trusted row for a thickness, interpolated between two rows if necessary."""
+    """Return the most trusted row for a thickness. If necessary, interpolate between two rows."""
     for trust in range(_ESTIMATE + 1):
         trusted = [r for r in group if r.source_rank <= trust]
         exact = [r for r in trusted if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]

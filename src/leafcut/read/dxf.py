@@ -221,7 +221,7 @@ class HoleCollector:
         return [hole for _, hole in sorted(self.numbered_holes, key=lambda numbered: numbered[0])]
 
     def issues(self) -> list[Issue]:
-        """Return issues about shapes that did not become holes."""
+        """Report the shapes that did not become holes."""
         issues = []
         if self.leaning:
             message = Message("{} not in the plane of the plate: not drilled", count_of(len(self.leaning), "circle"))

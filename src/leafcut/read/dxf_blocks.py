@@ -27,7 +27,7 @@ INVISIBLE = "\n"
 
 
 class Insertion(NamedTuple):
-    """An INSERT entity: its block, matrix and layer, and the count and step of its array in each direction."""
+    """An INSERT entity. It has a block, a matrix and a layer, and the count and step of its array in each direction."""
 
     block: str
     matrix: Matrix
@@ -37,7 +37,7 @@ class Insertion(NamedTuple):
 
 @dataclass
 class Content(Generic[S]):
-    """The contents of a layout or a block, in the coordinates of that layout or block."""
+    """The contents of a layout or a block, in its own coordinates."""
 
     items: list[S | Insertion] = field(default_factory=list)
     #: Entities that give no shape, by (type, layer).
@@ -57,7 +57,7 @@ class LayerFilter:
     _known: dict[str, bool] = field(default_factory=dict)
 
     def shows(self, layer: str) -> bool:
-        """Return whether entities on this layer are read."""
+        """Return whether the entities on this layer are read."""
         visible = self._known.get(layer)
         if visible is None:
             name = layer.casefold()
@@ -222,7 +222,7 @@ def _layer_of(layer: str, inherited: str | None) -> str:
 
 
 def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
-    """Return the contents of an ezdxf layout. Each entity is examined once."""
+    """Read the contents of an ezdxf layout, examining each entity only once."""
     content: Content[S] = Content()
     for entity in layout:
         kind, dxf = entity.dxftype(), entity.dxf

@@ -1,4 +1,7 @@
-"""Open a DXF file safely: check its size before parsing, report repairs, and read its units and layers."""
+"""Open a DXF file safely.
+
+The module checks the size of the file before parsing it, reports repairs, and reads the units and layers.
+"""
 
 from __future__ import annotations
 
@@ -226,7 +229,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
 
 
 def hidden_by_layer(walk: BlockWalk[Any]) -> Message:
-    """Return a text with the number of hidden entities on each layer."""
+    """Describe the number of hidden entities on each layer."""
     named = [
         Message("{} on layer {}", n, printable(layer)) for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE
     ]

@@ -1,4 +1,4 @@
-"""DXF entities that can become holes (circles, arcs, bulged polylines, points), and block transformations."""
+"""Convert DXF entities that can become holes (circles, arcs, bulged polylines, points), and transform blocks."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Curve(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """An entity that may be a hole or a part of a hole: a point, a circle, or a series of arcs."""
+    """An entity that may be a hole or a part of a hole. It can be a point, a circle, or a series of arcs."""
 
     dxftype: str
     curves: tuple[Curve, ...]
@@ -247,7 +247,7 @@ def is_flat(curve: Curve) -> bool:
 
 
 def half_axes(curve: Curve) -> tuple[float, float]:
-    """Return the major and the minor semi-axis of the curve in top view: the singular values of (u v)."""
+    """Return the major and the minor semi-axis of the curve in top view. They are the singular values of (u v)."""
     (ux, uy, _), (vx, vy, _) = curve.u, curve.v
     even, odd = math.hypot(ux + vy, uy - vx) / 2, math.hypot(ux - vy, uy + vx) / 2
     return even + odd, abs(even - odd)

@@ -1,4 +1,7 @@
-"""DXF entities that can be cut (lines, arcs, polylines, ellipses, splines), and their placement by blocks."""
+"""Convert DXF entities that can be cut: lines, arcs, polylines, ellipses and splines.
+
+The module also places the entities in blocks.
+"""
 
 from __future__ import annotations
 
@@ -66,7 +69,7 @@ class DxfPolyline(NamedTuple):
 
 
 class Freeform(NamedTuple):
-    """A B-spline, given by its control points, float64[n, 3]."""
+    """A B-spline with its control points, float64[n, 3]."""
 
     control: Floats
     degree: int
@@ -75,7 +78,7 @@ class Freeform(NamedTuple):
 
 
 class Letters(NamedTuple):
-    """A text, given by its strokes, which are open lines."""
+    """A text, stored as strokes. The strokes are open lines."""
 
     strokes: tuple[DxfStroke, ...]
 
@@ -92,11 +95,11 @@ class DxfStroke(NamedTuple):
 
 
 class NotInPlaneError(ValueError):
-    """An entity does not lie in the plane of the sheet."""
+    """An entity lies outside the plane of the sheet."""
 
 
 def stroke_of(entity: Any) -> DxfStroke | None:
-    """Return the stroke of an ezdxf entity, or None if it is never cut.
+    """Convert an ezdxf entity to a stroke, or return None if the entity is never cut.
 
     Raises
     ------
@@ -132,7 +135,7 @@ def _line(entity: Any) -> DxfPolyline:
 
 
 def straight_polyline(vertices: Floats, closed: bool) -> DxfPolyline:
-    """Return straight lines through points, float64[n, 3]."""
+    """Create straight lines through points, float64[n, 3]."""
     return DxfPolyline(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
@@ -293,7 +296,7 @@ class _StrokePath(NamedTuple):
 
 @dataclass
 class Strokes:
-    """Collects contours, in mm, from strokes in drawing units, and counts the strokes that cannot be used."""
+    """Collects contours, in mm, from strokes in drawing units, and counts unusable strokes."""
 
     factor: float
     path: str
@@ -310,7 +313,7 @@ class Strokes:
     _cache: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
 
     def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
-        """Place a stroke, or all strokes of a text, and add the contours."""
+        """Place a stroke, or all strokes of a text, and add them as contours."""
         if isinstance(stroke.form, Letters):
             self.texts[stroke.dxftype] += 1
             for line in stroke.form.strokes:
@@ -363,7 +366,7 @@ class Strokes:
         self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
 
     def issues(self) -> list[Issue]:
-        """Return issues about strokes that cannot be used."""
+        """Report the strokes that cannot be used."""
         issues = []
         for kind, number in self.leaning.items():
             message = Message("{} {} not in the plane of the sheet: not cut", number, kind)

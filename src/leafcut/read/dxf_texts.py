@@ -145,7 +145,7 @@ def _mtext(entity: Any) -> list[Floats]:
 
 
 def _wrap(line: str, max_width: float) -> list[str]:
-    """Wrap a line of text at `max_width`, in multiples of the cap height; 0 means no wrapping."""
+    """Wrap a line of text at `max_width`, which is a multiple of the cap height. A width of 0 disables wrapping."""
     if not max_width > 0.0:
         return [line]
     rows: list[list[str]] = []

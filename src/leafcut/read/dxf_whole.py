@@ -94,7 +94,7 @@ def _point_of(entity: Any) -> DxfStroke | None:
 
 
 def _annotation_of(entity: Any) -> DxfStroke | None:
-    """Return the lines of an annotation, or None for other entities and for annotations without readable lines."""
+    """Convert an annotation to lines. Return None for other entities, and for annotations without readable lines."""
     kind = entity.dxftype()
     if kind not in _ANNOTATIONS:
         return None

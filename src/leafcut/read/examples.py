@@ -35,7 +35,7 @@ Inches = tuple[float, float]
 
 @dataclass(frozen=True)
 class PlateHole:
-    """A hole of a plate: its centre and diameter, in inches."""
+    """A hole in a plate, with its centre and diameter in inches."""
 
     x: float
     y: float
@@ -44,7 +44,7 @@ class PlateHole:
 
 @dataclass(frozen=True)
 class Plate:
-    """A rectangular plate with its lower left corner at the origin, in inches; its holes are in drawing order."""
+    """A rectangular plate, in inches. Its lower left corner is at the origin, and its holes are in drawing order."""
 
     name: str
     width: float
@@ -265,7 +265,7 @@ def plate(name: str) -> Plate:
 
 
 def read_example(source: Source, options: ReadOptions) -> Part:
-    """Return a built-in part by name.
+    """Create a built-in part.
 
     Raises
     ------

@@ -65,7 +65,7 @@ _TOOL_ZERO = 1_000_000
 
 @dataclass
 class _TranslatedCommands:
-    """The commands of a drill file, translated for gerbonara, with their line numbers."""
+    """The commands of a drill file after translation for gerbonara, with their line numbers."""
 
     lines: list[str] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
@@ -258,7 +258,7 @@ def _command(source: Source, prepared: _TranslatedCommands, line: str, number: i
 
 
 def _tool(prepared: _TranslatedCommands, match: re.Match[str], number: int, in_header: bool) -> None:
-    """Add a tool without its feeds and speeds, which apply only to the machine of the file."""
+    """Add a tool. Its feeds and speeds are dropped, because they only apply to the machine of the file."""
     index, diameter = int(match.group(1)), _TOOL_DIAMETER.search(match.group(2))
     name = f"T{index or _TOOL_ZERO}"
     if not diameter and name not in prepared.tools:

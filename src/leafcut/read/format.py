@@ -166,7 +166,7 @@ def point_budget(source: Source) -> ReadBudget:
 
 
 def size_text(source: Source) -> str:
-    """Return the size of a file in kB, as text."""
+    """Format the size of a file in kB."""
     return f"{max(len(source.data) // 1000, 1):,} kB"
 
 

@@ -109,7 +109,7 @@ def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: 
 
 
 def _ordering(path: str, sections: Sections, number: dict[int, int]) -> Ints:
-    """Return the pairs (before, after) of clusters, int32[k, 2]."""
+    """Return the precedence of the clusters as pairs (before, after), int32[k, 2]."""
     pairs = [
         (_number_of(path, line, number, before), _number_of(path, line, number, after))
         for line, (before, *successors) in _runs(path, sections.get("GTSP_SET_ORDERING", (0, [])))

@@ -115,7 +115,7 @@ def machine_of_profile(text: str, place: str) -> Machine:
 
 
 def profile_of(name_or_path: str) -> dict[str, Any]:
-    """Return the keys and values of a machine profile, unchanged.
+    """Return the keys and values of a machine profile without any changes.
 
     Raises the same errors as `load_machine`.
     """

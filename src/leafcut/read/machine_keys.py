@@ -62,7 +62,7 @@ class ProfileKey:
 
     @property
     def table(self) -> str:
-        """The name of the table that contains the key; empty for the top level."""
+        """The name of the table that contains the key, or "" for the top level."""
         return self.name.rpartition(".")[0]
 
     @property
@@ -72,7 +72,7 @@ class ProfileKey:
 
     @property
     def shown_default(self) -> str:
-        """The default of the key and its source, as text."""
+        """The default of the key with its source, as text."""
         value = "" if self.default is None else toml_value(self.default)
         return f"{value} ({self.why})" if value and self.why else value or self.why
 
@@ -412,6 +412,6 @@ def _by_table() -> dict[str, list[ProfileKey]]:
 
 
 def toml_value(value: Any) -> str:
-    """Return a string, a number, a bool, or a list of these as TOML."""
+    """Format a string, a number, a bool, or a list of these as TOML."""
     # TOML escapes strings like JSON; both allow characters beyond ASCII.
     return json.dumps(value, ensure_ascii=False)

@@ -133,7 +133,10 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
 
 
 def is_closed(triangles: np.ndarray) -> bool:
-    """Return whether every edge of a mesh belongs to an even number of triangles, after merging equal vertices."""
+    """Return whether a mesh is closed.
+
+    After equal vertices are merged, every edge of a closed mesh belongs to an even number of triangles.
+    """
     _, corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     faces = corner.reshape(-1, 3).astype(np.int64)
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)

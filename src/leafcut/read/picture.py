@@ -175,7 +175,7 @@ def _pixel_size_hint(image: Any) -> Message:
 
 
 def _brightness(source: Source, image: Any, invert: bool) -> Grey:
-    """Return the brightness of each pixel, float32[rows, columns], from 0 to 1; dark pixels are milled."""
+    """Return the brightness of each pixel, float32[rows, columns], from 0 to 1. Dark pixels are milled."""
     from PIL import Image, ImageOps
 
     try:
@@ -322,7 +322,7 @@ def _count_transitions(dark: NDArray[np.bool_]) -> int:
 def _without_dirt(
     source: Source, lines: list[Points], narrow: float, frame: tuple[float, int], issues: list[Issue]
 ) -> list[Points]:
-    """Drop the outlines of spots that are at most `narrow` pixels wide, and report them as dirt (L214)."""
+    """Drop the outlines of spots that are at most `narrow` pixels wide. Report these spots as dirt (L214)."""
     import shapely  # start-up
 
     size, rows = frame

@@ -35,7 +35,7 @@ from leafcut.read.format import places_text
 
 @dataclass(frozen=True)
 class PocketOutline:
-    """A closed contour, the number of its first stroke in the drawing, and its kind according to its layer."""
+    """A closed contour with the number of its first stroke in the drawing. Its kind depends on its layer."""
 
     contour: Contour
     order: int
@@ -194,7 +194,7 @@ def _matching_names(names: Sequence[str], given: tuple[str, ...], usual: tuple[s
 def _outlines(
     contours: Sequence[Contour], kinds: Sequence[str | None], joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Return the closed outlines in file order. Only strokes of the same kind are joined."""
+    """Join strokes of the same kind, and return the closed outlines in file order."""
     strokes: dict[str, list[tuple[int, Contour]]] = {}
     zero_length = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
@@ -263,7 +263,7 @@ def _join_strokes(
 
 
 def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], picture: bool) -> None:
-    """Raise an error for outlines that cross or touch themselves, or enclose no area."""
+    """Raise an error for outlines that cross or touch themselves, or that enclose no area."""
     # Use the hull, because the areas of the two halves of a figure 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= COINCIDENT * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):

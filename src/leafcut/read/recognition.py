@@ -114,7 +114,7 @@ def _has_line(pattern: bytes, lines: bytes) -> bool:
 
 
 def sniff_xml(head: bytes) -> Match:
-    """Recognise XML by its first character; SVG and HTML are excluded."""
+    """Recognise XML by its first character, and exclude SVG and HTML."""
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip()[:2000].lower()
     if not start.startswith((b"<?xml", b"<")) or b"<svg" in start or b"<html" in start or b"<!doctype html" in start:
         return Match.NO

@@ -259,14 +259,14 @@ def _sniff(format_: Format, head: bytes) -> Match:
 
 
 def run_reader(format_: Format, source: Source, options: ReadOptions) -> Part:
-    """Read a file with a format.
+    """Run the reader of a format.
 
     Raises
     ------
     ReadError
         The file cannot be read, or a third-party parser raises any exception.
     OptionError
-        A solid is chosen, turned or lifted, but the format has no solids.
+        The options choose, turn or lift a solid, but the format has no solids.
     """
     if format_.name != "step":
         for name in ("solid", "up", "z_zero"):

@@ -276,7 +276,7 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
 
 
 def _issues_of_plate(data: dict[str, Any]) -> tuple[Issue, ...]:
-    """Return the issues about the features of a plate that are neither openings nor pockets."""
+    """Report the features of a plate that are neither openings nor pockets."""
     issues = tuple(_issues_of_pockets({**data, "openings": []}))
     if issues or not data["other"]:
         return issues

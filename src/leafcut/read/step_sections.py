@@ -81,13 +81,13 @@ class LevelSection:
         return np.flatnonzero(self.parent == ring).tolist()
 
     def region(self, ring: int) -> Any:
-        """Return the area inside a ring, without the rings directly inside it."""
+        """Return the area inside a ring. The rings directly inside this ring are cut out."""
         inner = [self.shapes[k].exterior for k in self.rings_within(ring)]
         return shapely.Polygon(self.shapes[ring].exterior, inner)
 
     @property
     def material(self) -> Any:
-        """The cross-section of the material at the height of the section."""
+        """The cross-section of the material at this height."""
         return shapely.union_all([self.region(k) for k in np.flatnonzero(self.depth % 2 == 0).tolist()])
 
 
@@ -211,7 +211,7 @@ def _region_of(pocket: dict[str, Any]) -> Any:
 
 
 def section_at(shape: Any, z: float) -> LevelSection:
-    """Return the section of a solid by a horizontal plane."""
+    """Cut a solid with a horizontal plane, and return the section."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
     from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
     from OCP.TopAbs import TopAbs_EDGE

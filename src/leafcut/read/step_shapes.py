@@ -1,4 +1,4 @@
-"""Functions on OpenCASCADE shapes that `step_solid` and its modules share."""
+"""Functions for OpenCASCADE shapes. The module `step_solid` and its submodules share them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def edge_of(shape: Any) -> Any:
 
 
 def triangles_of(face: Any) -> NDArray[np.float64]:
-    """Return the triangles of a meshed face, float64[n, 3, 3], counter-clockwise seen from outside."""
+    """Return the triangles of a meshed face, float64[n, 3, 3]. They are counter-clockwise when seen from outside."""
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_REVERSED
     from OCP.TopLoc import TopLoc_Location

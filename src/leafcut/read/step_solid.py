@@ -61,7 +61,7 @@ class RoundWall(NamedTuple):
 
     @property
     def taper(self) -> float:
-        """Increase of the radius per mm of height."""
+        """How much the radius increases per mm of height."""
         return 0.0 if self.straight else (self.high_radius - self.low_radius) / (self.high - self.low)
 
 
@@ -209,7 +209,7 @@ class Surface(NamedTuple):
 
     @classmethod
     def of(cls, triangles: NDArray[np.float64]) -> Surface:
-        """Return a surface with the bounding boxes of its triangles."""
+        """Create a surface, and compute the bounding boxes of its triangles."""
         return cls(triangles, triangles.min(axis=1), triangles.max(axis=1))
 
 
@@ -475,7 +475,7 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
 
 
 def _covered_degrees(axes: Any, start_angle: float, stop_angle: float) -> frozenset[int]:
-    """Return the whole degrees, in top view, that a piece of a round wall covers."""
+    """Return the whole degrees that a piece of a round wall covers in top view."""
     angle = np.linspace(start_angle, stop_angle, max(int(math.degrees(stop_angle - start_angle) * 4.0), 2))
     along, across = axes.XDirection(), axes.YDirection()
     x = along.X() * np.cos(angle) + across.X() * np.sin(angle)

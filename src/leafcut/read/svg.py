@@ -137,7 +137,7 @@ def _tag(element: Any) -> str:
 
 
 def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
-    """Return the page of a drawing, and whether the file states its physical size."""
+    """Return the page of a drawing, and whether the file states a physical size."""
     try:
         box = view_box(root.get("viewBox", ""))
         sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
@@ -158,7 +158,7 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
 
 
 class _Attributes(NamedTuple):
-    """The attributes of an element that do not depend on where it is drawn."""
+    """The attributes of an element that stay the same wherever the element is drawn."""
 
     shown: bool
     #: Empty if the element does not set the visibility.

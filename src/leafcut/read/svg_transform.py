@@ -35,16 +35,16 @@ class Affine(NamedTuple):
     f: float = 0.0
 
     def of(self, inner: Affine) -> Affine:
-        """Return the transform that applies `inner` first, then this transform."""
+        """Combine two transforms. The result applies `inner` first, and then this transform."""
         x, y = self.place(inner.e, inner.f)
         return Affine(*self.turn(inner.a, inner.b), *self.turn(inner.c, inner.d), x, y)
 
     def turn(self, x: float, y: float) -> tuple[float, float]:
-        """Return the image of a direction."""
+        """Transform a direction."""
         return (self.a * x + self.c * y, self.b * x + self.d * y)
 
     def place(self, x: float, y: float) -> tuple[float, float]:
-        """Return the image of a point."""
+        """Transform a point."""
         return (self.a * x + self.c * y + self.e, self.b * x + self.d * y + self.f)
 
 

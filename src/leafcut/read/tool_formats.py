@@ -1,9 +1,9 @@
-"""Convert tool libraries of other programs to rows that have the keys of leafcut's own libraries.
+"""Convert the tool libraries of other programs to rows with the same keys as leafcut's own libraries.
 
-* LinuxCNC table (``tool.tbl``; user manual, "Tool Table Format"): in the units of the machine. It has no tool kinds,
-  but its comments may name them.
-* Fusion library (``.json``, or zipped as ``.tools``): each tool has a unit; feeds are in presets, one per material.
-* FreeCAD library (``.fctl``, with one ``.fctb`` per tool): lengths with units, no feeds.
+* LinuxCNC table (``tool.tbl``; user manual, "Tool Table Format"): lengths are in the units of the machine. The table
+  has no tool kinds, but its comments may name them.
+* Fusion library (``.json``, or zipped as ``.tools``): each tool has a unit. Feeds are in presets, one per material.
+* FreeCAD library (``.fctl``, with one ``.fctb`` per tool): lengths have units, and tools have no feeds.
 * Tables (``.csv``): see `leafcut.read.tool_table`.
 """
 

@@ -1,8 +1,8 @@
 """Read tables of tools (CSV), such as Fusion exports.
 
-The first row names the columns, in any order: leafcut's own keys, common words, or Fusion's names (``Diameter
-(tool_diameter)``). The unit of a length is in its cell, in the header (``Diameter [in]``) or in the column ``unit``;
-otherwise the caller gives it. Fusion writes one row per preset of a tool.
+The first row names the columns, in any order. The names can be leafcut's own keys, common words, or Fusion's names
+(``Diameter (tool_diameter)``). The unit of a length is in its cell, in the header (``Diameter [in]``) or in the column
+``unit``. Otherwise the caller provides the unit. Fusion writes one row per preset of a tool.
 """
 
 from __future__ import annotations

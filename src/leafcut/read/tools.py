@@ -244,7 +244,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 
 
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
-    """Return a tap with the cycle G84 and the feed pitch × speed."""
+    """Return a copy of a tap that uses the cycle G84 and the feed pitch × speed."""
     if tool.pitch is None:
         raise DataError("{}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6", table.place).at(
             *table.section, "pitch"

@@ -124,7 +124,7 @@ def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[
 
 
 def node_count(path: str, keys: SpecificationKeys) -> int:
-    """Return the number of nodes."""
+    """Return the number of nodes in the problem."""
     if "DIMENSION" not in keys:
         raise ReadError(path, "DIMENSION is missing")
     text, line = keys["DIMENSION"]
@@ -170,7 +170,7 @@ def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues
 
 
 def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
-    """Return the coordinates of the nodes, float64[n, 2], in the order of the node numbers."""
+    """Return the coordinates of the nodes, float64[n, 2], sorted by node number."""
     values = section_numbers(path, section)
     last = section[0] + len(section[1]) - 1
     if len(values) != 3 * n:
@@ -233,7 +233,9 @@ def _nodes_on_circle(n: int) -> NDArray[np.float64]:
 
 
 def _optimum(source: Source, name: str, n: int) -> float | None:
-    """Return the length of the optimal tour from the `OPTIMA_FILE` next to the instance, or None."""
+    """Look up the length of the optimal tour in the `OPTIMA_FILE` next to the instance. Return None if it is not
+    listed.
+    """
     names = {name.casefold().removesuffix(".tsp"), source.name.casefold()}
     with contextlib.suppress(LeafcutError, csv.Error, ValueError, TypeError):
         text = load(Path(source.path).with_name(OPTIMA_FILE)).text()

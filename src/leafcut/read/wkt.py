@@ -127,7 +127,7 @@ class _Ring(NamedTuple):
 
 
 class _RingCollector:
-    """Collects the rings of all polygons, in mm, and counts other geometries."""
+    """Collects the rings of all polygons, in mm, and counts all other geometries."""
 
     def __init__(self, path: str, factor: float) -> None:
         self.path = path

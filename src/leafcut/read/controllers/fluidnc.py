@@ -247,7 +247,7 @@ def _store_process(values: Values, tree: _Tree) -> None:
 
 
 def _store_speeds(values: Values, entry: _Scalar) -> None:
-    """Store the lowest and the highest speed of a speed map such as ``0=0% 6000=25% 24000=100%``."""
+    """Store the lowest and the highest speed in a speed map such as ``0=0% 6000=25% 24000=100%``."""
     speeds = []
     for pair in entry.text.split():
         speed, equals, power = pair.partition("=")
@@ -287,7 +287,7 @@ def _subtree(tree: Mapping[str, Any], key: str) -> _Tree:
 
 
 def _parse_yaml(text: str, file: str) -> _Tree:
-    """Return the mappings and scalars of a YAML text. Lists and tags are skipped."""
+    """Parse the mappings and scalars of a YAML text, and skip lists and tags."""
     import yaml
 
     if len(text.encode()) > MOST_BYTES:

@@ -72,7 +72,7 @@ _MARLIN_WORDS, _RRF_WORDS = {"M205", "M206", "M301"}, {"M453", "M550", "M566", "
 
 @dataclass(frozen=True)
 class ImportedMachine:
-    """A machine as described by the settings of its controller."""
+    """A machine that was imported from the settings of its controller."""
 
     kind: str
     title: str
@@ -244,7 +244,7 @@ def _comment(text: str) -> str:
 
 
 def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
-    """Return the values of a loaded machine profile, each with its source."""
+    """List the values of a loaded machine profile with their sources."""
     sources = data.get("sources", {})
     values = []
     for key in PROFILE_KEYS:

@@ -99,5 +99,5 @@ class _Reading:
 
 
 def _is_name(name: str) -> bool:
-    """Return whether a name is a relative path that does not start with a home directory or a drive."""
+    """Return whether a name is a relative path. It must not start with a home directory or a drive."""
     return bool(name) and "\0" not in name and not name.startswith(("/", "~", "\\")) and ":" not in name

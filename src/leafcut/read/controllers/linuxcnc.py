@@ -103,7 +103,7 @@ class _Reader:
     trivial: bool
 
     def motion(self) -> None:
-        """Store the velocities and accelerations of the axes, limited by those of the path."""
+        """Store the velocities and accelerations of the axes. The limits of the path also apply to each axis."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
             axis_values = [self._required(key, axis) for axis in "xyz"]

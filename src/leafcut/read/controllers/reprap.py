@@ -233,7 +233,7 @@ def _store_steps(values: Values, settings: _Settings, unit: str) -> None:
 
 
 def _store_jerk_corners(values: Values, jerk: float, place: _Source, unit: str, label: str) -> None:
-    """Store the junction deviation that allows the same speed at a 90° corner as the jerk."""
+    """Convert the jerk to a junction deviation that allows the same speed at a 90° corner, and store it."""
     acceleration = values.entries["rapid.acceleration"].value
     text = acceleration if isinstance(acceleration, str) else acceleration[0]
     axis_acceleration = number(values, text, "rapid.acceleration")
@@ -295,7 +295,7 @@ def _location(positions: Iterable[_Source]) -> str:
 
 
 def word_of(line: str) -> re.Match[str] | None:
-    """Match the word at the start of a settings line. Return None for other lines."""
+    """Match the command at the start of a settings line. Return None for other lines."""
     return LINE.match(line[:LONGEST_LINE].partition(";")[0].strip())
 
 
@@ -376,7 +376,7 @@ class _MacroRunner:
         return lines
 
     def _lines_of_macro(self, name: str, depth: int) -> list[_Line]:
-        """Return the lines of a file that M98 runs. The file must be in the folder of the config.g (``/sys``)."""
+        """Return the lines of a file that M98 runs. The file must be in the same folder as the config.g (``/sys``)."""
         inner = re.sub(r"^(0:)?/sys/", "", name)
         if not self.root.is_file():  # standard input has no folder
             self.missing.append(name)

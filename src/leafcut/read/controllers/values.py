@@ -1,4 +1,4 @@
-"""Values from the settings of a controller, each with its source."""
+"""The values in the settings of a controller. Each value has a source."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class Values:
         self.derive("max_feed", with_unit(slower, velocity.unit), "the slower rapid of x and y: axes also limit feeds")
 
     def store_travel(self, lowest: Axes, highest: Axes) -> None:
-        """Store the travel limits; an infinite limit is stored as unknown."""
+        """Store the travel limits. An infinite limit counts as unknown."""
         for low, high, name in zip(lowest.numbers, highest.numbers, "xyz", strict=True):
             if not high > low:
                 raise self.refusal(
@@ -172,7 +172,7 @@ class Values:
 
 @dataclass(frozen=True)
 class Axes:
-    """One value per axis, with their common unit and source."""
+    """A value for each axis. All values have the same unit and source."""
 
     numbers: tuple[float, ...]
     unit: str
@@ -229,7 +229,7 @@ def axis_texts(numbers: Sequence[float], unit: str) -> Any:
 
 
 def in_lines(lines: Iterable[int]) -> str:
-    """Return line numbers as text: ``line 3`` or ``lines 3, 5 and 7``."""
+    """Format line numbers: ``line 3`` or ``lines 3, 5 and 7``."""
     sorted_lines = sorted(set(lines))
     if len(sorted_lines) == 1:
         return Message("line {}", sorted_lines[0])
