@@ -54,28 +54,7 @@ class ConsumptionRates:
 
 @dataclass(frozen=True)
 class CutData:
-    """One row of a cut chart: the parameters for a material and a thickness.
-
-    Attributes
-    ----------
-    process
-        ``plasma``, ``oxyfuel``, ``waterjet``, or a laser with its power: ``laser_fiber_3kW``.
-    material
-        Name in charts: ``mild_steel``, ``stainless_304``, ``aluminium``.
-    amps
-        Plasma current, A; None for other processes.
-    feed
-        Cutting speed, mm/s.
-    pierce_height, cut_height
-        Height of the torch above the sheet, mm.
-    pierce_delay
-        Time from arc-on to the first move, s.
-    kerf
-        Width of the cut, mm.
-    can_pierce
-        False if the chart has no pierce height and delay. The sheet is then too thick to pierce, and cuts start at its
-        edge.
-    """
+    """A row of a cut chart: the parameters for a material and a thickness."""
 
     process: str
     material: str

@@ -80,7 +80,7 @@ class ToolFront:
 
     @property
     def best(self) -> CuttingPoint:
-        """The chosen point."""
+        """The chosen point of the front."""
         return self.points[self.chosen]
 
 

@@ -28,7 +28,7 @@ class Head(StrEnum):
 
     @property
     def method(self) -> CutMethod | None:
-        """The cutting method of the head; None for a spindle."""
+        """The cutting method of the head, or None for a spindle."""
         return _METHODS.get(self)
 
     @classmethod
@@ -38,7 +38,7 @@ class Head(StrEnum):
 
 
 def method_of(name: str) -> str:
-    """Return the first word of a process name in a cut chart, usually a value of `CutMethod`."""
+    """Return the first word of a process name from a cut chart. This is usually a value of `CutMethod`."""
     return name.lower().partition("_")[0]
 
 

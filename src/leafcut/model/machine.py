@@ -1,4 +1,4 @@
-"""`Machine`: the properties of a machine that affect its programs and their times."""
+"""`Machine`: the properties of a machine that affect its programs and the time to run them."""
 
 from __future__ import annotations
 

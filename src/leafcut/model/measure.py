@@ -1,4 +1,4 @@
-"""`Measure`: lengths and times of a toolpath."""
+"""`Measure`: the lengths and the machine time of a toolpath."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ class Outcome(Generic[D]):
 
     @property
     def saved_percent(self) -> float:
-        """Saved machine time compared with the order of the input, percent."""
+        """Machine time that the new order saves compared with the order of the input, percent."""
         return 100.0 * (1.0 - self.after.time_s / self.before.time_s) if self.before.time_s > 0 else 0.0
 
     @property
@@ -135,5 +135,5 @@ class Outcome(Generic[D]):
 
     @property
     def gap(self) -> float | None:
-        """Largest possible excess of the cost over the optimum, as a fraction; None without a lower bound."""
+        """Upper limit for the excess of the cost over the optimum, as a fraction; None without a lower bound."""
         return gap(sum(o.solution.cost for o in self.operations), self.lower_bound)

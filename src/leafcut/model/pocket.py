@@ -138,7 +138,7 @@ class PocketRules:
 
     @property
     def engagement(self) -> float:
-        """Engagement angle of a straight cut as wide as the step-over, rad."""
+        """Engagement angle of a straight cut whose width is the step-over, rad."""
         return math.acos(max(1.0 - self.step_over / self.radius, -1.0))
 
     @property
@@ -255,7 +255,7 @@ class PocketMeasures:
 
     @property
     def uncovered_percent(self) -> float:
-        """Share of the reachable area that stays uncut, percent."""
+        """Percentage of the reachable area that stays uncut."""
         return 100.0 * self.uncovered_mm2 / self.reachable_mm2 if self.reachable_mm2 > 0.0 else 0.0
 
 

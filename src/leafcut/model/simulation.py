@@ -1,4 +1,4 @@
-"""`Simulation`: the motion of a program on a machine, and its time."""
+"""`Simulation`: the motion of a program on a machine, and the time that it takes."""
 
 from __future__ import annotations
 

@@ -199,7 +199,7 @@ class Toolpath:
             yield Motion(Kind(kind), (x, y, z), value, ref, line)
 
     def take(self, rows: NDArray[Any] | list[int] | slice) -> Toolpath:
-        """Return the toolpath of the selected rows (indices, a mask or a slice)."""
+        """Return a toolpath with only the selected rows (indices, a mask or a slice)."""
         return replace(
             self,
             kind=self.kind[rows],
@@ -240,12 +240,12 @@ class Toolpath:
 
     @cached_property
     def tool(self) -> NDArray[np.int64]:
-        """Tool at every row, int64[n]; 0 before the first change."""
+        """Number of the active tool in every row, int64[n]; 0 before the first tool change."""
         return self.latest(Kind.TOOL, self.ref)
 
     @cached_property
     def offset(self) -> NDArray[np.int64]:
-        """Register of the tool length offset at every row, int64[n]; 0 before the first length offset."""
+        """Register of the active tool length offset in every row, int64[n]; 0 before the first length offset."""
         return self.latest(Kind.OFFSET, self.ref)
 
     def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:

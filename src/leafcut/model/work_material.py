@@ -12,7 +12,7 @@ from leafcut.model.kinds import CuttingWork, ToolMaterial
 
 @dataclass(frozen=True)
 class ToolLife:
-    """Extended Taylor law for the life of a kind of tool in a material.
+    """The extended Taylor law for the life of a kind of tool in a material.
 
     The cutting speed for a life T is v = C D^q / (T^m f^y ae^x ap^u z^p), so
     T = (C D^q / (v f^y ae^x ap^u z^p))^(1/m). If all exponents except m are 0, this is Taylor's v T^n = C with n = m.
@@ -23,11 +23,12 @@ class ToolLife:
     Attributes
     ----------
     constant
-        The constant C, mm/s: the speed for a life of 1 s if all lengths are 1 mm.
+        The constant C, mm/s. It is the speed for a life of 1 s if all lengths are 1 mm.
     life, diameter, feed, width, depth, teeth
         The exponents m, q, y, x, u and p. The feed is per revolution of a drill, and per tooth of a mill.
     least_feed
-        Lowest feed to which the law applies, mm. The law applies up to the lowest feed of the next law.
+        Lowest feed to which the law applies, mm. Above this feed, the law applies up to the lowest feed of the next
+        law.
     """
 
     work: CuttingWork
