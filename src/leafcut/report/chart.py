@@ -40,7 +40,7 @@ TIME_KINDS: dict[str, Message] = {
 
 
 def time_kinds(method: str | None) -> dict[str, Message]:
-    """Return the name of each kind of motion for a cutting method; `method` is None for a spindle."""
+    """Return the names of the kinds of motion for a cutting method. For a spindle, `method` is None."""
     if method is None:
         return TIME_KINDS
     beam = Message("beam on, off") if method == CutMethod.LASER else Message("piercing")
@@ -49,7 +49,7 @@ def time_kinds(method: str | None) -> dict[str, Message]:
 
 @dataclass(frozen=True)
 class _Axes:
-    """Ranges of the axes. `log` states whether the time axis is logarithmic."""
+    """The ranges of the axes. `log` states whether the time axis is logarithmic."""
 
     seconds: tuple[float, float]
     costs: tuple[float, float]

@@ -50,7 +50,7 @@ svg.front { background: var(--page); }
 
 
 def check_extension(file: str | Path | None) -> None:
-    """Raise OptionError if the name of a file does not end in ``.svg``."""
+    """Raise OptionError unless the file name ends in ``.svg``."""
     if file is not None and Path(file).suffix.lower() != ".svg":
         raise OptionError(
             "--plot: '{}' is not a picture that can be written; name a file ending in .svg", Path(file).name

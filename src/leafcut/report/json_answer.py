@@ -126,7 +126,7 @@ def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
 
 
 def verification_as_json(proof: Certificate) -> dict[str, Any]:
-    """Return the answer of `leafcut verify --json`: the proof, and the message of each difference."""
+    """Return the answer of `leafcut verify --json`. It contains the proof, and the message of each difference."""
     answer = proof.as_json()
     for row, difference in zip(answer["differences"], proof.differences, strict=True):
         row["words"] = str(difference)
@@ -134,7 +134,7 @@ def verification_as_json(proof: Certificate) -> dict[str, Any]:
 
 
 def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
-    """Return issues as plain values."""
+    """Convert issues to plain values."""
     return [{"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place} for i in issues]
 
 

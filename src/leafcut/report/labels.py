@@ -111,7 +111,10 @@ def _costs(
 def segments_crossing_box(
     lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Return a mask of the segments, float64[m, 2, 2], that intersect the box from `low` to `high` (slab test)."""
+    """Return a mask of the segments that intersect the box from `low` to `high`, using a slab test.
+
+    `lines` is float64[m, 2, 2].
+    """
     if not len(lines):
         return np.zeros(0, dtype=bool)
     start, along = lines[:, 0], lines[:, 1] - lines[:, 0]

@@ -62,7 +62,7 @@ def _draw_missing_work(frame: Frame, work: MissingWork, reason: str) -> str:
 
 
 def _hatch_lines(ring: Points) -> str:
-    """Return the path data of hatch lines at 45° inside a ring, user units."""
+    """Return the path data of hatch lines inside a ring, user units. The lines are at 45°."""
     area = shapely.make_valid(shapely.Polygon(ring))
     x0, y0, x1, y1 = shapely.bounds(area).tolist()
     first = _HATCH * math.ceil((x0 + y0) / _HATCH)

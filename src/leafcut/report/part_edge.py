@@ -1,4 +1,4 @@
-"""The edge of a plate in drawings."""
+"""Draw the edge of a plate."""
 
 from __future__ import annotations
 

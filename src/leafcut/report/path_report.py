@@ -75,7 +75,7 @@ class PathReport(Generic[D]):
         self._counts = counts
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the measures of the three orders: before, nearest neighbour, and written."""
+        """Return the measures of the original order, the nearest-neighbour order, and the written order."""
         return self.outcome.before, self.outcome.nearest, self.outcome.after
 
     def orders(self) -> list[tuple[str, Measure]]:
@@ -172,7 +172,7 @@ class PathReport(Generic[D]):
     def tables(self) -> dict[str, Any]:
         """Return the tables that the report page and the studio share, by name.
 
-        ``times`` contains the seconds by kind of motion.
+        The table ``times`` contains the seconds by kind of motion.
         """
         from leafcut.report import views
 
@@ -234,12 +234,12 @@ class PathReport(Generic[D]):
         return []
 
     def size(self, scene: Scene) -> str:
-        """Return the size of the work as text."""
+        """Describe the size of the work."""
         x0, y0, x1, y1 = self.outcome.part.extents
         return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm between centres"
 
     def drawing(self, which: Which) -> str:
-        """Return the drawing of a path as a stand-alone SVG without styles."""
+        """Draw a path as a stand-alone SVG without styles."""
         from leafcut.report.drawing import build_scene, toolpath_drawing
 
         return toolpath_drawing(build_scene(self.outcome), which, self._path_words(which), size=True)

@@ -254,7 +254,7 @@ def _move_keys(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
 
 
 def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return whether moves match; unknown coordinates match any value."""
+    """Return whether moves match. An unknown coordinate matches any value."""
     near = (np.abs(a - b) <= _ROUNDING) | np.isnan(a) | np.isnan(b)
     return np.asarray(near.all(axis=-1))
 

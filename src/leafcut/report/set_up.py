@@ -23,7 +23,7 @@ def coordinate_words(mm: float, scale: float = 1.0) -> str:
 
 
 def moved_axes(path: Toolpath) -> list[tuple[str, float, float]]:
-    """Return the name and the lowest and highest position, mm, of each axis that the program moves."""
+    """Return the axes that the program moves, with their names and their lowest and highest positions, mm."""
     moving = np.isin(path.kind, [int(kind) for kind in MOTIONS])
     known = [bool(np.isfinite(path.end[moving, axis]).any()) for axis in range(3)]
     low, high = path.extents
@@ -49,7 +49,7 @@ def time_facts(outcome: Outcome) -> list[Fact]:
 
 
 def tool_facts(operations: Sequence[OperationOutcome]) -> list[Fact]:
-    """Return the number, kind, size, speed, feed and cycle of each tool in the order of use."""
+    """Return facts about each tool in the order of use: its number, kind, size, speed, feed and cycle."""
     rows = list(dict.fromkeys(_tool_words(operation) for operation in operations))
     more = [f"and {len(rows) - MAX_TOOLS} more in the header of the program"] if len(rows) > MAX_TOOLS else []
     words = "; ".join([*rows[:MAX_TOOLS], *more])

@@ -66,7 +66,7 @@ def print_programs(
 
 
 def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
-    """Print times and dangers of several simulated programs."""
+    """Print the times and dangers of several simulated programs."""
     table = _table("program", "time", "rapid", "feed", "issues")
     total = 0.0
     for row in rows:

@@ -41,7 +41,7 @@ def check_extension(output: str | None) -> None:
 
 
 def as_file(stock_cut: StockCut, output: str) -> bytes:
-    """Return the remaining stock in the format of the file extension."""
+    """Convert the remaining stock to the format that the file extension selects."""
     if output.lower().endswith(".png"):
         return stock_png(stock_cut.field, stock_cut.block.high[2])
 

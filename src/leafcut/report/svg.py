@@ -92,7 +92,7 @@ def _coordinates(x: int, y: int) -> str:
 
 
 def scaled_group(*children: str) -> str:
-    """Return a group that scales path data in `STEPS` to user units."""
+    """Wrap path data in a group that scales the data from `STEPS` to user units."""
     return element("g", *children, transform=f"scale({1 / STEPS:g})")
 
 

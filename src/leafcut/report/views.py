@@ -208,7 +208,7 @@ def issue_rows(outcome: Outcome) -> PageRow:
 
 
 def program_view(outcome: Outcome) -> PageRow:
-    """Return the text of the program, or its first lines, and a caption."""
+    """Return the text of the program with a caption. For a long program, return only its first lines."""
     lines = clean_lines(outcome.text)
     whole = len(lines) < WHOLE_PROGRAM_LINES
     shown = lines if whole else lines[:HEAD_LINES]

@@ -69,7 +69,7 @@ def clock(seconds: float) -> str:
 
 
 def clock_parts(seconds: float) -> tuple[int, int, int]:
-    """Divide a time into hours, minutes and whole seconds."""
+    """Split a time into hours, minutes and whole seconds."""
     minutes, rest = divmod(round(seconds), 60)
     return minutes // 60, minutes % 60, rest
 
