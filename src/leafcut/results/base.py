@@ -1,4 +1,4 @@
-"""Methods of all results: describe, show, save."""
+"""Methods that all results share: describe, show, and save."""
 
 from __future__ import annotations
 
