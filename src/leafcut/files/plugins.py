@@ -79,15 +79,18 @@ class PluginKind(Generic[T]):
     claims: Callable[[T], Collection[str]] | None = None
 
     def names(self) -> tuple[str, ...]:
-        """Return the names of the plug-ins, sorted, without importing their packages."""
+        """Return the sorted names of the plug-ins, without importing their packages."""
         entry_point_names = entry_names(self.group)
         built_in_names = self.built_in() if entry_point_names else ()
         return tuple(name for name in entry_point_names if name not in built_in_names)
 
     def load(self, name: str) -> T:
-        """Return the object that a plug-in adds.
+        """Load the object that a plug-in adds.
 
-        Raise `OptionError` if the name is unknown or the plug-in cannot be used.
+        Raises
+        ------
+        OptionError
+            The name is unknown, or the plug-in cannot be used.
         """
         for plugin in self._named(name):
             if plugin.adds is not None:
@@ -164,7 +167,7 @@ def _load_entry(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
 
 
 def entry_names(group: str) -> tuple[str, ...]:
-    """Return the sorted names of the entry points in a group; empty if `group` is empty."""
+    """Return the sorted names of the entry points in a group. An empty `group` has no entry points."""
     entries = _entries(tuple(sys.path)) if group else ()
     return tuple(dict.fromkeys(entry.name for entry in entries if entry.group == group))
 

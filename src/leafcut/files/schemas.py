@@ -1,4 +1,7 @@
-"""Schema numbers (format versions) of leafcut's documents, and the versions that leafcut can read (docs/schemas.md)."""
+"""Schema numbers (format versions) of leafcut's documents, and the versions that leafcut can read.
+
+See docs/schemas.md.
+"""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class TomlTable:
         return DataError(message).at(*self.section, key)
 
     def table(self, key: str, keys: Iterable[str]) -> TomlTable:
-        """Return the table `key`; empty if missing."""
+        """Return the table `key`, or an empty table if the key is missing."""
         return TomlTable(self.values.get(key, {}), self.place, keys, (key, 0))
 
     def text(self, key: str, default: str | None = None, choices: Iterable[str] = ()) -> str:
@@ -65,7 +65,7 @@ class TomlTable:
         return value
 
     def texts(self, key: str, choices: Iterable[str] = ()) -> tuple[str, ...]:
-        """Return a list of single-line strings that are not blank."""
+        """Return a list of single-line strings. Blank strings raise an error."""
         value, known = self._get(key, None), tuple(choices)
         if not isinstance(value, list):
             raise self.problem(key, "is {}, but must be a list of strings", _shown(value))
@@ -84,11 +84,11 @@ class TomlTable:
         return value
 
     def whole(self, key: str, lowest: int = 0, highest: int = 9999) -> int:
-        """Return an integer within bounds."""
+        """Return an integer, and check that it is within bounds."""
         return self._whole(key, self._get(key, None), lowest, highest)
 
     def wholes(self, key: str, lowest: int, highest: int) -> tuple[int, ...]:
-        """Return a list of at least one integer within bounds."""
+        """Return a list of one or more integers, and check that they are within bounds."""
         value = self._get(key, None)
         if not isinstance(value, list) or not value:
             raise self.problem(key, "is {}, but must be a list such as [1, 2]", _shown(value))
@@ -114,7 +114,7 @@ class TomlTable:
         return read(key) if key in self else None
 
     def vector(self, key: str, unit: str, default: tuple[float, ...] | None = None, size: int = 3) -> tuple[float, ...]:
-        """Return one quantity per axis; a single string applies to all axes."""
+        """Return a quantity for each axis. A single string applies to all axes."""
         if default is not None and key not in self:
             return default
         value = self._get(key, None)

@@ -46,7 +46,13 @@ class StandardInput:
 
     @classmethod
     def read(cls) -> StandardInput:
-        """Read all of standard input; raise `ReadError` if it is empty or larger than `LARGEST_PROGRAM`."""
+        """Read all of standard input.
+
+        Raises
+        ------
+        ReadError
+            The input is empty or larger than `LARGEST_PROGRAM`.
+        """
         try:
             data = sys.stdin.buffer.read(LARGEST_PROGRAM + 1) if sys.stdin is not None else b""
         except OSError as problem:
