@@ -94,7 +94,7 @@ class ReadError(LeafcutError):
 
 
 class OptionError(LeafcutError, ValueError):
-    """An option has a value that cannot be used, or a name that does not exist."""
+    """An option has an unusable value, or its name does not exist."""
 
 
 class DataError(OptionError):
@@ -123,7 +123,7 @@ class DataError(OptionError):
 
 
 class PlanError(LeafcutError):
-    """The part cannot be made with these tools, depths or machine."""
+    """The part cannot be made with the given tools, depths or machine."""
 
 
 class SolveError(LeafcutError):

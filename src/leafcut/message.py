@@ -55,14 +55,14 @@ class Message(str):
         return message
 
     def __str__(self) -> str:
-        """Return the message itself, so that `str` of an exception keeps template and values."""
+        """Return the message itself, so that `str` of an exception keeps the template and the values."""
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         return self.of_parts, (self.text, self.template, self.values)
 
     def __add__(self, other: str) -> Message:
-        """Return the message followed by a text or another message."""
+        """Append a text or another message."""
         return Message("{}{}", self, other)
 
     def __radd__(self, other: str) -> Message:
@@ -95,7 +95,7 @@ class Message(str):
 
 
 def map_text(text: str, function: Callable[[str], str]) -> str:
-    """Apply a function to a text; a message keeps its template."""
+    """Apply a function to a text. If the text is a message, it keeps its template."""
     return text.map(function) if isinstance(text, Message) else function(text)
 
 
