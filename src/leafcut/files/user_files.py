@@ -40,8 +40,9 @@ def defaults_file() -> Path | None:
 
 
 def usual_defaults_file() -> Path | None:
-    """Return the standard path of the defaults file, even if the file does not exist. Return None without a home
-    folder.
+    """Return the standard path of the defaults file, even if the file does not exist.
+
+    Return None without a home folder.
     """
     folder = _folder("XDG_CONFIG_HOME", ".config", "APPDATA", "Roaming")
     return None if folder is None else folder / "defaults.toml"

@@ -251,8 +251,9 @@ def place_in(source: str | Path, toml: str, section: str, name: str = "") -> str
 
 
 def _check_wholes(value: Any) -> None:
-    """Raise `ValueError` for integers of more than 64 bits (TOML 1.0.0, "Integer"). Huge integers would overflow a
-    float.
+    """Raise `ValueError` for integers of more than 64 bits (TOML 1.0.0, "Integer").
+
+    Huge integers would overflow a float.
     """
     if isinstance(value, dict | list):
         for inner in value.values() if isinstance(value, dict) else value:

@@ -57,9 +57,7 @@ class Cutter:
 
     @property
     def meets(self) -> float:
-        """Radial distance from the start of the arc to the point where the arc meets the cone, as a fraction of
-        `corner`.
-        """
+        """Radial distance from the start of the arc to its tangent point with the cone, as a fraction of `corner`."""
         return 1.0 if math.isinf(self.slope) else self.slope / math.hypot(1.0, self.slope)
 
     @property

@@ -149,7 +149,5 @@ class Machine:
 
     @property
     def control(self) -> str:
-        """The dialect that determines the motion model: the shipped dialect if it is known, or else the controller's
-        own dialect.
-        """
+        """The dialect that determines the motion model: the shipped dialect, or else the controller's own dialect."""
         return self.family or self.controller

@@ -124,8 +124,9 @@ class Outcome(Generic[D]):
 
     @property
     def lower_bound(self) -> float | None:
-        """Sum of the lower bounds of all operations, in the unit of their costs. It is None if an operation has no
-        bound.
+        """Sum of the lower bounds of all operations, in the unit of their costs.
+
+        It is None if an operation has no bound.
 
         Each bound assumes that the tool starts at the end of the previous tool's path. With several tools, the sum is
         therefore not a true bound if these paths could end elsewhere.

@@ -78,8 +78,9 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A slot to mill along its centre line, starting at either end. It has both ends of the centre line, and a width,
-    mm.
+    """A slot to mill along its centre line, starting at either end.
+
+    It has both ends of the centre line, and a width, mm.
     """
 
     start: tuple[float, float]

@@ -27,8 +27,9 @@ SAME_PLACE = 1e-6
 
 @dataclass(frozen=True)
 class Pocket:
-    """A closed region with islands, as drawn. Its outlines are the walls of the finished part, not the path of the
-    tool.
+    """A closed region with islands, as drawn.
+
+    Its outlines are the walls of the finished part, not the path of the tool.
 
     Attributes
     ----------
@@ -179,8 +180,9 @@ class PocketPath:
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Distance from the end of each section to the start of the next section, mm. It is 0 where the tool stays at
-        depth.
+        """Distance from the end of each section to the start of the next section, mm.
+
+        It is 0 where the tool stays at depth.
         """
         gaps = (math.dist(a.path.end, b.path.start) for a, b in zip(self.pieces, self.pieces[1:], strict=False))
         return tuple(0.0 if gap <= SAME_PLACE else gap for gap in gaps)

@@ -56,8 +56,9 @@ class Relief:
     acceleration: float
 
     def at(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the height of the tool at each position, float64[n, 2], mm. If a position has two heights, return the
-        higher.
+        """Return the height of the tool at each position, float64[n, 2], mm.
+
+        If a position has two heights, return the higher.
         """
         known, otherwise = self._known, self.otherwise
         return np.array([known.get((x, y), otherwise) for x, y in xy.tolist()], dtype=np.float64)

@@ -12,9 +12,7 @@ from leafcut.model.part import Part
 
 @dataclass(frozen=True)
 class WorkerFigures:
-    """The work of a search thread: number of ants or kicks, wall time, s, and best cost (inf if it has no complete
-    path).
-    """
+    """The work of a search thread: number of ants or kicks, wall time, s, and best cost (inf without a path)."""
 
     worker: int
     ants: int

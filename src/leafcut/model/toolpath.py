@@ -249,8 +249,9 @@ class Toolpath:
         return self.latest(Kind.OFFSET, self.ref)
 
     def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:
-        """For each row, return the value of `column` in the latest row of `kind`. Before the first such row, return
-        `default`.
+        """For each row, return the value of `column` in the latest row of `kind`.
+
+        Before the first such row, return `default`.
 
         The result is int64 for integer columns, otherwise float64.
         """
@@ -295,8 +296,9 @@ def _of_columns(table: NDArray[np.float64], cycles: tuple[DrillCycle, ...], arcs
 
 
 def plane_axes(plane: int) -> tuple[int, int, int]:
-    """Return the numbers of the first, second and normal axis of G17, G18 or G19. G3 turns from the first to the second
-    axis.
+    """Return the numbers of the first, second and normal axis of G17, G18 or G19.
+
+    G3 turns from the first to the second axis.
     """
     return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]
 
@@ -335,9 +337,7 @@ def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
 
 
 def last_rows(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """For every row, return the index of the latest masked row up to this row (inclusive), or -1 before the first
-    masked row.
-    """
+    """For every row, return the index of the latest masked row up to this row, or -1 before the first."""
     return np.maximum.accumulate(np.where(mask, np.arange(len(mask)), -1))
 
 
@@ -401,9 +401,7 @@ class ToolpathBuilder:
         self._command(Kind.OFFSET, 0.0, number, line)
 
     def spindle(self, rpm: float, line: int = 0, number: int = 0) -> None:
-        """Set the spindle: a positive speed is clockwise (M3), a negative speed is counter-clockwise (M4), and 0 stops
-        (M5).
-        """
+        """Set the spindle speed: positive for clockwise (M3), negative for counter-clockwise (M4), 0 to stop (M5)."""
         self._command(Kind.SPINDLE, rpm, number, line)
 
     def coolant(self, mode: int, line: int = 0) -> None:
@@ -438,8 +436,9 @@ class ToolpathBuilder:
         self._command(Kind.HEIGHT, float(is_on), 0, line)
 
     def probe(self, z: float, *, feed: float, line: int = 0) -> None:
-        """Add a probe move that goes down to height `z` at most, at `feed` mm/s. A following SHIFT may set the new
-        position.
+        """Add a probe move that goes down to height `z` at most, at `feed` mm/s.
+
+        A following SHIFT may set the new position.
         """
         self._move(Kind.PROBE, None, None, z, feed, 0, line)
         self.position[2] = UNKNOWN
@@ -463,8 +462,9 @@ class ToolpathBuilder:
 
     @property
     def rows(self) -> array[float]:
-        """All rows so far, with `WIDTH` numbers each (kind, x, y, z, value, ref, line). Callers may extend the list in
-        place.
+        """All rows so far, with `WIDTH` numbers each (kind, x, y, z, value, ref, line).
+
+        Callers may extend the list in place.
         """
         return self._rows
 

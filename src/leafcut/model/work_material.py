@@ -96,7 +96,8 @@ class WorkMaterial:
     sources: dict[str, str] = field(default_factory=dict)
 
     def lives_of(self, work: CuttingWork, tool_material: ToolMaterial) -> tuple[ToolLife, ...]:
-        """Return the tool life laws for an operation and a tool material, in order of feed. The result is empty if no
-        law is known.
+        """Return the tool life laws for an operation and a tool material, in order of feed.
+
+        The result is empty if no law is known.
         """
         return tuple(life for life in self.lives if life.work is work and life.tool_material is tool_material)

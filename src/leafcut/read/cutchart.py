@@ -83,9 +83,7 @@ class ChartRow:
 
     @property
     def source_rank(self) -> int:
-        """Rank of the source: 0 for a chart from the manufacturer or the user, 1 for a copy of a chart, 2 for an
-        estimate.
-        """
+        """Rank of the source: 0 for a chart from the manufacturer or the user, 1 for a copy, 2 for an estimate."""
         text = self.confidence.lower()
         if text.startswith(("low", "sample")):
             return _ESTIMATE

@@ -66,8 +66,9 @@ class LayerFilter:
         return visible
 
     def freezes(self, layer: str) -> bool:
-        """Return whether an INSERT on this layer hides its block. Only a frozen layer hides it, not a layer that is
-        off.
+        """Return whether an INSERT on this layer hides its block.
+
+        Only a frozen layer hides it, not a layer that is off.
         """
         return layer.casefold() in self.frozen
 
@@ -111,11 +112,7 @@ class BlockWalk(Generic[S]):
         yield from self._visit(top, IDENTITY, None, ())
 
     def _scan_blocks(self, top: Content[S]) -> None:
-        """Read every block that model space can reach, and mark the blocks that contain shapes directly or through
-        nested blocks.
-
-        The other blocks do not need to be visited.
-        """
+        """Read every block that model space can reach, and mark the blocks that lead to a shape."""
         parents: dict[str, set[str]] = {}
         waiting = [("", top)]
         fruitful = []

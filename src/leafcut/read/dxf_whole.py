@@ -31,8 +31,9 @@ _COARSE = 0.005
 
 
 def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
-    """Read all visible entities of model space, in mm. Circles and points become holes, and everything else becomes
-    contours.
+    """Read all visible entities of model space, in mm.
+
+    Circles and points become holes, and everything else becomes contours.
 
     The function ignores layer and hole selections.
 

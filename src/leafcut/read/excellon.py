@@ -82,8 +82,9 @@ class _TranslatedCommands:
 
 
 class EmptyDrillFile(ReadError):
-    """A drill file is complete, but has no tools and holes. KiCad writes such a file for a board without unplated
-    holes.
+    """A drill file is complete, but has no tools and holes.
+
+    KiCad writes such a file for a board without unplated holes.
     """
 
 

@@ -269,8 +269,9 @@ def _neighbours(
 
 
 def anchor_points(points: NDArray[np.float64], tolerance: float) -> list[int]:
-    """Return the first anchor within `tolerance` of each point. A point without an earlier anchor nearby becomes an
-    anchor.
+    """Return the first anchor within `tolerance` of each point.
+
+    A point without an earlier anchor nearby becomes an anchor.
 
     The function processes the points in order, so anchors are more than `tolerance` apart. It only uses a grid to find
     candidates, so the cell borders do not matter. The run time is O(n), because a cell holds few anchors.

@@ -45,11 +45,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class OrderFile:
-    """The contents of an order file: the holes of each operation, and the identity of the drawing if the file states
-    it.
-
-    Operations and holes are numbered from 0.
-    """
+    """The contents of an order file: the holes of each operation, and the identity of the drawing if known."""
 
     operations: dict[int, tuple[int, ...]]
     drawing: Drawing | None

@@ -337,18 +337,14 @@ def _check_interpretation(outlines: Sequence[PocketOutline], depth: NDArray[np.i
 
 
 def _describe_sizes(outlines: Sequence[PocketOutline], noun: str) -> str:
-    """Describe outlines by their number and the largest size: ``1 plate (120 × 80 mm)`` or ``5 pockets (at most 30 × 20
-    mm)``.
-    """
+    """Describe outlines by their number and the largest size, such as ``5 pockets (at most 30 × 20 mm)``."""
     x0, y0, x1, y1 = max((o.contour.path for o in outlines), key=lambda path: path.area).extents
     size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
     return f"{count_of(len(outlines), noun)} ({size if len(outlines) == 1 else Message('at most {}', size)})"
 
 
 def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
-    """Raise an error if layers contradict the nesting, such as an island outside all pockets or a pocket inside a
-    pocket.
-    """
+    """Raise an error if layers contradict the nesting, such as an island outside all pockets."""
     for outline, level, enclosing in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
         if outline.kind == ISLAND and enclosing < 0:
             raise LeafcutError("{} lies in no pocket", outline)

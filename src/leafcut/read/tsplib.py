@@ -233,8 +233,9 @@ def _nodes_on_circle(n: int) -> NDArray[np.float64]:
 
 
 def _optimum(source: Source, name: str, n: int) -> float | None:
-    """Look up the length of the optimal tour in the `OPTIMA_FILE` next to the instance. Return None if it is not
-    listed.
+    """Look up the length of the optimal tour in the `OPTIMA_FILE` next to the instance.
+
+    Return None if it is not listed.
     """
     names = {name.casefold().removesuffix(".tsp"), source.name.casefold()}
     with contextlib.suppress(LeafcutError, csv.Error, ValueError, TypeError):

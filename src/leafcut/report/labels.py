@@ -45,8 +45,9 @@ class Surroundings:
 def place_labels(
     stops: NDArray[np.float64], words: list[str], font: float, around: Surroundings
 ) -> list[tuple[float, float] | None]:
-    """Find a position for each number, user units. The result is None if the number would cover another number
-    everywhere.
+    """Find a position for each number, user units.
+
+    The result is None if the number would cover another number everywhere.
 
     A row of `stops`, float64[n, 4], contains x, y, the radius to keep clear, and the radius of the hole. A number may
     be inside a large hole.

@@ -130,8 +130,9 @@ def _ramp(steps: int) -> NDArray[np.float64]:
 
 
 def _slope_brightness(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
-    """Return the brightness of each cell, depending on its slope. A flat cell has 1. The light comes from the upper
-    left.
+    """Return the brightness of each cell, depending on its slope.
+
+    A flat cell has 1. The light comes from the upper left.
     """
     if min(heights.shape) < 2:
         return np.ones_like(heights)

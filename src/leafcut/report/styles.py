@@ -43,8 +43,9 @@ def style_sheet(name: str, package: str = "leafcut.report") -> str:
 
 
 def page_templates(*packages: str) -> Environment:
-    """Return the environment for the Jinja templates in packages. It escapes all values, except with the filter
-    ``drawn``.
+    """Return the environment for the Jinja templates in packages.
+
+    It escapes all values, except with the filter ``drawn``.
     """
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
