@@ -37,10 +37,7 @@ def lazy_function(place: str) -> Callable[..., Any]:
 
 @dataclass(frozen=True)
 class Plugin(Generic[T]):
-    """A plug-in with its name and its package.
-
-    It also has the object that the plug-in adds, or the `error` that prevents its use.
-    """
+    """A plug-in: its name, its package, and the object that it adds, or the `error` that prevents its use."""
 
     name: str
     package: str

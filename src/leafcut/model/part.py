@@ -78,10 +78,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A slot to mill along its centre line, starting at either end.
-
-    It has both ends of the centre line, and a width, mm.
-    """
+    """A slot, given by the two ends of its centre line and its width, mm. The tool may start at either end."""
 
     start: tuple[float, float]
     end: tuple[float, float]

@@ -112,7 +112,10 @@ class BlockWalk(Generic[S]):
         yield from self._visit(top, IDENTITY, None, ())
 
     def _scan_blocks(self, top: Content[S]) -> None:
-        """Read every block that model space can reach, and mark the blocks that lead to a shape."""
+        """Read every block that model space can reach, and mark the blocks that lead to a shape.
+
+        The other blocks do not need to be visited.
+        """
         parents: dict[str, set[str]] = {}
         waiting = [("", top)]
         fruitful = []

@@ -45,7 +45,10 @@ class Drawing:
 
 @dataclass(frozen=True)
 class OrderFile:
-    """The contents of an order file: the holes of each operation, and the identity of the drawing if known."""
+    """The contents of an order file: the holes of each operation, and the identity of the drawing if known.
+
+    Operations and holes are numbered from 0.
+    """
 
     operations: dict[int, tuple[int, ...]]
     drawing: Drawing | None
