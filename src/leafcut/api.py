@@ -1,6 +1,6 @@
-"""The functions of the library. They look up a process in the registry and run it.
+"""The functions of the library. Each function looks up a process in the registry and runs it.
 
-Packages are imported inside the functions that use them, so that importing leafcut is fast.
+The functions import packages only when they need them, so that importing leafcut is fast.
 """
 
 from __future__ import annotations
@@ -72,43 +72,45 @@ def optimize(
     cancelled: threading.Event | None = None,
     **options: Unpack[OptimizeKeywords],
 ) -> ProgramResult:
-    """Return a verified program that drills, cuts or mills a drawing, or a faster version of an existing program.
+    """Create a verified program from a drawing, or a faster version of an existing program.
+
+    The program drills, cuts or mills the drawing.
 
     Parameters
     ----------
     source
-        A drawing, a map of points, the name of an example such as ``example:plate-70``, or a G-code program of any
-        CAM. Several drill files, such as the files for plated and non-plated holes, become one program.
+        A drawing, a map of points, the name of an example such as ``example:plate-70``, or a G-code program from any
+        CAM system. Several drill files, such as the files for plated and non-plated holes, become one program.
     output, report
-        Files to write: the program and the report page, or the table of times per part of a sheet (``.csv``). Without
-        them, no file is written.
+        Files to write: the program, and either the report page or the table of times per part of a sheet (``.csv``). If
+        they are omitted, the function writes no file.
     process
         ``drill``, ``cut`` or ``pocket`` for a drawing; ``drill``, ``mill``, ``laser`` or ``plasma`` for a program.
-        ``auto`` chooses by the file, and makes pockets from a picture.
+        ``auto`` chooses the process by the file, and creates pockets from a picture.
     options_file
         TOML file of options.
     defaults_file
-        TOML file of options that apply where neither the call nor `options_file` sets them.
+        TOML file with default options. They apply unless the call or `options_file` overrides them.
     progress
-        Function that is called with a `Progress` when a step starts and while it runs. It must be fast. If it raises an
-        exception, the run ends.
+        Function that is called with a `Progress` when a step starts and while the step runs. It must return quickly. If
+        it raises an exception, the run ends.
     observe
         Observer of the searches; see `leafcut.model.snapshot`.
     cancelled
-        Event that another thread sets to stop the search and keep the best result.
+        Event that another thread can set to stop the search. The search then keeps its best result.
     options
-        Options by their names: ``machine="haas-vf2", thickness="0.25in", seed=7``. Numbers without a unit are in mm,
-        s, rpm, and mm/min for feeds.
+        Options by name: ``machine="haas-vf2", thickness="0.25in", seed=7``. Numbers without a unit are in mm, s, rpm,
+        and mm/min for feeds.
 
     Returns
     -------
     ProgramResult
-        Text of the program, toolpaths, measures before and after, and issues.
+        Text of the program, toolpaths, measures before and after the search, and issues.
 
     Raises
     ------
     ReadError, OptionError, PlanError, PostError, VerifyError, OutputError
-        The message is one line: the problem, its location, and the remedy. No file was written.
+        The message is a single line that describes the problem, its location, and the remedy. No file was written.
     """
     from leafcut.results.program import ProgramResult
 
@@ -154,34 +156,34 @@ def optimize(
 def drill(
     source: Input | Sequence[Input], output: str | Path | None = None, **keywords: Unpack[DrillKeywords]
 ) -> ProgramResult:
-    """Return a verified program that drills the holes of a drawing, of drill files or of a point map.
+    """Create a verified program that drills the holes of a drawing, of drill files, or of a point map.
 
-    `source` and `output` are as in `optimize`. `keywords` are the keywords of `optimize` except `process`, and the
-    options of drilling. Other options are refused.
+    `source` and `output` work as in `optimize`. `keywords` accepts the other keywords of `optimize` except `process`,
+    and the drilling options. The function refuses other options.
     """
     return optimize(source, output, process="drill", **keywords)
 
 
 def cut(source: Input, output: str | Path | None = None, **keywords: Unpack[CutKeywords]) -> ProgramResult:
-    """Return a verified program that cuts the contours of a drawing from a sheet.
+    """Create a verified program that cuts the contours of a drawing from a sheet.
 
-    The arguments are as in `optimize`, without `process`.
+    The arguments are the same as in `optimize`, without `process`.
     """
     return optimize(source, output, process="cut", **keywords)
 
 
 def pocket(source: Input, output: str | Path | None = None, **keywords: Unpack[PocketKeywords]) -> ProgramResult:
-    """Return a verified program that mills the pockets of a drawing or a picture.
+    """Create a verified program that mills the pockets of a drawing or a picture.
 
-    The arguments are as in `optimize`, without `process`.
+    The arguments are the same as in `optimize`, without `process`.
     """
     return optimize(source, output, process="pocket", **keywords)
 
 
 def part(source: Input, output: str | Path | None = None, **keywords: Unpack[PartKeywords]) -> ProgramResult:
-    """Return a verified program that mills the outlines and openings of a drawing through a plate, with tabs.
+    """Create a verified program that mills the outlines and openings of a drawing through a plate, with tabs.
 
-    The arguments are as in `optimize`, without `process`.
+    The arguments are the same as in `optimize`, without `process`.
     """
     return optimize(source, output, process="part", **keywords)
 
@@ -189,9 +191,9 @@ def part(source: Input, output: str | Path | None = None, **keywords: Unpack[Par
 def reorder(
     source: Input, output: str | Path | None = None, *, process: str = "auto", **keywords: Unpack[ReorderKeywords]
 ) -> ProgramResult:
-    """Return a program of another CAM with its work in a faster order, verified to do the same work.
+    """Reorder the work in a program from another CAM system, and verify that the new program does the same work.
 
-    The arguments are as in `optimize`. `process` is ``drill``, ``mill``, ``laser`` or ``plasma``, or ``auto``.
+    The arguments are the same as in `optimize`. `process` is ``drill``, ``mill``, ``laser``, ``plasma`` or ``auto``.
     """
     return optimize(source, output, process="reorder" if process == "auto" else process, **keywords)
 
@@ -212,7 +214,10 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
 
 
 def _guess_command(sources: Sequence[Input], settings: Settings) -> tuple[str, list[Input]]:
-    """Return the command for the inputs ("auto" for the usual command), and the inputs after reading."""
+    """Choose the command for the inputs, and return it with the loaded inputs.
+
+    The result "auto" stands for the usual command.
+    """
     loaded = [read_once(source) for source in sources]
     return registry.guess_command([read_source(source) for source in loaded], settings), [*loaded]
 
@@ -250,9 +255,12 @@ def _is_table(report: str | Path | None) -> bool:
 
 
 def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table: bool) -> tuple[Process, Outcome[Any]]:
-    """Run the process that suits the inputs; return the process and its outcome.
+    """Run the process that suits the inputs, and return the process with its outcome.
 
-    Raises OptionError for options that the process does not use, and for a table that the process does not provide.
+    Raises
+    ------
+    OptionError
+        The process does not use one of the options, or does not provide the requested table.
     """
     registry.check_process_value(process_word)
     inputs = [read_source(source) for source in sources]
@@ -307,24 +315,25 @@ def nest(
     cancelled: threading.Event | None = None,
     **options: Unpack[NestKeywords],
 ) -> NestResult:
-    """Nest parts on sheets in several variants; write the sheets of the best variant as DXF drawings.
+    """Nest parts on sheets in several variants, and write the sheets of the best variant as DXF drawings.
+
+    `options_file`, `defaults_file`, `progress` and `cancelled` work as in `optimize`.
 
     Parameters
     ----------
     parts
-        Drawings with quantities, ``"bracket.dxf:10"`` or a `leafcut.WantedDrawing`; or parts lists, ``"parts.csv"``.
+        Drawings with quantities, such as ``"bracket.dxf:10"`` or a `leafcut.WantedDrawing`, or parts lists such as
+        ``"parts.csv"``.
     output
-        Drawing to write; several different sheets become ``sheet_1.dxf``, ``sheet_2.dxf`` … Without it, no file is
-        written; the result holds the drawings in any case.
+        Drawing to write. If the sheets differ, they become ``sheet_1.dxf``, ``sheet_2.dxf`` … If it is omitted, the
+        function writes no file. The result always contains the drawings.
     options
-        Options by their names: ``sheet="3000x1500", kerf=1.5, gap="5mm", variants=5``.
-
-    `options_file`, `defaults_file`, `progress` and `cancelled` are as in `optimize`.
+        Options by name: ``sheet="3000x1500", kerf=1.5, gap="5mm", variants=5``.
 
     Raises
     ------
     ReadError, OptionError, PlanError, VerifyError, OutputError
-        The message is one line: the problem, its location, and the remedy. No file was written.
+        The message is a single line that describes the problem, its location, and the remedy. No file was written.
     """
     from leafcut.results.nest import NestResult
 
@@ -336,12 +345,15 @@ def nest(
 
 
 def read_part(source: Input, options: ReadOptions | None = None) -> Part:
-    """Return the part, in mm, from a file, or for a name such as ``example:plate-70`` or ``random:200:7``.
+    """Read a part from a file, or create it from a name such as ``example:plate-70`` or ``random:200:7``.
+
+    All lengths in the part are in mm.
 
     Raises
     ------
     ReadError
-        The file cannot be read or has no holes, or, with `options.strict`, something was skipped or repaired.
+        The file cannot be read or has no holes. With `options.strict`, the function also raises this error if the
+        reader skipped or repaired anything.
     """
     return read(source, options)
 
@@ -355,16 +367,16 @@ def solve(
     cancelled: threading.Event | None = None,
     **options: Unpack[SolveKeywords],
 ) -> TourResult:
-    """Return a short closed tour through the points of a map, by the distance rule of TSPLIB if the file has one.
+    """Find a short closed tour through the points of a map.
 
-    If the map has sets of points, the tour visits one point of each set and respects the given precedence.
+    The length follows the distance rule of TSPLIB if the file states one. If the map has sets of points, the tour
+    visits one point of each set and respects the given precedence. `progress`, `observe`, `cancelled` and `options`
+    work as in `optimize`.
 
     Parameters
     ----------
     source
-        A map of points, or a part that `read_part` returned.
-
-    `progress`, `observe`, `cancelled` and `options` are as in `optimize`.
+        A map of points, or a part from `read_part`.
     """
     from leafcut.results.tour import TourResult
 
@@ -414,18 +426,19 @@ def simulate(
     progress: OnProgress | None = None,
     **options: Unpack[SimulateKeywords],
 ) -> SimulationResult:
-    """Return the machine time of a program by kind of motion, its path, and its dangerous moves.
+    """Simulate a program on a machine.
+
+    The result contains the machine time by kind of motion, the path, and the dangerous moves of the program.
+    `defaults_file` and `progress` work as in `optimize`.
 
     Parameters
     ----------
     program
         A G-code program.
     dialect
-        Dialect of the program, by name or TOML file; by default the machine's.
+        Dialect of the program: a name or a TOML file. It defaults to the dialect of the machine.
     options
-        Options by their names: ``machine="grbl-3018", units="in"``.
-
-    `defaults_file` and `progress` are as in `optimize`.
+        Options by name: ``machine="grbl-3018", units="in"``.
     """
     from leafcut.results.simulation import SimulationResult
 
@@ -446,9 +459,14 @@ def check_times(
     units: Literal["mm", "in"] | None = None,
     progress: OnProgress | None = None,
 ) -> tuple[MachineFit, list[SimulationResult]]:
-    """Compare the simulated times of programs with measured times, s, and fit the machine to the measured times.
+    """Compare simulated with measured times of programs, s, and fit the machine to the measured times.
 
-    Return the fit (`leafcut.timing.fitting`), and the simulation of each program before the fit.
+    Returns
+    -------
+    MachineFit
+        The fit; see `leafcut.timing.fitting`.
+    list of SimulationResult
+        The simulation of each program before the fit.
 
     Raises
     ------
@@ -479,18 +497,19 @@ def stock(
     progress: OnProgress | None = None,
     **options: Unpack[StockKeywords],
 ) -> StockResult:
-    """Return the material that each tool of a program removes, the stock that remains, and rapids in material.
+    """Simulate how a program removes material from the stock.
+
+    The result contains the material that each tool removes, the remaining stock, and rapids through material.
+    `defaults_file` and `progress` work as in `optimize`.
 
     Parameters
     ----------
     program, dialect
         As in `simulate`.
     same_as
-        Another program; the result lists the positions where it leaves different stock.
+        Another program to compare with. The result lists the positions where the two programs leave different stock.
     options
-        Options by their names: ``workpiece="0,0,-10,80,60,0", tools="shop.toml"``.
-
-    `defaults_file` and `progress` are as in `optimize`.
+        Options by name: ``workpiece="0,0,-10,80,60,0", tools="shop.toml"``.
     """
     from leafcut.results.stock import StockResult
 
@@ -510,27 +529,29 @@ def tool_speeds(
     progress: OnProgress | None = None,
     **options: Unpack[ToolSpeedsKeywords],
 ) -> ToolSpeedsResult:
-    """Return the Pareto-optimal spindle speeds and feeds of tools: time, cost and tool life.
+    """Find the Pareto-optimal spindle speeds and feeds of tools. The criteria are time, cost and tool life.
+
+    `defaults_file` and `progress` work as in `optimize`.
 
     Parameters
     ----------
     drawing
-        Drawing with the holes to drill. Without it, the result is for one hole, or for 1 m of cut of an end mill.
+        Drawing with the holes to drill. If it is omitted, the result applies to one hole, or to 1 m of cut with an end
+        mill.
     objective
         Criterion for choosing a point on each front: ``time`` or ``cost`` of a part, or ``life`` of the tool.
     save
-        Tool library to write with the chosen speeds and feeds: a copy of the given library, or a new one.
+        Tool library to write with the chosen speeds and feeds. It is either a copy of the given library or a new
+        library.
     plot
         Picture of the fronts to write (SVG).
     options
-        Options by their names: ``material="c45", tools="shop.toml", depth=10``.
-
-    `defaults_file` and `progress` are as in `optimize`.
+        Options by name: ``material="c45", tools="shop.toml", depth=10``.
 
     Raises
     ------
     ReadError, OptionError, PlanError, OutputError
-        The message is one line: the problem, its location, and the remedy. No file was written.
+        The message is a single line that describes the problem, its location, and the remedy. No file was written.
     """
     from leafcut.report.front_chart import check_extension, front_svg
     from leafcut.results.tool_speeds import ToolSpeedsResult
@@ -558,18 +579,18 @@ def verify(
     progress: OnProgress | None = None,
     **options: Unpack[VerifyKeywords],
 ) -> VerificationResult:
-    """Return the proof that two programs do the same work, or their differences.
+    """Check whether two programs do the same work, and return the proof or the differences.
+
+    `defaults_file` and `progress` work as in `optimize`.
 
     Parameters
     ----------
     original, new
         G-code programs.
     dialect
-        Dialect of both programs, by name or TOML file; by default the machine's.
+        Dialect of both programs: a name or a TOML file. It defaults to the dialect of the machine.
     allow_reverse
         Accept open cuts of constant depth that run in the opposite direction.
-
-    `defaults_file` and `progress` are as in `optimize`.
     """
     from leafcut.results.verification import VerificationResult
 
@@ -586,7 +607,7 @@ def output_name(
     defaults_file: str | Path | None = None,
     **options: Any,
 ) -> str:
-    """Return the file name of the program for an input, as `program_for` does."""
+    """Return the file name of the program for an input. `program_for` returns the same name."""
     return program_for(source, process, options_file, defaults_file, **options)[0]
 
 
@@ -597,11 +618,15 @@ def program_for(
     defaults_file: str | Path | None = None,
     **options: Any,
 ) -> tuple[str, str]:
-    """Return the file name of the program for an input, and the command that writes such a program.
+    """Return the file name of the program for an input, and the command that writes this program.
 
-    For a program of another CAM system, the file has the name of the input, and the command is "reorder". For a
-    drawing, the extension is that of the dialect in which `optimize` would write. Raises OptionError if an option or
-    the machine is invalid for every input.
+    For a program from another CAM system, the file keeps the name of the input, and the command is "reorder". For a
+    drawing, the file extension depends on the dialect that `optimize` would use.
+
+    Raises
+    ------
+    OptionError
+        An option or the machine is invalid for every input.
     """
     settings = _collect(process, options, options_file, defaults_file)
     if process == "auto" and Path(str(source)).is_file():
@@ -615,14 +640,14 @@ def program_for(
 
 
 def algorithms() -> dict[str, str]:
-    """Return the algorithms that order the work: name → title, or the error of its plug-in."""
+    """Return the algorithms that order the work. Each name maps to a title, or to the error of its plug-in."""
     from leafcut.order.algorithms import algorithm_titles
 
     return algorithm_titles()
 
 
 def plugins() -> list[tuple[str, str]]:
-    """Return the additions of installed packages as pairs: kind and name, and a description or an error."""
+    """List the plug-ins of installed packages. Each pair has the kind and name, and a description or an error."""
     from leafcut.gcode.dialects import DIALECTS
     from leafcut.order.packaged import PACKAGED as ALGORITHMS
     from leafcut.read.machine import MACHINES
@@ -632,19 +657,22 @@ def plugins() -> list[tuple[str, str]]:
 
 
 def default_machine(work: str) -> str:
-    """Return the default machine of the kind of work named `work`; for other names, the general default machine."""
+    """Return the default machine for a kind of work. If `work` is unknown, return the general default machine."""
     known = work in registry.names() or work in registry.OTHER_WORKS
     return (registry.work(work).usual(Settings()) if known else Settings()).machine.machine
 
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
-    """Return the dialect in which `optimize` would write with these options, as its name or the path of its file."""
+    """Return the dialect that `optimize` would use with these options, as a name or as the path of a file."""
     settings = _with_usual_options(_collect(process, options), process)
     return settings.post.dialect or machine_of(settings).controller
 
 
 def program_extension(dialect_name: str) -> str:
-    """Return the file extension of a dialect's programs with the dot; the dialect is a name or the path of a file."""
+    """Return the file extension for programs in a dialect, including the dot.
+
+    `dialect_name` is the name of the dialect or the path of its file.
+    """
     from leafcut.gcode.dialects import dialect
 
     return dialect(dialect_name).extension

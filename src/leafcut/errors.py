@@ -31,12 +31,12 @@ LONGEST_QUOTE = 60
 LONGEST_MESSAGE = 1000
 
 _QUOTED = re.compile(rf"(?<!\w)'([^']{{{LONGEST_QUOTE + 1},}})'(?!\w)")
-#: Path components count as separate words; a backslash that is no separator is an ordinary character.
+#: Path components count as separate words. On systems where a backslash is no separator, it is an ordinary character.
 _UNBROKEN = re.compile(rf"[^\s{re.escape(os.sep + (os.altsep or ''))}]{{{LONGEST_QUOTE + 3},}}")
 
 
 def printable(text: str, limit: int = LONGEST_QUOTE) -> str:
-    """Return text from a file as one printable line for a message; the line and each of its words are shortened."""
+    """Convert text from a file to one printable line for a message. Long words and long lines are shortened."""
     words = text[: 10 * limit].split()
     line = " ".join(w if len(w) <= LONGEST_QUOTE else f"{w[: LONGEST_QUOTE - 1]}…" for w in words)
     quote = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
@@ -44,7 +44,7 @@ def printable(text: str, limit: int = LONGEST_QUOTE) -> str:
 
 
 def shorten_message(message: str) -> str:
-    """Return a message with shortened quotations and long words."""
+    """Shorten the quotations and long words in a message."""
     return message if len(message) <= LONGEST_QUOTE else map_text(message, _shorten)
 
 
@@ -70,7 +70,7 @@ class LeafcutError(Exception):
         super().__init__(shorten_message(Message(message, *values) if values else Message.of_text(message)))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Make the exception picklable for any arguments; otherwise it would break a process pool."""
+        """Make the exception picklable with any arguments. Otherwise it would break a process pool."""
         return _restored, (type(self), self.args, self.__dict__)
 
 
@@ -82,7 +82,7 @@ def _restored(kind: type[LeafcutError], args: tuple[Any, ...], state: dict[str, 
 
 
 class ReadError(LeafcutError):
-    """A file cannot be read; the message names the file, the line if known, and the reason."""
+    """A file cannot be read. The message states the file, the reason, and the line if it is known."""
 
     def __init__(self, file: str | Path, reason: str, line: int | None = None) -> None:
         self.file = str(file)
@@ -94,13 +94,14 @@ class ReadError(LeafcutError):
 
 
 class OptionError(LeafcutError, ValueError):
-    """An option has a value that cannot be used, or a name that does not exist."""
+    """An option has an unusable value, or its name does not exist."""
 
 
 class DataError(OptionError):
-    """A file that describes tools, a material, a machine or a dialect is invalid, or a document has an unknown schema.
+    """A file or document is invalid.
 
-    The command line that names the file is valid, so the exit status is 1, as for any other input.
+    The file describes tools, a material, a machine or a dialect, or a document has an unknown schema. The command line
+    with the file name is valid, so the exit status is 1, as for any other input.
 
     Attributes
     ----------
@@ -122,7 +123,7 @@ class DataError(OptionError):
 
 
 class PlanError(LeafcutError):
-    """The part cannot be made with these tools, depths or machine."""
+    """The part cannot be made with the given tools, depths or machine."""
 
 
 class SolveError(LeafcutError):
@@ -130,9 +131,9 @@ class SolveError(LeafcutError):
 
 
 class PostError(LeafcutError):
-    """The toolpath needs a word that this controller lacks, or the order of a program cannot be applied.
+    """The toolpath needs a word that this controller does not have, or a program cannot be reordered.
 
-    `section` is the number, from 0, of the section whose order cannot be applied; None for the whole program.
+    `section` is the number, from 0, of the section that cannot be reordered. It is None for the whole program.
     """
 
     def __init__(self, message: str, *values: object, section: int | None = None) -> None:
@@ -141,18 +142,19 @@ class PostError(LeafcutError):
 
 
 class VerifyError(LeafcutError):
-    """The program read back differs from the toolpath, or is not safe to run."""
+    """The program, after reading it back, differs from the toolpath or is not safe to run."""
 
 
 class SendError(LeafcutError):
-    """A program was not sent to a machine, or its run was ended; the message states the reason and the state of the
-    machine.
+    """A program was not sent to a machine, or its run was ended.
+
+    The message states the reason and the state of the machine.
     """
 
 
 @contextmanager
 def parser_errors(file: str | Path, failure: Message, line: int | None = None) -> Iterator[None]:
-    """Convert any exception of a third-party parser to a `ReadError`; `failure` describes the problem."""
+    """Convert any exception of a third-party parser to a `ReadError`. `failure` describes the problem."""
     try:
         yield
     except (LeafcutError, MemoryError):
@@ -165,10 +167,10 @@ def parser_errors(file: str | Path, failure: Message, line: int | None = None) -
 
 
 def closest_names(name: str, known: Iterable[str]) -> list[str]:
-    """Return the known names that the user may have meant by `name`; empty if no name is close.
+    """Return the known names that the user may have meant by `name`. The list is empty if no name is close.
 
-    Names that start with `name` or contain it as a word are preferred to similar spellings. For `tool`, the function
-    returns `tools`, `tool-number` and `tool-diameter`; for `speed`, it returns `spindle-speed` and not `seed`.
+    The function prefers names that start with `name` or contain it as a word to similar spellings. For `tool`, it
+    returns `tools`, `tool-number` and `tool-diameter`. For `speed`, it returns `spindle-speed` and not `seed`.
     """
     from difflib import get_close_matches  # imported here for a quick start: seldom needed
 
@@ -185,7 +187,7 @@ def closest_names(name: str, known: Iterable[str]) -> list[str]:
     return [lower[match] for match in matches]
 
 
-#: Maximum numbers of known names in a message: of close ones, and of all.
+#: Maximum numbers of known names that a message lists: of similar names, and of all names.
 _MAX_CLOSE, _MAX_LISTED = 3, 60
 
 
@@ -200,7 +202,10 @@ def did_you_mean(names: Sequence[str]) -> Message:
 
 
 def name_suggestion(name: str, known: Iterable[str]) -> str:
-    """Return a question with the known names closest to `name` (`did_you_mean`), or all known names if they are few."""
+    """Ask whether the user meant one of the known names closest to `name` (`did_you_mean`).
+
+    If only a few names are known, the text lists all of them instead.
+    """
     known = list(known)
     if matches := closest_names(name, known):
         return did_you_mean(matches)
@@ -208,5 +213,5 @@ def name_suggestion(name: str, known: Iterable[str]) -> str:
 
 
 def count_of(number: int, noun: str, style: str = "") -> Message:
-    """Return a number with its noun: ``1 hole``, ``1200 holes``, or with the style ``,``: ``1,200 holes``."""
+    """Format a number with its noun: ``1 hole``, ``1200 holes``, or with the style ``,``: ``1,200 holes``."""
     return Message(f"{{:{style}}} {noun}{'' if number == 1 else 's'}", number)

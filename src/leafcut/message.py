@@ -1,4 +1,4 @@
-"""`Message`: an English text for users that keeps its template and values, so that a catalogue can translate it."""
+"""`Message`: an English text for users that can be translated, because it keeps its template and its values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from itertools import pairwise
 from string import Formatter
 from typing import Any, Self
 
-#: A gap of a template.
+#: Placeholder for a value in a template.
 GAP = "{}"
 _WORDS = re.compile(r"[^\W\d_]{2}")
 
@@ -18,15 +18,15 @@ _WORDS = re.compile(r"[^\W\d_]{2}")
 class Message(str):
     """A text built from a template and its values: ``Message("pocket {} of {}: {:.3g} mm", 2, 5, depth)``.
 
-    It is the English text. A catalogue translates the template. A value that is a message is translated as well; any
-    other value, such as the name of a file, is not.
+    The message itself is the English text. A catalogue translates the template. It also translates values that are
+    messages, but no other values, such as the name of a file.
 
     Attributes
     ----------
     template
-        The template with ``{}`` for each gap: the key of the catalogue.
+        The template with ``{}`` for each placeholder. This is the key in the catalogue.
     values
-        The texts in the gaps.
+        The texts that replace the placeholders.
     """
 
     __slots__ = ("template", "values")
@@ -34,7 +34,7 @@ class Message(str):
     values: tuple[str, ...]
 
     def __new__(cls, template: str, *values: object) -> Self:
-        """Fill the gaps of a template: ``{}``, ``{:.3g}`` or ``{!r}``, in order, one value each."""
+        """Fill the placeholders of a template in order. A placeholder is ``{}``, ``{:.3g}`` or ``{!r}``."""
         key, gaps = _parsed(template)
         # `format` of a message, or of an exception with a message, is the message.
         texts = tuple(
@@ -44,25 +44,25 @@ class Message(str):
 
     @classmethod
     def of_text(cls, text: str) -> Message:
-        """Return a text without values as a message; a message is returned unchanged."""
+        """Convert a text without values to a message. A message is returned unchanged."""
         return text if isinstance(text, Message) else cls.of_parts(text, text.replace("{", "{{").replace("}", "}}"), ())
 
     @classmethod
     def of_parts(cls, text: str, template: str, values: tuple[str, ...]) -> Self:
-        """Return the message with a text that was made from the template and the values."""
+        """Create a message from a text that was already built from the template and the values."""
         message = super().__new__(cls, text)
         message.template, message.values = template, values
         return message
 
     def __str__(self) -> str:
-        """Return the message itself, so that `str` of an exception keeps template and values."""
+        """Return the message itself, so that `str` of an exception keeps the template and the values."""
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         return self.of_parts, (self.text, self.template, self.values)
 
     def __add__(self, other: str) -> Message:
-        """Return the message followed by a text or another message."""
+        """Append a text or another message."""
         return Message("{}{}", self, other)
 
     def __radd__(self, other: str) -> Message:
@@ -75,18 +75,18 @@ class Message(str):
 
     @classmethod
     def joined(cls, separator: str, parts: Iterable[object]) -> Message:
-        """Return the parts, texts or messages, with a separator without words between them."""
+        """Join texts or messages with a separator that contains no words."""
         values = tuple(parts)
         return cls(separator.join(GAP for _ in values), *values)
 
     @classmethod
     def joined_by_and(cls, parts: Iterable[object]) -> Message:
-        """Return at least one part, with "and" between the parts."""
+        """Join one or more parts with "and" between them."""
         first, *others = parts
         return reduce(lambda message, part: cls("{} and {}", message, part), others, cls(GAP, first))
 
     def map(self, function: Callable[[str], str]) -> Self:
-        """Return the message with a function applied to its text and to every value; a quoted value has its quotes."""
+        """Apply a function to the text of the message and to every value. A quoted value includes its quotes."""
         values = (
             function(f"'{value}'")[1:-1] if quoted else map_text(value, function)
             for value, quoted in zip(self.values, quoted_gaps(self.template), strict=True)
@@ -95,30 +95,30 @@ class Message(str):
 
 
 def map_text(text: str, function: Callable[[str], str]) -> str:
-    """Apply a function to a text; a message keeps its template."""
+    """Apply a function to a text. If the text is a message, it keeps its template."""
     return text.map(function) if isinstance(text, Message) else function(text)
 
 
 @cache
 def quoted_gaps(template: str) -> tuple[bool, ...]:
-    """Return for each gap of a template whether it is in single quotes, and so contains a user's own text."""
+    """Return, for each placeholder, whether it is in single quotes. A quoted value is the user's own text."""
     parts = template.replace("{{", "").replace("}}", "").split(GAP)
     return tuple(before.endswith("'") and after.startswith("'") for before, after in pairwise(parts))
 
 
 def template_key(template: str) -> str:
-    """Return a template with plain gaps: the key of the catalogue."""
+    """Return a template with plain placeholders, which is its key in the catalogue."""
     return _parsed(template)[0]
 
 
 def has_words(template: str) -> bool:
-    """Return whether a template has words, which a catalogue translates."""
+    """Return whether a template contains words, so that the catalogue needs to translate it."""
     return _WORDS.search(template) is not None
 
 
 @cache
 def _parsed(template: str) -> tuple[str, tuple[str, ...]]:
-    """Return a template with plain gaps, and its gaps with their formats."""
+    """Split a template into a text with plain placeholders, and the placeholders with their formats."""
     key, gaps = "", []
     for literal, name, form, conversion in Formatter().parse(template):
         key += literal.replace("{", "{{").replace("}", "}}")
@@ -132,7 +132,7 @@ def _parsed(template: str) -> tuple[str, tuple[str, ...]]:
 
 
 def messages_to_json(plain: Any) -> Any:
-    """Return dicts, lists and texts with each message as a dict, so that JSON keeps its template and values."""
+    """Convert each message in nested dicts and lists to a dict, so that JSON keeps its template and values."""
     match plain:
         case Message():
             values = [messages_to_json(value) for value in plain.values]
@@ -145,7 +145,7 @@ def messages_to_json(plain: Any) -> Any:
 
 
 def messages_from_json(text: str | bytes) -> Any:
-    """Return the values of a JSON text, with the messages that `messages_to_json` has converted."""
+    """Parse a JSON text, and restore the messages that `messages_to_json` converted."""
     return json.loads(text, object_hook=_restored)
 
 

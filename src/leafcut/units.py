@@ -1,7 +1,7 @@
-"""Units, converted once at the interface: internally millimetres, seconds, mm/s and radians.
+"""Convert units at the interface. Internally, leafcut uses millimetres, seconds, mm/s and radians.
 
-Only the spindle speed is in revolutions per minute (`*_rpm`), as on every panel and in every S word. Forces are
-newtons, torques N·mm, powers watts, strengths N/mm² and densities kg/m³.
+The spindle speed is an exception: it is in revolutions per minute (`*_rpm`), as on every machine panel and in every S
+word. Forces are in N, torques in N·mm, powers in W, strengths in N/mm², and densities in kg/m³.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SECONDS_PER_MINUTE = 60.0
 #: One pound-force, N.
 NEWTON_PER_POUND = 4.4482216152605
 
-#: Millimetres per unit of length that leafcut reads.
+#: Millimetres in each unit of length that leafcut can read.
 MM_PER_UNIT = {
     "mm": 1.0,
     "cm": 10.0,
@@ -35,7 +35,7 @@ MM_PER_UNIT = {
     "ft": 12 * MM_PER_INCH,
 }
 
-#: Internal unit → units of that kind, with their factor to the internal unit.
+#: Maps each internal unit to the units of the same kind, with their conversion factors.
 FACTORS: dict[str, dict[str, float]] = {
     "mm": MM_PER_UNIT,
     "s": {"s": 1.0, "ms": 0.001, "min": 60.0, "m": 60.0, "h": 3600.0},
@@ -84,7 +84,7 @@ FACTORS: dict[str, dict[str, float]] = {
     "kg/m³": {"kg/m³": 1.0, "kg/m3": 1.0, "g/cm³": 1000.0, "g/cm3": 1000.0},
 }
 
-#: Internal unit → shop unit of a number without a unit in user input.
+#: Maps each internal unit to the shop unit that applies to a number without a unit in user input.
 BARE_UNIT = {
     "mm": "mm",
     "s": "s",
@@ -104,16 +104,19 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\
 
 #: A fraction as on a ruler or a drill index (``1/4``, ``1 1/2`` and ``1-1/2``), and the text after it.
 _FRACTION = re.compile(r"\s*([-+]?)(?:(\d{1,9})(?:\s+|-))?(\d{1,9})/(\d{1,9})(?![\d./,])\s*(.*?)\s*\Z")
-#: Text that resembles a fraction: a digit or a point before a slash, and a digit, a point or a sign after the slash.
+#: Text that looks like a fraction: a digit or a point before the slash, and a digit, a point or a sign after it.
 _LIKE_FRACTION = re.compile(r"[\d.]\s*/\s*[-+.]?\d")
 
 _COMMA = re.compile(r"\s*([-+]?\d+),(\d+)(?![\d.])([^,]*)\Z")
 
 
 def with_point(text: str) -> str:
-    """Return a number with a decimal point in place of a decimal comma: ``6.5 mm`` for ``6,5 mm``.
+    """Replace a decimal comma with a decimal point: ``6,5 mm`` becomes ``6.5 mm``.
 
-    Raises OptionError if the comma may separate thousands, as in ``1,250``.
+    Raises
+    ------
+    OptionError
+        The comma may be a thousands separator, as in ``1,250``.
     """
     if "," not in text:
         return text
@@ -127,12 +130,17 @@ def with_point(text: str) -> str:
 
 
 def parse_quantity(value: str | float, unit: str) -> float:
-    """Return `value` in the internal `unit` (a key of `FACTORS`).
+    """Convert `value` to the internal `unit` (a key of `FACTORS`).
 
-    A number is already in the internal unit. A text may have its own unit ("3mm", "0.1in", "90 ipm", "118deg"). Without
-    a unit, it is in the shop unit (`BARE_UNIT`: feeds in mm/min, angles in degrees). A comma is read as a decimal point
-    if it cannot mean anything else (`with_point`). Fractions are allowed: "1/4in", "3/8\"", "1 1/2in" and "1-1/2in".
-    Raises OptionError if the text is not a finite number with a known unit.
+    A number is already in the internal unit. A text may state its own unit ("3mm", "0.1in", "90 ipm", "118deg"). If it
+    has no unit, the shop unit applies (`BARE_UNIT`: feeds in mm/min, angles in degrees). The function treats a comma as
+    a decimal point if it cannot mean anything else (`with_point`). Fractions are allowed: "1/4in", "3/8\"", "1 1/2in"
+    and "1-1/2in".
+
+    Raises
+    ------
+    OptionError
+        The text is not a finite number with a known unit.
     """
     if isinstance(value, bool):
         raise OptionError("'{}' is not a number", value)
@@ -173,21 +181,25 @@ def _split(text: str, unit: str) -> tuple[float, str]:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Return a quantity with its unit: ``800`` becomes ``800 mm/min``. Raises OptionError if the text is not a
-    number.
+    """Add the default unit to a quantity: ``800`` becomes ``800 mm/min``.
+
+    Raises
+    ------
+    OptionError
+        The text is not a number.
     """
     number, word = _split(text, unit)
     return text.strip() if word or not math.isfinite(number) else f"{text.strip()} {BARE_UNIT[unit]}"
 
 
 def parse_point(value: str | tuple[float, ...]) -> tuple[float, ...]:
-    """Return the coordinates of ``"x,y"`` or ``"x,y,z"``, each with an optional unit, in mm."""
+    """Parse the coordinates ``"x,y"`` or ``"x,y,z"``, and return them in mm. Each coordinate may have a unit."""
     parts: list[str] | tuple[float, ...] = value.split(",") if isinstance(value, str) else value
     return tuple(parse_quantity(part, "mm") for part in parts)
 
 
 def format_time(seconds: float) -> str:
-    """Return seconds in readable form: ``8.42 s``, ``3 min 05 s``, ``1 h 02 min``."""
+    """Format a time in seconds: ``8.42 s``, ``3 min 05 s``, ``1 h 02 min``."""
     if round(seconds, 1) < 60:
         return f"{seconds:.2f} s" if round(seconds, 2) < 10 else f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)
@@ -198,18 +210,22 @@ def format_time(seconds: float) -> str:
 
 
 def to_fixed(value: float, decimals: int) -> str:
-    """Return a number with a fixed number of decimals; zero has no sign."""
+    """Format a number with a fixed number of decimals. Zero has no sign."""
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
 def format_length(mm: float) -> str:
-    """Return millimetres in readable form: ``412.3 mm``, ``12.41 m``."""
+    """Format a length in mm: ``412.3 mm``, ``12.41 m``."""
     return f"{mm:.1f} mm" if abs(mm) < 1000 else f"{mm / 1000:.2f} m"
 
 
 def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
-    """Return distinct angles in rad from words in degrees; None for ``free``. Raises OptionError if an angle is
-    invalid.
+    """Parse a list of distinct angles in degrees, and return them in rad. Return None for ``free``.
+
+    Raises
+    ------
+    OptionError
+        An angle is invalid.
     """
     if tuple(words) == ("free",):
         return None

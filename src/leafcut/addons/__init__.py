@@ -1,5 +1,7 @@
-"""Add-ons for other programs. They run in the Python of the other program, without leafcut, and call it as a
-program.
+"""Install add-ons for other programs.
+
+An add-on runs in the Python interpreter of the other program, which cannot import leafcut. The add-on therefore starts
+leafcut as a separate program.
 """
 
 from __future__ import annotations
@@ -12,13 +14,13 @@ from pathlib import Path
 from leafcut.errors import OptionError, name_suggestion
 from leafcut.files.whole_files import OutputError, check_output, write_together
 
-#: Default call of leafcut in an add-on, which the installation replaces.
+#: Default command in an add-on that starts leafcut. The installation replaces it.
 _CALL = 'LEAFCUT = ["leafcut"]'
 
 
 @dataclass(frozen=True)
 class Addon:
-    """An add-on for another program: name, purpose, files, and the next step for the user."""
+    """An add-on for another program: its name, its purpose, its files, and the next step for the user."""
 
     name: str
     help: str
@@ -46,16 +48,17 @@ ADDONS = {
 
 
 def write_addon(name: str, folder: str | Path) -> list[Path]:
-    """Write the files of an add-on into a folder, all or none, and return their paths.
+    """Write all files of an add-on into a folder, and return their paths. If a file cannot be written, write none.
 
-    The files call this leafcut through its own Python. Files of an earlier leafcut are replaced.
+    The files call this leafcut through its own Python interpreter. The function replaces the files of an earlier
+    leafcut.
 
     Raises
     ------
     OptionError
         The add-on is unknown.
     OutputError
-        The folder does not exist, a file cannot be written, or a file of the same name is not from leafcut.
+        The folder does not exist, a file cannot be written, or a file of the same name does not come from leafcut.
     """
     if name not in ADDONS:
         raise OptionError(f"unknown add-on '{name}'{name_suggestion(name, ADDONS)}")

@@ -1,1 +1,1 @@
-"""Atomic file output, schema numbers, plug-ins, and the user's files."""
+"""Write files atomically, check schema numbers, load plug-ins, and access the user's own files."""

@@ -1,6 +1,4 @@
-"""Marks in the header of a file: the command that wrote it, and a digest that shows whether the file was edited
-afterwards.
-"""
+"""Add a header to a file with the command that wrote it, and with a digest that detects later edits."""
 
 from __future__ import annotations
 
@@ -12,12 +10,12 @@ _DIGITS = 16
 DIGEST_LINE = f"leafcut digest {'0' * _DIGITS}"
 _FIRST_LINE = re.compile(r"\bleafcut \d[\w.+]* ([a-z][\w-]*)", re.IGNORECASE)
 _PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
-#: Search range for the digest line: the first characters of the file.
+#: Number of characters at the start of a file that are searched for the digest line.
 _HEADER = 20_000
 
 
 def sign_program(text: str) -> str:
-    """Return the program with its digest filled in. Text without a digest line is returned unchanged."""
+    """Fill in the digest of a program. A text without a digest line is returned unchanged."""
     place = _PLACE.search(text, 0, _HEADER)
     if place is None:
         return text
@@ -37,7 +35,7 @@ def first_line(version: str, command: str) -> str:
 
 
 def command_of(text: str) -> str:
-    """Return the command that the header names, in lower case; "" without one."""
+    """Return the command in the header, in lower case, or "" if the header has no command."""
     place = _FIRST_LINE.search(text, 0, _HEADER)
     return place[1].lower() if place else ""
 

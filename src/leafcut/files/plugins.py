@@ -1,7 +1,7 @@
-"""Plug-ins from other packages: readers, processes, algorithms, dialects and machines, discovered through entry points.
+"""Find plug-ins in other packages through their entry points.
 
-A plug-in package is imported only when a plug-in is listed or requested by name. An error in one plug-in does not
-affect the others.
+Plug-ins add readers, processes, algorithms, dialects and machines. leafcut only imports a plug-in package when it lists
+the plug-ins or when the user requests one by name. An error in one plug-in does not affect the others.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Plugin(Generic[T]):
 
     @property
     def refusal(self) -> str:
-        """The package and the reason why the plug-in cannot be used, as a line in a list of plug-ins."""
+        """The package, and the reason why the plug-in cannot be used, as a line in a list of plug-ins."""
         return Message("plug-in of {} that cannot be used ({})", self.package, self.error)
 
 
@@ -54,9 +54,18 @@ class Plugin(Generic[T]):
 class PluginKind(Generic[T]):
     """A kind of plug-in: its name (``machine``) and its entry-point group (``leafcut.machines``).
 
-    A plug-in cannot replace a `built_in` name. `take` converts a name and the entry point's object to the object
-    that leafcut uses; it may raise any exception. `line` describes that object in a list. `claims` returns the names
-    that must be unique among the plug-ins of this kind, for example ``--engraving-depth``.
+    Attributes
+    ----------
+    built_in
+        Names that a plug-in cannot replace.
+    take
+        Function that takes a name and the entry point's object, and returns the object that leafcut uses. It may raise
+        any exception.
+    line
+        Function that describes the object in a list.
+    claims
+        Function that returns the names that must be unique among the plug-ins of this kind, such as
+        ``--engraving-depth``.
     """
 
     noun: str
@@ -67,15 +76,18 @@ class PluginKind(Generic[T]):
     claims: Callable[[T], Collection[str]] | None = None
 
     def names(self) -> tuple[str, ...]:
-        """Return the names of the plug-ins, sorted, without importing their packages."""
+        """Return the sorted names of the plug-ins, without importing their packages."""
         entry_point_names = entry_names(self.group)
         built_in_names = self.built_in() if entry_point_names else ()
         return tuple(name for name in entry_point_names if name not in built_in_names)
 
     def load(self, name: str) -> T:
-        """Return the object that a plug-in adds.
+        """Load the object that a plug-in adds.
 
-        Raise `OptionError` if the name is unknown or the plug-in cannot be used.
+        Raises
+        ------
+        OptionError
+            The name is unknown, or the plug-in cannot be used.
         """
         for plugin in self._named(name):
             if plugin.adds is not None:
@@ -88,7 +100,7 @@ class PluginKind(Generic[T]):
         return [plugin for name in entry_names(self.group) for plugin in self._named(name)]
 
     def listed(self) -> list[tuple[str, str]]:
-        """Return (name, description) of each plug-in. The description of an unusable plug-in gives the reason."""
+        """Return the name and description of each plug-in. For an unusable plug-in, the description is the reason."""
         return [
             (plugin.name, plugin.refusal if plugin.adds is None else f"{self.line(plugin.adds)} (of {plugin.package})")
             for plugin in self.plugins()
@@ -127,9 +139,9 @@ def _checked_plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> t
 
 @cache
 def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
-    """Return the plug-ins with this name, before they are checked against other plug-ins.
+    """Return the plug-ins with this name, without checking for conflicts with other plug-ins.
 
-    Each package is imported once.
+    Each package is imported only once.
     """
     entries = [entry for entry in _entries(path) if entry.group == kind.group and entry.name == name]
     packages = [_package(entry) for entry in entries]
@@ -152,13 +164,13 @@ def _load_entry(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
 
 
 def entry_names(group: str) -> tuple[str, ...]:
-    """Return the sorted names of the entry points in a group; empty if `group` is empty."""
+    """Return the sorted names of the entry points in a group. An empty `group` has no entry points."""
     entries = _entries(tuple(sys.path)) if group else ()
     return tuple(dict.fromkeys(entry.name for entry in entries if entry.group == group))
 
 
 def reason(problem: BaseException) -> str:
-    """Return the error as one line, with its type unless it is an error of leafcut."""
+    """Format an exception as a single line. The line includes the type, except for leafcut's own errors."""
     if isinstance(problem, LeafcutError):
         return str(problem)
     words = printable(str(problem), 120)
@@ -166,10 +178,10 @@ def reason(problem: BaseException) -> str:
 
 
 def file_of(name: str, loaded: Any) -> Path:
-    """Return the path of the TOML file to which an entry point refers; raise `TypeError` if it refers to anything else.
+    """Return the path of the TOML file that an entry point refers to.
 
-    The entry point may be a package or module (its folder contains ``NAME.toml``), a path, or a function that
-    returns a path.
+    The entry point may be a package or module (its folder contains ``NAME.toml``), a path, or a function that returns a
+    path. The function raises `TypeError` for anything else.
     """
     if isinstance(loaded, ModuleType):
         from importlib.resources import files
@@ -189,7 +201,7 @@ def _package(entry: EntryPoint) -> str:
 def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
     """Return leafcut's entry points on a search path, sorted by group and name.
 
-    If several packages have the same name, the first one counts, as in an import.
+    If several packages have the same name, the first package wins, as in an import.
     """
     from importlib.metadata import distributions
 

@@ -1,4 +1,7 @@
-"""Schema numbers (format versions) of leafcut's documents, and the versions that leafcut can read (docs/schemas.md)."""
+"""Schema numbers (format versions) of leafcut's documents, and the versions that leafcut can read.
+
+See docs/schemas.md.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +16,21 @@ from leafcut.message import Message
 
 @dataclass(frozen=True)
 class Schema:
-    """The current and the oldest readable schema number of one kind of document.
+    """The schema numbers of one kind of document.
 
-    `title` is the kind of document in messages. leafcut writes `current` and reads every version from `oldest` on. A
-    document without a number is read as `current`. `key` is the name of the field that holds the number.
+    leafcut writes `current`, and reads all versions since `oldest`. A document without a number is treated as
+    `current`.
+
+    Attributes
+    ----------
+    title
+        Kind of document, for messages.
+    current
+        Schema number that leafcut writes.
+    oldest
+        Oldest schema number that leafcut can read.
+    key
+        Name of the field with the schema number.
     """
 
     title: str
@@ -55,15 +69,15 @@ SCHEMAS = (
 
 
 def numbered(schema: Schema, document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document with its schema number first. An existing number is kept."""
+    """Put the schema number first in a document. An existing number is kept."""
     return {schema.key: schema.current, **document}
 
 
 def check_schema(schema: Schema, number: Any, place: str) -> None:
-    """Check that this version of leafcut reads the schema of a document; warn if the schema is old.
+    """Check that this version of leafcut can read the schema of a document, and warn if the schema is old.
 
-    `place` is the file, for messages. Raise `DataError` if the number is too new, too old, or not a whole number of 1
-    or more.
+    Messages use `place` as the name of the file. The function raises `DataError` if the number is too new, too old, or
+    not a whole number of 1 or more.
     """
     if type(number) is not int or number < 1:
         raise DataError(

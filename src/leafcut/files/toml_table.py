@@ -1,4 +1,4 @@
-"""Strict access to leafcut's TOML files: every wrong key or value raises an error that names its position."""
+"""Read leafcut's TOML files strictly: every wrong key or value raises an error with its position."""
 
 from __future__ import annotations
 
@@ -14,10 +14,14 @@ T = TypeVar("T")
 
 
 class TomlTable:
-    """One table of a TOML file, with typed access to its values.
+    """A table in a TOML file, with typed access to its values.
 
-    `place` is the prefix of messages, such as the file; "" for none. `section` is the name of the table, and its number
-    in an array, from 1; ("", 0) for the whole file.
+    Attributes
+    ----------
+    place
+        Prefix of messages, such as the file, or "" for no prefix.
+    section
+        Name of the table, and its number in an array, from 1; ("", 0) for the whole file.
     """
 
     def __init__(self, values: Any, place: str, keys: Iterable[str], section: tuple[str, int] = ("", 0)) -> None:
@@ -38,7 +42,7 @@ class TomlTable:
         return key in self.values
 
     def problem(self, key: str, reason: str, *values: object) -> DataError:
-        """Return the error for the value of `key`; `reason` is a template for `values`."""
+        """Create the error for the value of `key`. `reason` is a template, which `values` fill."""
         return self._error(key, Message(f"'{{}}' {reason}", self._prefix + key, *values))
 
     def _error(self, key: str, message: Message) -> DataError:
@@ -46,11 +50,11 @@ class TomlTable:
         return DataError(message).at(*self.section, key)
 
     def table(self, key: str, keys: Iterable[str]) -> TomlTable:
-        """Return the table `key`; empty if missing."""
+        """Return the table `key`, or an empty table if the key is missing."""
         return TomlTable(self.values.get(key, {}), self.place, keys, (key, 0))
 
     def text(self, key: str, default: str | None = None, choices: Iterable[str] = ()) -> str:
-        """Return a single-line string; without `default` the key is required."""
+        """Return a single-line string. The key is required unless the caller passes a `default`."""
         value = self._get(key, default)
         if not isinstance(value, str) or not value.isprintable():
             raise self.problem(key, "is {}, but must be a string without line breaks", _shown(value))
@@ -61,7 +65,7 @@ class TomlTable:
         return value
 
     def texts(self, key: str, choices: Iterable[str] = ()) -> tuple[str, ...]:
-        """Return a list of single-line strings that are not blank."""
+        """Return a list of single-line strings. Blank strings raise an error."""
         value, known = self._get(key, None), tuple(choices)
         if not isinstance(value, list):
             raise self.problem(key, "is {}, but must be a list of strings", _shown(value))
@@ -80,11 +84,11 @@ class TomlTable:
         return value
 
     def whole(self, key: str, lowest: int = 0, highest: int = 9999) -> int:
-        """Return an integer within bounds."""
+        """Return an integer, and check that it is within bounds."""
         return self._whole(key, self._get(key, None), lowest, highest)
 
     def wholes(self, key: str, lowest: int, highest: int) -> tuple[int, ...]:
-        """Return a list of at least one integer within bounds."""
+        """Return a list of one or more integers, and check that they are within bounds."""
         value = self._get(key, None)
         if not isinstance(value, list) or not value:
             raise self.problem(key, "is {}, but must be a list such as [1, 2]", _shown(value))
@@ -98,7 +102,7 @@ class TomlTable:
         return float(value)
 
     def quantity(self, key: str, unit: str, default: float | None = None) -> float:
-        """Return a quantity, written as text with a unit ("25.4 m/min"), in the internal `unit`."""
+        """Convert a quantity with a unit, such as "25.4 m/min", to the internal `unit`."""
         return default if default is not None and key not in self else self._quantity(key, unit, self._get(key, None))
 
     def with_value(self, key: str, value: Any) -> TomlTable:
@@ -110,7 +114,7 @@ class TomlTable:
         return read(key) if key in self else None
 
     def vector(self, key: str, unit: str, default: tuple[float, ...] | None = None, size: int = 3) -> tuple[float, ...]:
-        """Return one quantity per axis; a single string applies to all axes."""
+        """Return a quantity for each axis. A single string applies to all axes."""
         if default is not None and key not in self:
             return default
         value = self._get(key, None)
@@ -121,7 +125,7 @@ class TomlTable:
         return tuple(self._quantity(key, unit, item) for item in value)
 
     def typed(self, key: str, axis: int = 0) -> str:
-        """Return a value as written in the file, with its unit; for a list, the value of an axis."""
+        """Return a value as the user wrote it in the file, with its unit. In a list, `axis` selects the value."""
         value = self.values.get(key, "")
         return _shown(value[axis] if isinstance(value, list) else value)
 

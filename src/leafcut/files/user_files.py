@@ -1,6 +1,6 @@
-"""The user's files: shop defaults, and the hints already shown.
+"""Access the user's own files: the shop defaults, and a record of hints that were already shown.
 
-Both are optional and skipped if they cannot be read.
+Both files are optional. leafcut ignores a file that cannot be read.
 """
 
 from __future__ import annotations
@@ -13,16 +13,19 @@ from pathlib import Path
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import write_whole
 
-#: Environment variable with the path of the defaults file; empty for none.
+#: Environment variable with the path of the defaults file. If the variable is empty, no defaults file is used.
 DEFAULTS_VARIABLE = "LEAFCUT_DEFAULTS"
-#: Maximum number of remembered hints (the latest), and maximum size of their file, bytes.
+#: Maximum number of hints to remember, starting with the latest, and maximum size of their file, bytes.
 _MAX_REMEMBERED, _LARGEST = 500, 1_000_000
 
 
 def defaults_file() -> Path | None:
-    """Return the user's defaults file, or None if there is none.
+    """Return the path of the user's defaults file, or None if the user has no such file.
 
-    Raise `OptionError` if the environment variable `DEFAULTS_VARIABLE` names a missing file.
+    Raises
+    ------
+    OptionError
+        The environment variable `DEFAULTS_VARIABLE` refers to a missing file.
     """
     named = os.environ.get(DEFAULTS_VARIABLE)
     if named is not None:
@@ -37,13 +40,19 @@ def defaults_file() -> Path | None:
 
 
 def usual_defaults_file() -> Path | None:
-    """Return the standard path of the defaults file, whether or not it exists; None without a home folder."""
+    """Return the standard path of the defaults file, even if the file does not exist.
+
+    Return None without a home folder.
+    """
     folder = _folder("XDG_CONFIG_HOME", ".config", "APPDATA", "Roaming")
     return None if folder is None else folder / "defaults.toml"
 
 
 def has_defaults() -> bool:
-    """Return whether a defaults file is present. A missing file named by the environment variable counts as present."""
+    """Return whether the user has a defaults file.
+
+    A missing file counts if the environment variable refers to it.
+    """
     try:
         return defaults_file() is not None
     except OptionError:
@@ -51,9 +60,9 @@ def has_defaults() -> bool:
 
 
 def first_time(hint: str) -> bool:
-    """Record a hint and return whether it is shown for the first time.
+    """Record a hint, and return whether it is shown for the first time.
 
-    Without a writable folder, every time is the first.
+    If leafcut cannot write the record, it treats every call as the first.
     """
     folder = _folder("XDG_STATE_HOME", ".local/state", "LOCALAPPDATA", "Local")
     if folder is None:
@@ -78,7 +87,7 @@ def _recorded_hints(file: Path) -> list[str]:
 
 
 def _folder(variable: str, usual: str, windows: str, windows_usual: str) -> Path | None:
-    """Return leafcut's configuration or state folder (XDG base directory specification); None without a home folder."""
+    """Return leafcut's configuration or state folder (XDG base directories), or None without a home folder."""
     name, under = (windows, f"AppData/{windows_usual}") if os.name == "nt" else (variable, usual)
     base = os.environ.get(name)
     if base and Path(base).is_absolute():  # the specification: ignore relative paths

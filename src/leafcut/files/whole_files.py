@@ -1,4 +1,7 @@
-"""File access: inputs are read up to a size limit; outputs are written atomically and never replace an input."""
+"""Read and write files.
+
+Inputs are read up to a size limit. Outputs are written atomically, and never replace an input.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +21,13 @@ from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, prin
 from leafcut.files.schemas import Schema, check_schema
 from leafcut.message import Message
 
-#: Maximum size of a program, bytes; ten times the largest program known.
+#: Maximum size of a program, bytes. This is ten times the size of the largest known program.
 LARGEST_PROGRAM = 512 * 1024 * 1024
 #: Maximum size of a TOML file, bytes; typical files have a few kilobytes.
 LARGEST_TOML = 1_000_000
 
 
-#: No file has an encoding of its own.
+#: Default for `encodings`: all files have the same encoding.
 _NO_EXCEPTIONS: Mapping[str, str] = MappingProxyType({})
 
 
@@ -34,7 +37,7 @@ class OutputError(LeafcutError):
 
 @dataclass(frozen=True)
 class StandardInput:
-    """Data read from standard input, accepted in place of a drawing or program file."""
+    """Data from standard input. All functions that take a drawing or a program file also accept these data."""
 
     data: bytes
 
@@ -43,7 +46,13 @@ class StandardInput:
 
     @classmethod
     def read(cls) -> StandardInput:
-        """Read all of standard input; raise `ReadError` if it is empty or larger than `LARGEST_PROGRAM`."""
+        """Read all of standard input.
+
+        Raises
+        ------
+        ReadError
+            The input is empty or larger than `LARGEST_PROGRAM`.
+        """
         try:
             data = sys.stdin.buffer.read(LARGEST_PROGRAM + 1) if sys.stdin is not None else b""
         except OSError as problem:
@@ -58,7 +67,7 @@ class StandardInput:
 
 
 class Loaded(Protocol):
-    """An input that is already in memory; `str` returns its name."""
+    """An input that is already in memory. `str` returns its name."""
 
     @property
     def data(self) -> bytes:
@@ -66,9 +75,12 @@ class Loaded(Protocol):
 
 
 def read_program(source: str | Path | Loaded) -> str:
-    """Return the text of a program, UTF-8 or Latin-1.
+    """Read a program, and decode it as UTF-8 or Latin-1.
 
-    Raise `ReadError` if the file is unreadable, empty, binary or too large.
+    Raises
+    ------
+    ReadError
+        The file is unreadable, empty, binary or too large.
     """
     data = _bytes_of(Path(source)) if isinstance(source, str | Path) else source.data
     check_is_text(str(source), data)
@@ -76,7 +88,15 @@ def read_program(source: str | Path | Loaded) -> str:
 
 
 def decode_text(data: bytes) -> tuple[str, str]:
-    """Decode bytes as UTF-8, or as Latin-1 if that fails; return the text without byte order mark, and the encoding."""
+    """Decode bytes as UTF-8, or as Latin-1 if that fails.
+
+    Returns
+    -------
+    str
+        The text without a byte order mark.
+    str
+        The encoding.
+    """
     try:
         encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
         return data.decode(encoding), encoding
@@ -85,7 +105,7 @@ def decode_text(data: bytes) -> tuple[str, str]:
 
 
 def check_is_text(source: str, data: bytes) -> None:
-    """Raise `ReadError` for binary data and UTF-16 text, which contain zero bytes."""
+    """Raise `ReadError` for binary data and UTF-16 text. Both contain zero bytes."""
     if b"\0" in data:
         wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         if wide:
@@ -106,9 +126,12 @@ def _bytes_of(path: Path) -> bytes:
 
 
 def check_is_there(flag: str, path: Path | None) -> None:
-    """Raise `OptionError` if the file of an option does not exist or is a folder.
+    """Check that the file of an option exists.
 
-    `flag` names the option in the message.
+    Raises
+    ------
+    OptionError
+        The file does not exist or is a folder. The message uses `flag` as the name of the option.
     """
     try:
         exists = path is None or path.exists()
@@ -122,18 +145,22 @@ def check_is_there(flag: str, path: Path | None) -> None:
 
 
 def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
-    """Return the tables of a TOML file, without its schema number.
+    """Read the tables of a TOML file, without its schema number.
 
-    Raise `OptionError` if the file does not exist. Raise `DataError` if it cannot be read, is too large, is not
-    TOML, or has a schema that this version of leafcut cannot read.
+    Raises
+    ------
+    OptionError
+        The file does not exist.
+    DataError
+        The file cannot be read, is too large, is not TOML, or has a schema that this version of leafcut cannot read.
     """
     return parse_toml(toml_text(path), str(path), schema)
 
 
 def toml_text(path: Path) -> str:
-    """Return the text of a TOML file, without a byte order mark.
+    """Read the text of a TOML file, without a byte order mark.
 
-    Raise like `toml_bytes`, and `DataError` if the text is not UTF-8.
+    Raises the same errors as `toml_bytes`, and `DataError` if the text is not UTF-8.
     """
     try:
         return toml_bytes(path).decode("utf-8-sig")
@@ -142,9 +169,14 @@ def toml_text(path: Path) -> str:
 
 
 def toml_bytes(path: Path) -> bytes:
-    """Return the content of a TOML file.
+    """Read the bytes of a TOML file.
 
-    Raise `OptionError` if the file is missing, `DataError` if it is unreadable or too large.
+    Raises
+    ------
+    OptionError
+        The file is missing.
+    DataError
+        The file is unreadable or too large.
     """
     if not path.is_file():
         raise OptionError("{}: file not found", path)
@@ -161,9 +193,12 @@ def toml_bytes(path: Path) -> bytes:
 
 
 def parse_toml(text: str, source: str, schema: Schema) -> dict[str, Any]:
-    """Return the tables of TOML text, without its schema number. `source` names the text in error messages.
+    """Parse TOML text, and return its tables without the schema number. Error messages use `source` as its name.
 
-    Raise `DataError` if the text is not TOML or has a schema that this version of leafcut cannot read.
+    Raises
+    ------
+    DataError
+        The text is not TOML, or has a schema that this version of leafcut cannot read.
     """
     import tomllib
 
@@ -180,7 +215,7 @@ def parse_toml(text: str, source: str, schema: Schema) -> dict[str, Any]:
 
 
 def _line_of_syntax_error(message: str, toml: str) -> int | None:
-    """Return the line that a message of `tomllib` names; its exception has none before Python 3.14."""
+    """Extract the line number from a message of `tomllib`. Before Python 3.14, the exception has no line attribute."""
     if message.endswith("(at end of document)"):
         return len(toml.splitlines())
     match = re.search(r"\(at line (\d+), column \d+\)$", message)
@@ -188,10 +223,10 @@ def _line_of_syntax_error(message: str, toml: str) -> int | None:
 
 
 def line_of(toml: str, section: str, name: str = "", entry: int = 0) -> int | None:
-    """Return the line number of a key in a section of TOML text, or None.
+    """Return the line number of a key in a section of TOML text, or None if the key is missing.
 
-    If `name` is empty, return the line number of the section header. A table is also a key of the top level, where
-    `section` is empty. `entry` is the number of a table in an array, from 1.
+    If `name` is empty, the function returns the line number of the section header. To look up a table as a key of the
+    top level, pass an empty `section`. `entry` is the number of a table in an array, from 1.
     """
     current_section, count, header = "", 0, section if not name else "" if section else name
     full_name = f"{section}.{name}".lstrip(".")
@@ -210,13 +245,16 @@ def line_of(toml: str, section: str, name: str = "", entry: int = 0) -> int | No
 
 
 def place_in(source: str | Path, toml: str, section: str, name: str = "") -> str:
-    """Return ``source:line`` for a key or a section of TOML text (`line_of`); only the source if it is not found."""
+    """Return ``source:line`` for a key or a section of TOML text. Return only the source if `line_of` returns None."""
     line = line_of(toml, section, name)
     return Message("{}:{}", source, line) if line else Message("{}", source)
 
 
 def _check_wholes(value: Any) -> None:
-    """Raise `ValueError` for integers of more than 64 bits (TOML 1.0.0, "Integer"); huge integers overflow a float."""
+    """Raise `ValueError` for integers of more than 64 bits (TOML 1.0.0, "Integer").
+
+    Huge integers would overflow a float.
+    """
     if isinstance(value, dict | list):
         for inner in value.values() if isinstance(value, dict) else value:
             _check_wholes(inner)
@@ -251,19 +289,31 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
 
 
 def same_file(a: Path, b: Path) -> bool:
-    """Return whether two paths name the same file, existing or not."""
+    """Return whether two paths refer to the same file, even if the file does not exist."""
     if a.exists() and b.exists():
         return a.samefile(b)
     return os.path.realpath(a) == os.path.realpath(b)
 
 
 def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newline: str = "\n") -> None:
-    """Write `text` to a file atomically (temporary file, then rename); raise `OutputError` on failure."""
+    """Write `text` to a file atomically: write a temporary file, then rename it.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
     write_together({str(target): text}, encoding=encoding, newline=newline)
 
 
 def write_bytes(target: str | Path, data: bytes) -> None:
-    """Write `data` to a file atomically; raise `OutputError` on failure."""
+    """Write `data` to a file atomically.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
     write_whole(target, data.decode("latin-1"), encoding="latin-1", newline="")
 
 
@@ -274,14 +324,20 @@ def write_together(
     newline: str = "\n",
     encodings: Mapping[str, str] = _NO_EXCEPTIONS,
 ) -> None:
-    """Write several related files, all or none; raise `OutputError` if one cannot be written.
+    """Write several related files, either all of them or none.
 
-    The first file is the main file; the others describe it. All files are first written under temporary names. Then
-    the old versions of the other files are deleted, the main file is renamed into place, and the others follow. If
-    the process is killed in between, the old or the new main file exists, but never beside a description of the
-    other version. If a rename fails, the previous contents are restored. Temporary files of killed runs are deleted.
+    The first file is the main file, and the others describe it. The function first writes all files under temporary
+    names. It then deletes the old versions of the other files, renames the main file into place, and finally renames
+    the others. If the process is killed in between, the main file exists in its old or its new version, but never next
+    to a description of a different version. If a rename fails, the function restores the previous contents. It also
+    deletes temporary files that killed runs left over.
 
     `encodings` lists the files whose encoding differs from `encoding`.
+
+    Raises
+    ------
+    OutputError
+        A file cannot be written.
     """
     temporary: dict[Path, Path] = {}
     before: dict[Path, Path | None] = {}
@@ -327,7 +383,7 @@ def write_together(
 
 
 def _prefix(path: Path) -> str:
-    """Return the common prefix of all temporary files for a file; the process id follows it."""
+    """Return the common prefix of all temporary files for a file. The process id follows the prefix."""
     return f".{path.name}.leafcut-"
 
 
@@ -358,7 +414,10 @@ def _is_running(process: int) -> bool:
 
 
 def _backup_of(path: Path) -> Path | None:
-    """Save the content of a file as a hard link or copy, and return the path; None if the file does not exist."""
+    """Back up a file as a hard link or a copy, and return the path of the backup.
+
+    Return None if the file does not exist.
+    """
     if not path.exists():
         return None
     backup = path.with_name(f"{_own_prefix(path)}before-{os.urandom(4).hex()}")
@@ -370,7 +429,7 @@ def _backup_of(path: Path) -> Path | None:
 
 
 def _restore(before: Mapping[Path, Path | None]) -> None:
-    """Restore the previous contents after a failed write, the main file first."""
+    """Restore the previous contents after a failed write, starting with the main file."""
     for path in list(before)[1:]:
         with suppress(OSError):
             path.unlink()

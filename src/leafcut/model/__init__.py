@@ -1,1 +1,1 @@
-"""Frozen data shared by all packages: parts, machines, tools, problems, toolpaths, outcomes, issues."""
+"""Frozen data that all packages share: parts, machines, tools, problems, toolpaths, outcomes, and issues."""

@@ -10,7 +10,7 @@ from leafcut.model.difference import Difference
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Amount of work of a program: holes drilled by cycles, cuts, dwells, stages with work, and tool changes."""
+    """The amount of work in a program: holes drilled by cycles, cuts, dwells, stages with work, and tool changes."""
 
     holes: int
     cuts: int
@@ -26,16 +26,16 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """Result of the comparison of two programs.
+    """Result of comparing two programs.
 
     Attributes
     ----------
     same
-        Whether the new program does exactly the work of the original, and is as safe.
+        Whether the new program does exactly the same work as the original, and is as safe.
     differences
-        At most about fifty differences; the last entry states the number of further differences.
+        At most about fifty differences. If there are more, the last entry states the number of further differences.
     compared
-        Names of the compared properties if all are equal; empty if any differs.
+        Names of the compared properties if all are equal; empty if any property differs.
     sha256
         SHA-256 of the text of the original.
     allow_reverse, reversed_cuts
@@ -43,7 +43,7 @@ class Certificate:
     notes
         Sentences about changes that do not affect the work, such as a different order in which a beam detaches parts.
     defaults
-        Options that the user's own defaults set, as flags.
+        Options that come from the user's own defaults, as flags.
     """
 
     same: bool
@@ -58,7 +58,7 @@ class Certificate:
     defaults: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return the proof as plain values, as in the answer of `optimize`."""
+        """Return the proof as plain values, in the same form as in the answer of `optimize`."""
         differences = [{**asdict(item), "also": [list(pair) for pair in item.also]} for item in self.differences]
         answer = {field.name: getattr(self, field.name) for field in fields(Certificate) if field.name != "defaults"}
         return answer | {

@@ -1,4 +1,4 @@
-"""`Contour`: a path of a drawing that is cut or marked."""
+"""`Contour`: a path in a drawing that is cut or marked."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from leafcut.geometry.polyline import Polyline
 
-#: Words in the names of layers with frames, title blocks, dimensions and texts, without accents.
+#: Words that identify layers with frames, title blocks, dimensions and texts, without accents.
 _ASIDE = (
     *("ANNO", "ANNOTATION", "ANNOTATIONS", "BORDER", "BORDERS", "DEFPOINTS", "DIM", "DIMS", "DIMENSION", "DIMENSIONS"),
     *("DIMENSIONING", "FRAME", "FRAMES", "TEXT", "TEXTS", "TITLE", "TITLES", "TITLEBLOCK", "TITLEBLOCKS"),
@@ -30,14 +30,14 @@ _ASIDE = (
         "TEXTOS",
     ),
 )
-#: Words that the names of such layers may contain in addition.
+#: Additional words that the names of such layers may contain.
 _BESIDE = ("BLOCK", "BLOCKS", "DRAWING", "LAYER", "LINE", "LINES", "SHEET", "A0", "A1", "A2", "A3", "A4")
 
 
 def is_aside(layer: str) -> bool:
-    """Return whether a layer name marks frames, title blocks, dimensions or texts, which are not parts.
+    """Return whether the name of a layer marks frames, title blocks, dimensions or texts, which are not parts.
 
-    All words of the name must match: ``Title block`` and ``DIM_2`` do, ``FRAME_OUT`` and ``TEXTURE`` do not.
+    All words of the name must match: ``Title block`` and ``DIM_2`` match, but ``FRAME_OUT`` and ``TEXTURE`` do not.
     """
     letters = unicodedata.normalize("NFKD", layer.casefold().upper())
     words = re.findall(r"[^\W\d_]+[0-9]*", "".join(c for c in letters if not unicodedata.combining(c)))
@@ -49,47 +49,48 @@ def is_aside(layer: str) -> bool:
 
 
 def layer_matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
-    """Return a function that tests whether a layer name matches any pattern.
+    """Return a function that tests whether a layer name matches any of the patterns.
 
-    The test ignores case; * and ? are wildcards.
+    The test ignores case. The wildcards * and ? are supported.
     """
     tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
     return lambda layer: any(t.match(layer) for t in tests)
 
 
 def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
-    """Return the test for ``--layers``, as `layer_matcher` does. Without patterns, all layers pass."""
+    """Return a test for ``--layers``. It uses `layer_matcher`, but without patterns all layers pass."""
     return layer_matcher(patterns or ("*",))
 
 
 @dataclass(frozen=True)
 class Contour:
-    """A drawn path: the edge of the finished part, not the path of the tool.
+    """A path as drawn. It is the edge of the finished part, not the path of the tool.
 
     Attributes
     ----------
     path
-        Lines and arcs, mm; closed for the outline of a part or a hole in it, open for marking and trimming.
+        Lines and arcs, mm. The path is closed for the outline of a part or a hole in it, and open for marking and
+        trimming.
     kind
         ``cut``, ``mark``, ``sheet`` for the outline of the sheet, which is not cut, or ``text`` for a stroke of a text.
         A text on a mark layer is marked; texts on other layers are ignored.
     part
-        Number of the part, from 1, common to its outline, holes and marks; 0 if not assigned.
+        Number of the part, from 1. The outline, holes and marks of a part share this number. 0 if not assigned.
     z
         Drawn height, mm.
     name
-        For an outline, the name of the part; for a text, the reason why it cannot be engraved. Empty if unknown.
+        For an outline, the name of the part. For a text, the reason why it cannot be engraved. Empty if unknown.
     order
-        On a `Sheet`: position of the first stroke of the contour in the drawing.
+        On a `Sheet`: position of the contour's first stroke in the drawing.
     depth
-        On a `Sheet`: number of closed cut contours around this contour. The outline of a part has 0, a hole in the part
-        has 1, and a part in this hole has 2. A mark or an open cut has the depth of the closed contour around it. A
-        chamber has one more than its outline.
+        On a `Sheet`: number of closed cut contours around this contour. The outline of a part has depth 0, a hole in
+        the part has 1, and a part in this hole has 2. A mark or an open cut has the depth of the closed contour around
+        it. A chamber is one level deeper than its outline.
     parent
         On a `Sheet`: index in `Sheet.contours` of the closed cut contour around this contour, or -1.
     chamber
-        Whether this is the inside of a notch whose mouth is narrower than the kerf. It is cut like a hole, but is
-        outside the outline.
+        Whether this is the inside of a notch whose mouth is narrower than the kerf. A chamber is cut like a hole, but
+        lies outside the outline.
     """
 
     path: Polyline
@@ -106,5 +107,5 @@ class Contour:
 
     @property
     def is_hole(self) -> bool:
-        """Whether the contour is a hole in a part: closed, cut, and with the part outside."""
+        """Whether the contour is a hole in a part: a closed cut that lies inside the part."""
         return self.depth % 2 == 1 and self.path.closed and self.kind == "cut"

@@ -1,4 +1,4 @@
-"""Profile of a tool: the flutes from the tip up, and above them the shank and the holder, which do not cut."""
+"""The profile of a tool: the flutes from the tip up, and above them the shank and the holder, which do not cut."""
 
 from __future__ import annotations
 
@@ -16,23 +16,25 @@ from leafcut.message import Message
 from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
 
 #: Radius step between the discs that approximate the cone of a holder, mm. Each disc is as wide as the cone at the
-#: upper end of its section, so that no collision is missed.
+#: upper end of its section, so no collision is missed.
 CONE_STEP = 0.25
 #: Number of discs that enclose the cone of a spot drill.
 CONE_DISCS = 32
-#: A shank fits into the cut if its radius exceeds that of the tool by at most this, mm.
+#: Maximum amount by which the shank's radius may exceed the tool's radius so that the shank still fits into the cut,
+#: mm.
 SAME_RADIUS = 5e-4
 
 
 @dataclass(frozen=True)
 class Cutter:
-    """Profile of a rotating tool: a flat, a corner arc, and a cone up to the radius, mm.
+    """The profile of a rotating tool: a flat end, a corner arc, and a cone, mm.
 
-    Outwards from the axis, the surface is flat up to the radius `flat`. It then follows the arc to the tangent point of
-    arc and cone, and the cone up to `radius`. This is the APT tool (ISO 3592), restricted to convex profiles.
+    From the axis outwards, the surface is flat up to the radius `flat`. It then follows the arc to the point where the
+    cone is tangent to the arc, and finally the cone up to `radius`. This is the APT tool (ISO 3592), restricted to
+    convex profiles.
 
-    `corner` is the radius of the arc, 0 for a sharp edge. `slope` is the rise of the cone per mm of radius, infinite
-    for a cylinder.
+    `corner` is the radius of the arc, or 0 for a sharp edge. `slope` is the rise of the cone per mm of radius. It is
+    infinite for a cylinder.
     """
 
     radius: float
@@ -60,12 +62,12 @@ class Cutter:
 
     @property
     def tangent(self) -> tuple[float, float]:
-        """Tangent point of arc and cone: distance from the axis and height above the tip, mm."""
+        """Point where the arc meets the cone: distance from the axis, and height above the tip, mm."""
         share = self.meets
         return self.flat + share * self.corner, self.corner * (1.0 - math.sqrt(max(1.0 - share * share, 0.0)))
 
     def height(self, distance: float) -> float:
-        """Return the height of the surface above the tip at a distance from the axis, mm.
+        """Return how high the surface lies above the tip at a distance from the axis, mm.
 
         The height is infinite beyond the radius of the tool.
         """
@@ -79,9 +81,9 @@ class Cutter:
         return math.inf if math.isinf(self.slope) else rise + self.slope * (distance - reach)
 
     def radius_at(self, depth: float) -> float:
-        """Return the largest radius that the tool cuts with its tip at the given depth, mm.
+        """Return the largest radius that the tool cuts when its tip is at the given depth, mm.
 
-        It is smaller than `radius` only for a pointed tool.
+        The result is smaller than `radius` only for a pointed tool.
         """
         if self.corner > 0.0 or math.isinf(self.slope):
             return self.radius
@@ -106,7 +108,7 @@ def bull_mill(diameter: float, corner: float) -> Cutter:
 def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
     """Return the profile of a drill, V-bit or chamfer mill.
 
-    `angle` is the included angle, rad (π for a flat end), and `tip` is the diameter of the flat at the tip, mm.
+    `angle` is the included angle, rad (π for a flat end). `tip` is the diameter of the flat at the tip, mm.
     """
     if not 0.0 < angle <= math.pi:
         raise OptionError(
@@ -118,7 +120,7 @@ def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
 
 
 def cutter_of(tool: Tool) -> Cutter:
-    """Return the profile of a library tool. If the library does not state the shape of the end, the end is flat."""
+    """Return the profile of a library tool. If the library does not specify the shape of the end, the end is flat."""
     if tool.kind is ToolKind.BALL_MILL:
         return ball_mill(tool.diameter)
     if tool.kind is ToolKind.END_MILL and tool.corner_radius:
@@ -129,7 +131,7 @@ def cutter_of(tool: Tool) -> Cutter:
 
 
 class Body(StrEnum):
-    """A part of a tool above its flutes."""
+    """A section of a tool above its flutes: shank or holder."""
 
     SHANK = Message("shank")
     HOLDER = Message("holder")
@@ -137,11 +139,11 @@ class Body(StrEnum):
 
 @dataclass(frozen=True)
 class BodyPart:
-    """A section of a tool above its flutes, as seen from below: a flat, then a cone, mm.
+    """A section of a tool above its flutes, as seen from below: a flat face and then a cone, mm.
 
-    `above` is the height of the lower end above the tip. `flat` is the radius at the lower end, equal to `radius` for a
-    cylinder or a section that narrows upwards. `slope` is the rise of the cone per mm of radius, infinite for a
-    cylinder.
+    `above` is how high the lower end lies above the tip. `flat` is the radius at the lower end. It equals `radius` for
+    a cylinder, and for a section that narrows upwards. `slope` is the rise of the cone per mm of radius, and is
+    infinite for a cylinder.
     """
 
     body: Body
@@ -154,8 +156,8 @@ class BodyPart:
 class BodyDisc(NamedTuple):
     """A horizontal disc that represents a section of a tool above its flutes, mm.
 
-    Material within `radius` that is higher than the disc collides with it. A cone becomes several discs, each as wide
-    as the cone at the lower end of the next disc.
+    Material within `radius` collides with the disc if it is higher than the disc. A cone becomes several discs. Each
+    disc is as wide as the cone at the lower end of the next disc.
     """
 
     body: Body
@@ -180,8 +182,14 @@ def widest_below(
 ) -> NDArray[np.float64]:
     """Return the largest radius of a tool below each height, float64[k], mm.
 
-    `radius` is the radius of the flutes. `bodies` has the height above the tip and the radius of each disc of shank and
-    holder. `tip` is the height of the tip, mm.
+    Parameters
+    ----------
+    radius
+        Radius of the flutes, mm.
+    bodies
+        Height above the tip and radius of each disc of shank and holder, mm.
+    tip
+        Height of the tip, mm.
     """
     widest = np.full(np.shape(heights), radius)
     for above, wide in bodies:
@@ -192,7 +200,7 @@ def widest_below(
 def flutes_of(tool: Tool) -> tuple[float, list[tuple[float, float]]]:
     """Return the radius of a tool at its tip, and the discs around its flutes as (height above the tip, radius), mm.
 
-    The cone of a spot drill is narrow at its tip; other tools count as cylinders without discs.
+    The cone of a spot drill is narrow at its tip. All other tools are treated as cylinders without discs.
     """
     radius = 0.5 * tool.diameter
     if tool.kind is not ToolKind.CENTRE_DRILL or tool.point_angle >= math.pi:
@@ -209,7 +217,10 @@ def bodies_of(tool: Tool) -> list[tuple[float, float]]:
 
 
 def body_of(tool: Tool) -> tuple[BodyPart, ...]:
-    """Return the sections of shank and holder that are at least as wide as the tool; empty if no section is known."""
+    """Return the sections of shank and holder that are at least as wide as the tool.
+
+    The result is empty if no section is known.
+    """
     return tuple(part for part in _parts(tool) if part.radius >= 0.5 * tool.diameter * (1.0 - 1e-9))
 
 

@@ -1,7 +1,7 @@
 """`CutPlan`: the cuts of a sheet in order, with chart data, leads, times and costs.
 
-A cut is one run of the torch, from the pierce to the final torch-off. Its path is the centre line of the kerf including
-leads. Positions along the path are in mm from its start.
+A cut is a single run of the torch, from the pierce until the torch is switched off. Its path is the centre line of the
+kerf, including leads. Positions along the path are in mm from its start.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.sheet import Sheet
 
-#: Directions of a cut; an open contour is cut ``forward``, as drawn, or ``backward``.
+#: Directions of a cut. An open contour is cut ``forward``, as drawn, or ``backward``.
 DIRECTIONS = ("clockwise", "counter-clockwise", "forward", "backward")
 
-#: Properties of a cut that a plan file can fix.
+#: Properties of a cut that a plan file can lock.
 FIXABLE = ("order", "start", "direction", "lead", "bridge", "ahead")
 
 #: Styles of a lead.
@@ -25,11 +25,18 @@ LEAD_STYLES = ("arc", "line", "none")
 
 @dataclass(frozen=True)
 class ConsumptionRates:
-    """Consumption of a cutting process from the cut chart; None and "" if the chart has no value.
+    """How much a cutting process consumes, according to the cut chart. Values that the chart lacks are None or "".
 
-    `gas` is the plasma or cutting gas, `second_gas` the shield, assist or fuel gas. Flows are in standard litres per
-    second. `power` is the input power while the torch is on, W. `abrasive` is in kg/s. The lives of consumables are in
-    seconds of cutting and in pierces.
+    The lives of consumables are in seconds of cutting and in pierces.
+
+    Attributes
+    ----------
+    gas, second_gas
+        Plasma or cutting gas, and shield, assist or fuel gas. Flows are in standard litres per second.
+    power
+        Input power while the torch is on, W.
+    abrasive
+        Abrasive, kg/s.
     """
 
     nozzle: str = ""
@@ -47,28 +54,7 @@ class ConsumptionRates:
 
 @dataclass(frozen=True)
 class CutData:
-    """One row of a cut chart: the parameters for a material and a thickness.
-
-    Attributes
-    ----------
-    process
-        ``plasma``, ``oxyfuel``, ``waterjet``, or a laser with its power: ``laser_fiber_3kW``.
-    material
-        Name in charts: ``mild_steel``, ``stainless_304``, ``aluminium``.
-    amps
-        Plasma current, A; None for other processes.
-    feed
-        Cutting speed, mm/s.
-    pierce_height, cut_height
-        Height of the torch above the sheet, mm.
-    pierce_delay
-        Time from arc-on to the first move, s.
-    kerf
-        Width of the cut, mm.
-    can_pierce
-        False if the chart has no pierce height and delay. The sheet is then too thick to pierce, and cuts start at its
-        edge.
-    """
+    """A row of a cut chart: the parameters for a material and a thickness."""
 
     process: str
     material: str
@@ -90,8 +76,12 @@ class CutData:
 class Lead:
     """A lead-in or lead-out.
 
-    `angle` is the angle between a straight lead and the contour, or the sweep of an arc, rad. `run_in` is the length of
-    the straight segment before an arc, mm, on which a controller activates its compensation.
+    Attributes
+    ----------
+    angle
+        Angle between a straight lead and the contour, or sweep of an arc, rad.
+    run_in
+        Length of the straight segment before an arc, mm. The controller activates its compensation on this segment.
     """
 
     style: str = "none"
@@ -102,7 +92,7 @@ class Lead:
 
 @dataclass(frozen=True)
 class CutChoice:
-    """Choices for one cut, which the user can change in a plan file.
+    """Choices for a cut that the user can change in a plan file.
 
     Attributes
     ----------
@@ -115,10 +105,10 @@ class CutChoice:
     lead_in, lead_out
         The leads; None if not chosen yet.
     fixed
-        Properties of `FIXABLE` that must not change: ``order`` (after all preceding cuts with a fixed order),
+        Properties from `FIXABLE` that must not change: ``order`` (after all preceding cuts with a fixed order),
         ``start``, ``direction``, ``lead``, ``bridge`` (reached by a bridge), ``ahead`` (before all cuts listed below).
     bridge
-        Whether the torch stays on and cuts through the scrap from the previous cut, without a pierce.
+        Whether the torch stays on after the previous cut and cuts through the scrap to this cut, without a pierce.
     """
 
     contours: tuple[int, ...]
@@ -132,7 +122,7 @@ class CutChoice:
 
 @dataclass(frozen=True)
 class ContourPrint:
-    """Properties that identify a contour of a plan file in a drawing, mm and mm²."""
+    """Properties that identify a contour from a plan file in a drawing, mm and mm²."""
 
     kind: str
     length: float
@@ -143,14 +133,17 @@ class ContourPrint:
 
     @classmethod
     def of(cls, contour: Contour) -> ContourPrint:
-        """Return the identifying properties of a contour."""
+        """Compute the properties that identify a contour."""
         path = contour.path
         return cls(contour.kind, path.length, abs(path.area), path.start, contour.layer, contour.handle)
 
 
 @dataclass(frozen=True)
 class PlanFile:
-    """Content of a plan file: the identifying properties of its contours, and the choices of all cuts, in order."""
+    """The content of a plan file.
+
+    It contains the identifying properties of the contours, and the choices of all cuts, in order.
+    """
 
     sheet: str
     contours: tuple[ContourPrint, ...]
@@ -163,23 +156,24 @@ class PlanFile:
 
 @dataclass(frozen=True)
 class Cut:
-    """One run of the torch.
+    """A single run of the torch.
 
     Attributes
     ----------
     contours
-        Indices into `Sheet.contours`, in cutting order; several in a chain cut.
+        Indices into `Sheet.contours`, in cutting order. A chain cut has several.
     path
         Open path: lead-in, contours offset by half a kerf, overcut, lead-out. With `compensation` 41 or 42, the path is
         the drawn contour, and the controller offsets it.
     lead_in, lead_out
-        Positions along the path at which the lead-in ends and the lead-out (or the overcut) starts, mm.
+        Positions along the path where the lead-in ends and where the lead-out (or the overcut) starts, mm.
     torch_off_at
-        Position at which the torch is switched off while the head moves on, mm; the length of the path if it stays on.
+        Position where the torch is switched off while the head keeps moving, mm. If the torch stays on, this is the
+        length of the path.
     joints
-        Micro-joints as pairs (from, to), mm along the path: the torch is off, so the part stays attached.
+        Micro-joints as pairs (from, to), mm along the path. The torch is off there, so the part stays attached.
     speeds
-        Pairs (position along the path, mm, feed from there on, mm/s), in order; the first position is 0.
+        Pairs (position along the path, mm, feed from there on, mm/s), in order. The first position is 0.
     pierce
         False for a cut that starts in the air outside the sheet.
     compensation
@@ -191,8 +185,8 @@ class Cut:
     bridges
         Moves through the scrap between two contours of a chain, as pairs (from, to), mm along the path.
     group
-        Number of the group of parts with common lines, from 1; 0 for none. `contours` has all outlines of the group for
-        the cut around it, and the adjacent outlines for a common line.
+        Number of the group of parts with common lines, from 1; 0 for no group. For the cut around the group, `contours`
+        has all outlines of the group. For a common line, it has the adjacent outlines.
     common
         Length of a common line between two parts, mm; 0 for other cuts.
     """
@@ -223,7 +217,7 @@ class Cut:
 
     @cached_property
     def seconds(self) -> float:
-        """Time of the path at its programmed speeds, s, without the pierce and without acceleration."""
+        """Time to follow the path at its programmed speeds, s. It includes neither the pierce nor acceleration."""
         edges = [*(at for at, _ in self.speeds[1:]), self.path.length]
         start, total = 0.0, 0.0
         for end, (_, feed) in zip(edges, self.speeds, strict=True):
@@ -234,11 +228,16 @@ class Cut:
 
 @dataclass(frozen=True)
 class CutTimes:
-    """Cycle time and lengths of a part, a sheet or a batch: s and mm.
+    """Cycle time and lengths of a part, a sheet or a batch, in s and mm.
 
-    `cut_s` is the time of motion with the torch on, `pierce_s` the time at rest for pierces, and `rapid_s` the time of
-    all other motion. `perimeter_mm` is the length of the drawn contours, and `rapid_mm` the length of the moves between
-    cuts in x and y. `length_mm` is the length of a route as defined in publications.
+    Attributes
+    ----------
+    cut_s, pierce_s, rapid_s
+        Time of motion with the torch on, time at rest for pierces, and time of all other motion.
+    perimeter_mm
+        Length of the drawn contours.
+    rapid_mm
+        Length of the moves between cuts in x and y.
     """
 
     cut_s: float = 0.0
@@ -257,11 +256,14 @@ class CutTimes:
 
     @property
     def length_mm(self) -> float:
-        """Length of the route, mm: perimeters, minus common edges, which are cut once, plus the moves between cuts."""
+        """Length of the route as defined in publications, mm.
+
+        The route consists of the perimeters and the moves between cuts. Common edges count only once.
+        """
         return self.perimeter_mm - self.common_mm + self.rapid_mm
 
     def times(self, count: int) -> CutTimes:
-        """Return the values for a number of pieces."""
+        """Multiply the values by a number of pieces."""
         return CutTimes(
             self.cut_s * count,
             self.pierce_s * count,
@@ -276,10 +278,10 @@ class CutTimes:
 
 @dataclass(frozen=True)
 class Consumption:
-    """Consumption of a part, a sheet or a batch; None if the cut chart has no value.
+    """Consumption of a part, a sheet or a batch. A value is None if the cut chart does not have it.
 
-    Gas is in litres at standard conditions, energy in kWh, and abrasive in kg. Nozzles and electrodes may be fractions.
-    If `at_arc`, the energy is that of the arc, without the losses of the power source.
+    Gas is in litres at standard conditions, energy in kWh, and abrasive in kg. The numbers of nozzles and electrodes
+    may be fractions. With `at_arc`, the energy is measured at the arc, so it excludes the losses of the power source.
     """
 
     gas_l: float | None = None
@@ -293,10 +295,16 @@ class Consumption:
 
 @dataclass(frozen=True)
 class PartTimes:
-    """One part of a sheet with its share of time and cost.
+    """A part on a sheet, with its share of time and cost. The times include the moves to the cuts of the part.
 
-    `part` is its number from 1, or 0 for cuts that belong to no part, and `area` is in mm². The times include the moves
-    to the cuts of the part. The name is from the drawing, or empty.
+    Attributes
+    ----------
+    part
+        Number of the part, from 1, or 0 for cuts that do not belong to any part.
+    name
+        Name from the drawing, or empty.
+    area
+        Area, mm².
     """
 
     part: int
@@ -314,7 +322,7 @@ class CutMeasures:
     Attributes
     ----------
     cuts
-        Times of every cut in the order of the plan, each with the move to its start.
+        Times of every cut in the order of the plan, including the move to its start.
     utilisation
         Area of the parts divided by the area of the sheet, 0 to 1; None if the size of the sheet is unknown.
     cost, batch_cost
@@ -337,8 +345,8 @@ class CutMeasures:
 class CutPlan:
     """A sheet and its cuts in order.
 
-    `crossings` is the number of travel moves across detached parts, None if the head rises between cuts. `close` is the
-    number of other travel moves that pass a detached part within the width of the nozzle.
+    `crossings` is the number of travel moves across detached parts, or None if the head rises between cuts. `close` is
+    the number of other travel moves that pass a detached part at a distance smaller than the nozzle width.
     """
 
     sheet: Sheet

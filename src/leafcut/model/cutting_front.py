@@ -1,4 +1,4 @@
-"""`CuttingData`: Pareto-optimal speeds and feeds (time, cost, tool life), and the choice among them."""
+"""`CuttingData`: Pareto-optimal speeds and feeds (time, cost, tool life), and the chosen point."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial
 
-#: Objectives for choosing a point of the front.
+#: Objectives for choosing a point on the front.
 OBJECTIVES = ("time", "cost", "life")
 
 
@@ -18,7 +18,7 @@ OBJECTIVES = ("time", "cost", "life")
 class CuttingPoint:
     """A speed and a feed of a tool, with the resulting cost, time, tool life and load.
 
-    Units are mm, mm/s, 1/min, s, N, N·mm and W; the cost is in the user's currency.
+    Units are mm, mm/s, 1/min, s, N, N·mm and W. The cost is in the user's currency.
 
     Attributes
     ----------
@@ -29,9 +29,9 @@ class CuttingPoint:
     time, cost
         Time and cost of the tool per part: feed moves, other moves, and replacement of worn tools.
     life
-        Tool life in the cut, s, at most the assumed maximum.
+        Time that the tool can cut before it is worn, s. An assumed maximum limits this value.
     worn
-        Number of tools worn per part.
+        Number of tools that wear out per part.
     power, torque, thrust
         Load of the cut: power at the spindle motor, spindle torque, and feed force (0 for a mill).
     """
@@ -58,13 +58,13 @@ class ToolFront:
     holes
         Holes per part; 0 for a mill.
     points
-        Pareto front in order of time: no other speed and feed of the grid is at least as good in time, cost and life,
-        and better in one of them.
+        Pareto front in order of time. No other speed and feed in the grid is at least as good in time, cost and life,
+        and better in at least one of them.
     candidates, allowed
-        Number of evaluated speeds and feeds, and number within all limits.
+        Number of speeds and feeds that were evaluated, and number of speeds and feeds within all limits.
     given
-        Point for the speed and feed of the tool library, or of the options for an assumed drill; None if neither states
-        them.
+        Point for the speed and feed from the tool library, or, for an assumed drill, from the options. None if they
+        specify no speed and feed.
     """
 
     tool: Tool
@@ -80,16 +80,16 @@ class ToolFront:
 
     @property
     def best(self) -> CuttingPoint:
-        """The chosen point."""
+        """The chosen point of the front."""
         return self.points[self.chosen]
 
 
 @dataclass(frozen=True)
 class CuttingData:
-    """Speeds and feeds of the tools of a part.
+    """Speeds and feeds of the tools for a part.
 
-    The objective is time, cost or life; the shop rate is in currency per hour. `source` is empty without a drawing.
-    `defaults` are the options whose values come from the user's own defaults.
+    The objective is time, cost or life. The shop rate is in currency per hour. `source` is empty if no drawing was
+    given. `defaults` lists the options that come from the user's own defaults.
     """
 
     source: str

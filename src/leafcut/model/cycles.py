@@ -1,6 +1,7 @@
-"""Motion of canned cycles, for timing, for controllers without cycles, and for verification.
+"""Expand canned cycles to motion, for timing, for controllers without cycles, and for verification.
 
-The order of moves follows RS274/NGC, section 3.5.16, as executed by LinuxCNC's interpreter (observed with `rs274 -g`).
+The moves follow the order in RS274/NGC, section 3.5.16, as LinuxCNC's interpreter executes it (observed with `rs274
+-g`).
 """
 
 from __future__ import annotations
@@ -15,11 +16,11 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath
 
-#: Retract distance of G73, and height above the last depth at which the rapid re-entry of G83 ends, mm: 0.010 inch in
-#: LinuxCNC 2.9 (measured with rs274). Fanuc and Haas set it by a parameter.
+#: Retract distance of G73, mm. G83 also ends its rapid re-entry at this height above the last depth. LinuxCNC 2.9 uses
+#: 0.010 inch (measured with rs274). On Fanuc and Haas, a parameter sets the distance.
 PECK_CLEARANCE = 0.254
 
-#: Cycles with a dwell at the bottom; G86 also stops the spindle there.
+#: Cycles with a dwell at the bottom. G86 also stops the spindle there.
 DWELLING = ("G82", "G84", "G86", "G89")
 #: Cycles that drill in pecks.
 PECKING = ("G83", "G73")
@@ -28,8 +29,8 @@ FEED_OUT = ("G84", "G85", "G89")
 
 _EPSILON = 1e-9
 
-#: Maximum number of pecks in a hole, and of moves in a program. Larger numbers come from a misplaced decimal point, and
-#: would exhaust the memory.
+#: Maximum number of pecks in a hole, and maximum number of moves in a program. A larger number comes from a misplaced
+#: decimal point, and would exhaust the memory.
 _MAX_PECKS = 10_000
 _MAX_ROWS = 6_000_000
 
@@ -38,7 +39,7 @@ _MOVES_A_PECK = 3
 
 
 def peck_depths(cycle: DrillCycle) -> list[float]:
-    """Return the heights of the pecks, from the first to `cycle.bottom`, mm.
+    """Return the heights of the pecks, from the first peck to `cycle.bottom`, mm.
 
     Raises
     ------
@@ -60,9 +61,9 @@ def _peck_count(cycle: DrillCycle) -> int:
 def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Motion]:
     """Yield the rapids, feeds and dwells of a cycle.
 
-    A tool below the R plane first rises to it. Then the tool moves over the hole (`DrillCycle.approach`), descends to
-    the R plane, drills, and rises to the height of `motion.end`. `z_now` is the height before the cycle, mm; NaN means
-    at or above the R plane.
+    If the tool is below the R plane, it first rises to the R plane. It then moves over the hole
+    (`DrillCycle.approach`), descends to the R plane, drills, and rises to the height of `motion.end`. `z_now` is the
+    height before the cycle, mm. NaN means that the tool is at or above the R plane.
     """
     x, y, z_after = motion.end
     feed, line = motion.value, motion.line
@@ -106,8 +107,8 @@ def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line:
 class Approach(NamedTuple):
     """Approach moves to holes.
 
-    `upright` states whether the tool first moves vertically to the R plane. `begin` and `end` are the heights at both
-    ends of the travel move, mm; NaN if unknown.
+    `upright` states whether the tool first moves vertically to the R plane. `begin` and `end` are the heights at the
+    two ends of the travel move, mm. They are NaN if unknown.
     """
 
     upright: NDArray[np.bool_]
@@ -116,7 +117,7 @@ class Approach(NamedTuple):
 
 
 def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.float64]) -> Approach:
-    """Return the approach moves to the holes in the rows `drills`; `height` is the height before each hole, mm."""
+    """Return the approach moves to the holes in the rows `drills`. `height` is the height before each hole, mm."""
     ref = path.ref[drills]
     r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[ref]
     slant, sink = (np.array([c.approach == name for c in path.cycles], dtype=bool)[ref] for name in ("slant", "sink"))
@@ -126,15 +127,15 @@ def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.fl
 
 
 def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
-    """Expand the canned cycles of a toolpath, except those in `keep`, to rapids, feeds and dwells.
+    """Expand the canned cycles of a toolpath to rapids, feeds and dwells, except the cycles in `keep`.
 
-    The spindle reversal of a tap is not written out. The result equals `expand_drill` row by row, but all holes are
-    expanded at once, because a board may have a hundred thousand holes.
+    The result does not include the spindle reversal of a tap. It equals the result of `expand_drill` for each row, but
+    the function expands all holes at once, because a board may have a hundred thousand holes.
 
     Raises
     ------
     PlanError
-        There are unreasonably many pecks.
+        The cycles have unreasonably many pecks.
     """
     expanded = np.array([c.name not in keep for c in path.cycles], dtype=bool)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
@@ -212,6 +213,6 @@ def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
 
 
 def _joined_ranges(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return 0, 1, …, n - 1 for each length n, concatenated."""
+    """Return 0, 1, …, n - 1 for each length n, as a single array."""
     total = int(lengths.sum())
     return np.arange(total) - np.repeat(np.cumsum(lengths) - lengths, lengths)

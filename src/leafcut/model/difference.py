@@ -1,4 +1,4 @@
-"""`Difference`: one deviation of a program from its original or from the request, with its lines."""
+"""`Difference`: a deviation of a program from its original or from the request, with its lines."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from leafcut.message import Message
 
 @dataclass(frozen=True)
 class Difference:
-    """One difference between two toolpaths, or one unsafe position in a toolpath.
+    """A difference between two toolpaths, or an unsafe position in a toolpath.
 
     Attributes
     ----------
     what
-        Kind of the difference: ``feed``, ``missing hole``, ``rapid below clearance`` …
+        Kind of difference: ``feed``, ``missing hole``, ``rapid below clearance`` …
     original, new
-        Lines of both program texts, from 1; 0 for none, because a planned toolpath has no lines.
+        Lines of both program texts, from 1. 0 if the toolpath was planned, because it then has no lines.
     text
         Description of the difference.
     also

@@ -1,4 +1,4 @@
-"""`Fact`: a result of a run, stated once for the summary, the JSON answer, the report page and the studio."""
+"""`Fact`: a result of a run. The summary, the JSON answer, the report page and the studio all use the same facts."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ class Fact:
     Attributes
     ----------
     key
-        Path in the JSON answer: names joined by dots; "" for a fact that is only shown.
+        Path in the JSON answer: names joined by dots. "" for a fact that is not in the JSON answer.
     value
         A number, a text, or lists and dicts of numbers and texts.
     unit
         Unit of a number: s, mm, mm², % or °; "" for a count (int) and a cost (float).
     sentence
-        Text for users; "" for a value that is for scripts only.
+        Text for users; "" for a value that only scripts need.
     name
-        Heading of value and sentence; a fact without a name is part of the title.
+        Heading of value and sentence. A fact without a name is part of the title.
     of_search
-        Whether the fact is about the search, not about the program; the summary shows it only to users of its options.
+        Whether the fact is about the search, not about the program. The summary shows such a fact only to users who set
+        a search option.
     """
 
     key: str = ""

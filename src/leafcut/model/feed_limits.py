@@ -1,4 +1,4 @@
-"""`FeedLimits`: limits for feeds that follow the engagement of a mill."""
+"""`FeedLimits`: limits for feeds that depend on the engagement of a mill."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FEED_INCREASE = 1.5
 
 @dataclass(frozen=True)
 class FeedLimits:
-    """Limits of the feeds of a mill: mm, mm/s, 1/min, W.
+    """Limits for the feeds of a mill, in mm, mm/s, 1/min and W.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class FeedLimits:
     depth, film_depth, film
         Depth of cut on a level, and depth of cut in strips no wider than `film`, such as finishing passes.
     power
-        Power that the spindle gives at this speed, limited by its power and torque; infinite if unknown.
+        Power that the spindle delivers at this speed, limited by its maximum power and torque; infinite if unknown.
     material, teeth
         Material and number of teeth; None and 0 if the power is unknown.
     """
@@ -41,5 +41,5 @@ class FeedLimits:
 
     @property
     def chip(self) -> float:
-        """Chip thickness per revolution, mm, as if the tool had a single tooth."""
+        """Chip thickness per revolution, mm, as if the tool had only one tooth."""
         return SECONDS_PER_MINUTE * self.feed / self.rpm

@@ -1,7 +1,7 @@
-"""Progress reports of slow steps, such as reading a file or searching, to a single callback of the user interface.
+"""Report the progress of slow steps, such as reading a file or searching, to a callback of the user interface.
 
-The callback receives a `Progress` when a step starts, and again while it runs. It may raise an exception to end the
-work.
+The callback receives a `Progress` when a step starts, and again while the step runs. It may raise an exception to end
+the work.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from leafcut.message import Message
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """An alternative that a step tries, with a unique name.
+    """An alternative that a step tries. Its name is unique.
 
-    `figure` is its result as text and `cost` as a number; until the result is known, they are "" and None.
+    `figure` is the result as text, and `cost` is the result as a number. Until the result is known, they are "" and
+    None.
     """
 
     name: str
@@ -51,15 +52,15 @@ class Progress:
     trial: Trial | None = None
 
 
-#: Callback for progress; it must return quickly.
+#: Callback for progress. It must return quickly.
 OnProgress = Callable[[Progress], None]
 
 
 class Heartbeat(Protocol):
-    """Function that a running step calls at least several times a second; it must return quickly."""
+    """Function that a running step calls at least several times a second. It must return quickly."""
 
     def __call__(self, share: float = 0.0, /) -> None:
-        """Report that the step is running; `share` is the share done, from 0 to 1, or 0 if unknown."""
+        """Report that the step is still running. `share` is the completed share, from 0 to 1, or 0 if it is unknown."""
 
 
 #: Minimum interval between two reports of a running step, s.
@@ -67,7 +68,7 @@ _REPORT_INTERVAL = 0.1
 
 
 def ignore_heartbeat(_: float = 0.0, /) -> None:
-    """Do nothing. This is the heartbeat of a step whose progress is not shown."""
+    """Do nothing. Steps that do not show their progress use this heartbeat."""
 
 
 def heartbeat_for_step(progress: OnProgress | None, step: Message) -> Heartbeat:
@@ -90,9 +91,9 @@ def heartbeat_for_step(progress: OnProgress | None, step: Message) -> Heartbeat:
 def progress_of_search(
     progress: OnProgress | None, step: Message, left: float = 1.0, part: float = 1.0
 ) -> OnProgress | None:
-    """Return a callback for the progress of a search. It reports to `progress` under the name `step`.
+    """Return a callback that forwards the progress of a search to `progress`, as the progress of the step `step`.
 
-    `part` is the share of the search in the whole work. `left` is the share of the work that remains when the search
+    `part` is the share of the search in the total work. `left` is the share of the work that remains when the search
     starts.
     """
     if progress is None:

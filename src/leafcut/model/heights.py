@@ -11,13 +11,16 @@ from leafcut.model.issue import Issue, Severity
 
 #: Tolerance for equal heights, mm.
 SAME_HEIGHT = 0.001
-#: Maximum number of heights in a message; a drawing with more is a 3D drawing.
+#: Maximum number of heights listed in a message. A drawing with more heights is a 3D drawing.
 _MAX_NAMED = 4
 
 
 @dataclass(frozen=True)
 class HeightCount:
-    """Number of objects at each height, and the position of the first object: height → (number, x, y), mm."""
+    """Counts the objects at each height, and keeps the position of the first object.
+
+    The dict maps a height to (number, x, y), mm.
+    """
 
     heights: dict[float, tuple[int, float, float]] = field(default_factory=dict)
 
@@ -37,7 +40,7 @@ class HeightCount:
         return len(self.heights) > 1
 
     def notes(self, noun: str) -> list[Issue]:
-        """Return a note if all objects are drawn at one height other than Z0; `noun` names the objects."""
+        """Return a note if all objects share a height other than Z0. `noun` is the word for the objects."""
         if self.differ or not self.common:
             return []
         words = Message("all {} are drawn at Z{:g}: this height becomes Z0 of the program", noun, self.common)
@@ -45,7 +48,7 @@ class HeightCount:
 
     @property
     def common(self) -> float:
-        """The common height of all objects, mm; 0 if the heights differ or there are no objects."""
+        """The height that all objects share, mm. It is 0 if the heights differ or the drawing has no objects."""
         return next(iter(self.heights)) if len(self.heights) == 1 else 0.0
 
     def __str__(self) -> Message:

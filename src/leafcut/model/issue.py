@@ -1,4 +1,4 @@
-"""`Issue`: a numbered problem that a reader or planner noticed and worked around, with its position."""
+"""`Issue`: a problem that a reader or planner worked around, with a code and a position."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.message import Message
 
 
 class Severity(StrEnum):
-    """Importance of an issue for the machine operator; ``missing`` means that drawn work is not done."""
+    """How important an issue is for the machine operator. ``missing`` means that drawn work is not done."""
 
     NOTE = "note"
     WARNING = "warning"
@@ -20,8 +20,8 @@ class Severity(StrEnum):
     DANGER = "danger"
 
 
-#: Code → meaning. The hundreds digit is the subject: 1 reading, 2 skipped objects, 3 repairs, 4 assumptions, 5 order of
-#: a program, 6 sheet cutting, 7 pockets, 8 behaviour of a program.
+#: Maps each code to its meaning. The first digit is the subject: 1 reading, 2 skipped objects, 3 repairs, 4
+#: assumptions, 5 order of a program, 6 sheet cutting, 7 pockets, 8 behaviour of a program.
 CODES: dict[str, str] = {
     "L101": "the file was damaged and could be repaired",
     "L102": "the file does not state its units",
@@ -146,8 +146,8 @@ CODES: dict[str, str] = {
     "L820": "the settings of a controller differ from the profile of its machine",
 }
 
-#: Codes of issues shown next to the word "verified", with the heading of their line: assumed values, areas that the
-#: tool does not reach, and deep holes without pecks.
+#: Codes of issues that appear next to the word "verified", with the heading of their line. They cover assumed values,
+#: areas that the tool does not reach, and deep holes without pecks.
 LIMITS = {
     **dict.fromkeys(("L102", "L401", "L402", "L405", "L412", "L413", "L414", "L417", "L510"), "assumed"),
     **dict.fromkeys(("L701", "L711"), "not cut"),
@@ -157,18 +157,18 @@ LIMITS = {
 
 @dataclass(frozen=True, slots=True)
 class MissingWork:
-    """Work that the input requests and the program does not do.
+    """Requested work that the program does not do.
 
     Attributes
     ----------
     what
-        Noun for one feature: ``part``, ``hole``, ``slot``, ``pocket``, ``opening`` …
+        Noun for the feature: ``part``, ``hole``, ``slot``, ``pocket``, ``opening`` …
     count
         Number of missing features.
     where
-        Known positions of the features in program coordinates, mm; there may be fewer than `count`.
+        Known positions of the features in program coordinates, mm. There may be fewer positions than `count`.
     outlines
-        Known closed outlines of the features, mm; hatched in drawings.
+        Known closed outlines of the features, mm. Drawings show them with hatching.
     """
 
     what: str
@@ -183,10 +183,10 @@ _SOME_WORK = MissingWork("feature")
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One problem: a code of `CODES`, a one-line message, and the position (file, line, handle) if known.
+    """A problem with a code from `CODES` and a one-line message. It has a position (file, line, handle) if it is known.
 
-    `missing` is the work that is not done; the message states the reason. An issue has missing work if and only if its
-    severity is `Severity.MISSING`.
+    `missing` is the work that is not done, and the message explains the reason. An issue has missing work if and only
+    if its severity is `Severity.MISSING`.
     """
 
     code: str
@@ -210,7 +210,7 @@ class Issue:
         return Message("{} ({})", message, self.place) if self.place else message
 
     def as_note(self) -> Issue:
-        """Return the issue as a note, without missing work, because the user did not request this work."""
+        """Return the issue as a note without missing work, because the user did not request this work."""
         return Issue(self.code, self.message, self.place, Severity.NOTE)
 
 
@@ -220,7 +220,7 @@ def missing_work(issues: Iterable[Issue]) -> tuple[Issue, ...]:
 
 
 def missing_words(issues: Iterable[Issue]) -> str:
-    """Return a summary of missing work, such as ``2 parts, 1 hole``; "" if no work is missing."""
+    """Summarize the missing work: ``2 parts, 1 hole``. Return "" if no work is missing."""
     numbers: dict[str, int] = {}
     for issue in issues:
         if issue.missing is not None:

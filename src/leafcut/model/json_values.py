@@ -1,4 +1,4 @@
-"""Conversion of the classes of `model` to JSON: frozen dataclasses, tuples, arrays, enums and plain values."""
+"""Convert the classes in `model` to JSON: frozen dataclasses, tuples, arrays, enums and plain values."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Enumerations: heads of machines, cutting methods, kinds of programs, work of rotating tools, and tool materials.
 
-The names of processes are not an enumeration, because plug-ins add further names (`processes.registry.names`).
+The names of processes are not an enumeration, because plug-ins can add more names (`processes.registry.names`).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from enum import StrEnum
 
 
 class CutMethod(StrEnum):
-    """Method of cutting sheet; process names in cut charts start with it: ``laser_fiber_3kW``."""
+    """A method for cutting sheet. Process names in cut charts start with the method: ``laser_fiber_3kW``."""
 
     PLASMA = "plasma"
     LASER = "laser"
@@ -18,7 +18,7 @@ class CutMethod(StrEnum):
 
 
 class Head(StrEnum):
-    """Kind of head of a machine; value of the key ``process`` in its profile."""
+    """The kind of head of a machine. Its profile stores this value under the key ``process``."""
 
     SPINDLE = "spindle"
     TORCH = "torch"
@@ -28,7 +28,7 @@ class Head(StrEnum):
 
     @property
     def method(self) -> CutMethod | None:
-        """The cutting method of the head; None for a spindle."""
+        """The cutting method of the head, or None for a spindle."""
         return _METHODS.get(self)
 
     @classmethod
@@ -38,7 +38,7 @@ class Head(StrEnum):
 
 
 def method_of(name: str) -> str:
-    """Return the first word of a process name in a cut chart, usually a value of `CutMethod`."""
+    """Return the first word of a process name from a cut chart. This is usually a value of `CutMethod`."""
     return name.lower().partition("_")[0]
 
 
@@ -51,7 +51,7 @@ _METHODS = {
 
 
 class ProgramKind(StrEnum):
-    """Kind of a program, as given by ``--process``."""
+    """The kind of a program, as selected with ``--process``."""
 
     DRILL = "drill"
     MILL = "mill"
@@ -60,18 +60,18 @@ class ProgramKind(StrEnum):
 
 
 class CuttingWork(StrEnum):
-    """Operation of a rotating tool. It determines the life of the tool and the loads on it."""
+    """The operation of a rotating tool. The life of the tool and the loads on it depend on the operation."""
 
     DRILL = "drill"
     MILL = "mill"
 
 
 class ToolMaterial(StrEnum):
-    """Material of a tool's cutting edge."""
+    """The material of a tool's cutting edge."""
 
     HSS = "hss"
     CARBIDE = "carbide"
 
 
-#: Kinds of programs with a beam, which is on while cutting and has no depth.
+#: Kinds of programs with a beam. The beam is on while cutting, and has no depth.
 BEAMS = (ProgramKind.LASER, ProgramKind.PLASMA)

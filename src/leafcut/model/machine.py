@@ -1,4 +1,4 @@
-"""`Machine`: the properties of a machine that affect its programs and their times."""
+"""`Machine`: the properties of a machine that affect its programs and the time to run them."""
 
 from __future__ import annotations
 
@@ -12,10 +12,17 @@ XYZ = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Probe:
-    """Touch-off of the sheet with the torch, which moves down until a switch trips.
+    """Touch-off of the sheet with the torch: the torch moves down until a switch trips.
 
-    `feed` is in mm/s. At `depth` mm below Z0, the controller raises an alarm. `switch_offset` is the Z travel from
-    contact to the trip of the switch, mm; 0 if the tip itself is the switch.
+    Attributes
+    ----------
+    feed
+        Feed, mm/s.
+    depth
+        Distance below Z0 at which the controller raises an alarm, mm.
+    switch_offset
+        Distance that the torch moves between touching the sheet and tripping the switch, mm; 0 if the tip itself is the
+        switch.
     """
 
     feed: float
@@ -25,19 +32,19 @@ class Probe:
 
 @dataclass(frozen=True)
 class Machine:
-    """A three-axis machine: mm, mm/s, mm/s², s, rpm; vectors are (x, y, z).
+    """A three-axis machine. Units are mm, mm/s, mm/s², s and rpm, and vectors are (x, y, z).
 
     Attributes
     ----------
     name, description, controller, head
-        `controller` is the name of a dialect, or the path of its TOML file; `head` is spindle, torch (plasma),
-        laser, flame or water.
+        `controller` is the name of a dialect, or the path of its TOML file. `head` is spindle, torch (plasma), laser,
+        flame or water.
     cut_process
-        Cutting process with power, as named in cut charts (``laser_fiber_3kW``); empty if unknown, or for a spindle.
+        Cutting process with power, as named in cut charts (``laser_fiber_3kW``). Empty if unknown, or for a spindle.
     family
-        The shipped dialect on which the controller's own dialect is based; it determines the timing model.
+        The shipped dialect that the controller's own dialect extends. It determines the timing model.
     units
-        ``mm`` or ``in``: units that the controller assumes for programs without a units word.
+        ``mm`` or ``in``: the units that the controller assumes if a program has no units word.
     rapid_style
         ``linear`` if the axes move together on a straight line, ``dogleg`` if each axis moves at its own speed.
     rapid_velocity, acceleration
@@ -54,42 +61,43 @@ class Machine:
     arc_tolerance
         Chord tolerance of GRBL's arcs, mm ($12).
     steps_per_mm
-        Motor steps per mm of each axis of a GRBL board ($100 to $102); its moves end at whole steps.
+        Motor steps per mm for each axis of a GRBL board ($100 to $102). Moves end at whole steps.
     motor_lock_s
-        Time for which GRBL waits after every motion before it releases the motors, s ($1; 255 is 0).
+        Time that GRBL waits after every motion before it releases the motors, s ($1). The value 255 counts as 0.
     max_feed
         Maximum programmed feed, mm/s.
     travel_min, travel_max
-        Limits of travel in machine coordinates. An unknown limit is -inf or inf, and is not checked.
+        Travel limits in machine coordinates. An unknown limit is -inf or inf, and is not checked.
     work_offset
-        Program zero in machine coordinates; None if unknown, so that only the size of the job can be checked.
+        Program zero in machine coordinates. If it is None, the zero is unknown, so only the size of the job can be
+        checked.
     home
-        Machine coordinates of the spindle before and after a program.
+        Position of the spindle in machine coordinates before and after a program.
     spindle_min_rpm, spindle_max_rpm
         Range of spindle speeds.
     tool_changer
-        Whether M6 changes the tool automatically; if not, the program pauses for a manual change.
+        Whether M6 changes the tool automatically. If not, the program pauses for a manual change.
     preselect_tool, optional_stop
-        Whether programs name the next tool after each change, and have an optional stop (M1) before each change.
+        Whether programs preselect the next tool after each change, and have an optional stop (M1) before each change.
     tool_change_s
-        Time of a change, chip to chip if automatic.
+        Time of a tool change. For an automatic change, this is the chip-to-chip time.
     tool_change_position
-        Machine coordinates (x, y) of the table for a tool change; None if the table does not move.
+        Position (x, y) of the table for a tool change in machine coordinates; None if the table does not move.
     spindle_power, spindle_torque, max_thrust
         Maximum spindle power and torque, W and N·mm, and maximum thrust of the z axis, N; 0 if unknown.
     spindle_start_s
-        Dwell for the spindle to reach its speed.
+        Dwell until the spindle has reached its speed.
     safe_z
-        Machine coordinate z of a safe height for tool changes and for the end of a program; None to use the clearance
-        height of the program.
+        Machine coordinate z of a safe height for tool changes and for the end of a program. If it is None, the
+        clearance height of the program applies.
     nozzle_diameter
         Width of the head just above the sheet, mm; 0 if unknown.
     probe
         Touch-off of the sheet in programs, or None.
     sources
-        Key → source of the value, or "estimate: …".
+        Maps a key to the source of its value, or to "estimate: …".
     assumed
-        Key → value and reason, in words, for values that the profile lacks and leafcut assumes.
+        Maps a key that the profile lacks to the value that leafcut assumes, with the reason, in words.
     """
 
     name: str
@@ -131,15 +139,15 @@ class Machine:
     assumed: dict[str, str] = field(default_factory=dict)
 
     def reach(self, axis: int) -> float:
-        """Return the length of an axis, mm; inf if unknown."""
+        """Return the travel length of an axis, mm, or inf if it is unknown."""
         return self.travel_max[axis] - self.travel_min[axis]
 
     @property
     def table_known(self) -> bool:
-        """Whether both ends of the x and y axes are known."""
+        """Whether both travel limits of the x and y axes are known."""
         return all(math.isfinite(self.reach(axis)) for axis in (0, 1))
 
     @property
     def control(self) -> str:
-        """The dialect whose motion model applies: the shipped dialect if known, otherwise the controller's own."""
+        """The dialect that determines the motion model: the shipped dialect, or else the controller's own dialect."""
         return self.family or self.controller

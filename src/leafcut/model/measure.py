@@ -1,4 +1,4 @@
-"""`Measure`: lengths and times of a toolpath."""
+"""`Measure`: the lengths and the machine time of a toolpath."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Measure:
-    """Lengths of rapids and cuts of a toolpath, mm, and its machine time, s.
+    """Lengths of the rapids and cuts in a toolpath, mm, and its machine time, s.
 
     Attributes
     ----------
     by_kind
         Seconds of rapid, feed, dwell, tool_change and spindle.
     by_tool
-        Seconds with each tool, by tool number, including the change to it; empty for a path with fewer than two tools.
-        Number 0 is the time before the first tool.
+        Seconds with each tool, by tool number, including the change to the tool. Empty for a path with fewer than two
+        tools. Number 0 is the time before the first tool.
     start
-        Position before the first move, (x, y) in mm, if the time includes the move from there.
+        Position before the first move, (x, y) in mm, if the time includes the move from this position.
     lines
         Byte and word counts of the sent lines, int64[n] each, if the time depends on them (GRBL).
     """

@@ -15,7 +15,7 @@ from leafcut.message import Message
 class Mesh:
     """Triangles of a surface, float64[n, 3, 3] (triangle, corner, x y z), mm.
 
-    The mesh is `closed` if two triangles share every edge, so that it has an inside.
+    The mesh is `closed` if every edge belongs to two triangles, so that the surface encloses a volume.
     """
 
     triangles: NDArray[np.float64]

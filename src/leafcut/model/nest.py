@@ -1,4 +1,4 @@
-"""`Nest`: placement of parts on sheets, with the results of nesting."""
+"""`Nest`: the placement of parts on sheets, and the results of nesting."""
 
 from __future__ import annotations
 
@@ -17,8 +17,12 @@ from leafcut.model.issue import Issue, missing_work
 class NestPart:
     """A part to nest, with its quantity.
 
-    `contours` are the closed outline, then holes and marks, mm, in drawing coordinates. `rotations` are the allowed
-    angles, rad counter-clockwise from the drawing; None for any angle.
+    Attributes
+    ----------
+    contours
+        The closed outline, then holes and marks, mm, in drawing coordinates.
+    rotations
+        Allowed angles, rad, counter-clockwise from the drawing; None if any angle is allowed.
     """
 
     name: str
@@ -28,7 +32,7 @@ class NestPart:
 
     @property
     def label(self) -> str:
-        """Name for drawings, with at most 40 characters. DXF allows 255, but a character may need six of them."""
+        """Name for drawings, with at most 40 characters. DXF allows 255, but some characters need six of them."""
         return "".join(c if c.isprintable() and c != "\\" and c <= "\uffff" else "?" for c in self.name).strip()[:40]
 
     @property
@@ -49,7 +53,7 @@ class NestPart:
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """One part on a sheet: rotated by `angle` (rad) about the drawing's origin, then moved by (x, y) mm."""
+    """A part on a sheet. It is rotated about the drawing's origin by `angle` (rad), and then moved by (x, y) mm."""
 
     part: int
     angle: float
@@ -57,7 +61,7 @@ class Placement:
     y: float
 
     def placed(self, path: Polyline) -> Polyline:
-        """Return a path of the part in sheet coordinates."""
+        """Convert a path of the part to sheet coordinates."""
         return (path.turned(self.angle) if self.angle else path).moved(self.x, self.y)
 
 
@@ -68,9 +72,9 @@ class Stock:
     Attributes
     ----------
     count, price
-        Number of sheets, or None if unlimited; price of a sheet, or None if unknown.
+        Number of sheets, or None if the number is unlimited; price of a sheet, or None if unknown.
     edge
-        Outline of a remnant, then the holes in it; empty for a rectangle.
+        Outline of a remnant, then the holes in it. Empty for a rectangle.
     name
         ``3000x1500``, or the name of the drawing of a remnant.
     """
@@ -101,9 +105,10 @@ class Stock:
 
 
 def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
-    """Return the cost of a sheet of each kind: its price if any kind has a price, otherwise its area, mm².
+    """Return the cost of one sheet of each kind.
 
-    A remnant without a price costs nothing if any kind has a price, or if any kind is a new sheet.
+    If any kind has a price, the cost is the price, otherwise the area in mm². A remnant without a price costs nothing
+    if any kind has a price, or if any kind is a new sheet.
     """
     if any(stock.price is not None for stock in stocks):
         return [stock.price or 0.0 for stock in stocks]
@@ -113,7 +118,7 @@ def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
 
 @dataclass(frozen=True)
 class Layout:
-    """Placements on one sheet, the number of identical sheets, and the index of their stock in the nest."""
+    """The placements on a sheet, the number of identical sheets, and the index of their stock in the nest."""
 
     placements: tuple[Placement, ...]
     count: int = 1
@@ -122,7 +127,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class Nest:
-    """A variant of a nest: all parts placed on sheets.
+    """A variant of a nest, with all parts placed on sheets.
 
     Attributes
     ----------
@@ -131,7 +136,7 @@ class Nest:
     unplaced
         Number of unplaced pieces of each part.
     repeatable
-        False if the time limit ended the search, so that the same seed may give a different nest.
+        False if the time limit ended the search. The same seed may then give a different nest.
     """
 
     parts: tuple[NestPart, ...]
@@ -158,17 +163,17 @@ class Nest:
         return sum(layout.count * self.parts[p.part].area for layout in self.layouts for p in layout.placements)
 
     def stock_of(self, layout: Layout) -> Stock:
-        """Return the kind of sheet of a layout."""
+        """Return the kind of sheet that a layout uses."""
         return self.stocks[layout.stock]
 
     @property
     def priced(self) -> bool:
-        """Whether sheets have prices; then the cost is minimized instead of the area."""
+        """Whether sheets have prices. If so, nesting minimizes the cost instead of the area."""
         return any(stock.price is not None for stock in self.stocks)
 
     @property
     def cost(self) -> float | None:
-        """Total cost of the sheets; None without prices."""
+        """Total cost of the sheets, or None if sheets have no prices."""
         return self._cost if self.priced else None
 
     @property
@@ -183,12 +188,12 @@ class Nest:
 
     @property
     def utilisation(self) -> float:
-        """Share of the sheets' area that parts use, 0 to 1."""
+        """Share of the sheet area that the parts use, 0 to 1."""
         return self.area / self.sheet_area if self.layouts else 0.0
 
     @cached_property
     def used_length(self) -> float:
-        """Extent of the parts along the last sheet, mm; the remainder can be cut off and kept."""
+        """Extent of the parts along the last sheet, mm. The shop can cut off and keep the remaining length."""
         if not self.layouts:
             return 0.0
         edges = [p.placed(self.parts[p.part].outline).extents[2] for p in self.layouts[-1].placements]
@@ -196,7 +201,7 @@ class Nest:
 
     @property
     def utilisation_of_used(self) -> float:
-        """Utilisation of the sheets without the rectangular remainder of the last sheet, 0 to 1."""
+        """Utilisation of the sheets, 0 to 1, if the shop keeps the rectangular remainder of the last sheet."""
         if not self.layouts:
             return 0.0
         last = self.stock_of(self.layouts[-1])
@@ -205,14 +210,16 @@ class Nest:
 
     @property
     def rank(self) -> tuple[float, float, float]:
-        """Sort key of nests, the best first: area of the unplaced parts, then cost or area of the sheets, then used
-        length of the last sheet.
+        """Sort key that puts the best nest first.
+
+        It compares the area of the unplaced parts, then the cost or area of the sheets, and then the used length of the
+        last sheet.
         """
         left = sum(part.area * count for part, count in zip(self.parts, self.unplaced, strict=True))
         return (left, self._cost, self.used_length) if self.layouts else (left, math.inf, 0.0)
 
     def contours(self, layout: Layout) -> Iterator[Contour]:
-        """Yield every contour of a sheet in its position; all contours of a part have the same number, from 1."""
+        """Yield every contour of a sheet in its position. All contours of a part share its number, from 1."""
         for number, placement in enumerate(layout.placements, 1):
             for contour in self.parts[placement.part].contours:
                 yield Contour(placement.placed(contour.path), contour.kind, contour.layer, contour.handle, number)
@@ -220,7 +227,7 @@ class Nest:
 
 @dataclass(frozen=True)
 class Remnant:
-    """A remnant that is worth keeping, and the file with its drawing."""
+    """A remnant that is worth keeping, and the file that contains its drawing."""
 
     file: str
     count: int
@@ -229,18 +236,18 @@ class Remnant:
 
 @dataclass(frozen=True)
 class NestOutcome:
-    """Result of nesting: the variants, the best first, with their drawings and files.
+    """Result of nesting: the variants, starting with the best, and their drawings and files.
 
     Attributes
     ----------
     spacing, margin
-        Checked distances between two parts, and between a part and the edge of the sheet, mm.
+        Distances that were checked: between two parts, and between a part and the edge of the sheet, mm.
     dropped
-        One line for every variant that failed its check.
+        A line for every variant that failed its check.
     drawings
-        For every drawn variant, the best first, the DXF text of each sheet, one per layout.
+        For every variant with drawings, starting with the best, the DXF text of each sheet. Each layout has a drawing.
     defaults
-        Used options that the user's own defaults set, as typed.
+        Options that came from the user's own defaults, as typed.
     """
 
     nests: tuple[Nest, ...]
@@ -256,13 +263,13 @@ class NestOutcome:
 
     @property
     def missing(self) -> tuple[Issue, ...]:
-        """Issues about parts and lines that were not placed on a sheet."""
+        """Issues about parts and lines that did not fit on a sheet."""
         return missing_work(self.issues)
 
     def names(self, output: str | Path, variants: int = 1) -> tuple[tuple[str, ...], ...]:
-        """Return the file names of the drawings of the best variants; `output` is the name of the first.
+        """Return the file names for the drawings of the best variants. `output` is the name of the first drawing.
 
-        If there are several sheets, they are numbered: ``sheet_1.dxf``. The second variant is ``sheet_v2_1.dxf``.
+        If a variant has several sheets, they are numbered: ``sheet_1.dxf``. The second variant is ``sheet_v2_1.dxf``.
         """
         output, names = Path(output), []
         for number, nest in enumerate(self.nests[:variants], 1):

@@ -1,4 +1,4 @@
-"""`Obstacles`: clamps and fixtures on the table, and the heights and routes of rapids past them."""
+"""`Obstacles`: clamps and fixtures on the table, and how rapids get past them."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from leafcut.model.cutter import widest_below
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """Rectangles in which nothing is cut; rapids cross them at a safe height or go around them.
+    """Rectangles in which the program must not cut. Rapids cross them at a safe height or go around them.
 
     Attributes
     ----------
     zones
         float64[k, 4]: x0, y0, x1, y1 with x0 ≤ x1, y0 ≤ y1, mm.
     heights
-        float64[k]: minimum height of a rapid across each zone, mm; infinite if the tool cannot be lifted and must go
-        around.
+        float64[k]: minimum height of a rapid across each zone, mm. Infinite if the tool cannot be lifted and must go
+        around the zone.
     radii
-        Tool number → radius of the flutes, mm, which is the minimum distance of its centre from a zone. Other tools
-        have 0.
+        Maps a tool number to the radius of the flutes, mm. The centre of the tool keeps at least this distance from a
+        zone. All other tools have radius 0.
     dogleg
-        Whether each axis moves at its own speed in a rapid, so that its path is bent.
+        Whether each axis moves at its own speed in a rapid, so that the path is bent.
     bodies
-        Tool number → discs of shank and holder as pairs (height above the tip, radius), mm.
+        Maps a tool number to the discs of shank and holder, as pairs (height above the tip, radius), mm.
     lowest
-        Tool number → lowest height of its tip, mm. With the tip at this height, all discs below the height of a zone
-        must clear the zone.
+        Maps a tool number to the lowest height of its tip, mm. With the tip at this height, every disc that is lower
+        than a zone must clear the zone.
     """
 
     zones: NDArray[np.float64]
@@ -57,9 +57,9 @@ class Obstacles:
         return widen_zones(self.zones, self._margins(tool or 0))
 
     def between(self, a: Point, b: Point, tool: int | None) -> float:
-        """Return the minimum height of a rapid from `a` to `b`, mm; −∞ if it crosses no zone.
+        """Return the minimum height of a rapid from `a` to `b`, mm, or −∞ if the rapid crosses no zone.
 
-        A rapid from an unknown position may cross any zone. If the tool can be lifted, such a rapid must be above all
+        A rapid from an unknown position may cross any zone. If the tool can be lifted, such a rapid must stay above all
         zones.
         """
         unknown = any(map(math.isnan, a))
@@ -77,7 +77,7 @@ class Obstacles:
         return path_around_zones(a, b, self.of_tool(tool), dogleg=self.dogleg)
 
     def extent_of_detours(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return the extent of moves over or around the zones: lowest x, y, z and highest x, y, z, mm."""
+        """Return the extent of moves over or around the zones: the lowest and then the highest x, y and z, mm."""
         if math.isfinite(self.height):
             return (math.inf,) * 3, (-math.inf, -math.inf, self.height)
         widest = max((float(self._margins(tool).max(initial=0.0)) for tool in self.radii), default=0.0)

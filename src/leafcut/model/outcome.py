@@ -1,4 +1,4 @@
-"""`Outcome`: all results of a job, from which the report and the JSON answer are derived."""
+"""`Outcome`: all results of a job. The report and the JSON answer are derived from it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 
-#: Name of one of the two paths of an outcome.
+#: Selects one of the two paths of an outcome.
 Which = Literal["before", "after"]
 
 
@@ -27,11 +27,11 @@ class OperationOutcome:
     hole_order
         Indices into `Part.holes` (or `Part.slots` if `slots`), in machining order.
     cuts
-        For a program from another CAM system: number of cuts that are ordered together with the holes.
+        For a program from another CAM system, the number of cuts that are ordered together with the holes.
     lines
-        For such a program: first and last line of the section with these holes and cuts.
+        For such a program, the first and last line of the section with these holes and cuts.
     staying
-        For such a program: holes that keep their original position in the order.
+        For such a program, the holes that keep their original position in the order.
     """
 
     tool: Tool
@@ -45,37 +45,38 @@ class OperationOutcome:
 
     @property
     def holes(self) -> tuple[int, ...]:
-        """All holes or slots of the tool; those that keep their position in the order come last."""
+        """All holes or slots of the tool. The holes that keep their position in the order come last."""
         return self.hole_order + self.staying
 
 
-#: Type of the results specific to a process.
+#: Type of the results that are specific to a process.
 D = TypeVar("D")
 
 
 @dataclass(frozen=True)
 class Outcome(Generic[D]):
-    """Results of a job: results common to all processes, and the `detail` of the process.
+    """Results of a job. The results in `detail` are specific to the process.
 
     Attributes
     ----------
     process
-        ``drill``, ``cut`` or ``pocket``; for a program from another CAM system, ``drill``, ``mill``, ``laser`` or
+        ``drill``, ``cut`` or ``pocket``. For a program from another CAM system, ``drill``, ``mill``, ``laser`` or
         ``plasma``.
     before, nearest, after
         Measures of the input order, of the nearest-neighbour order (None for programs), and of the written program.
     written
-        Toolpath read back from the text for the proof, with the line of every row; None if it equals `path_after`.
+        Toolpath that was read back from the text for the proof, with the line of every row. None if it equals
+        `path_after`.
     encoding, extension
         Encoding of the program file, and its extension including the dot.
     options
-        Flag → value as typed, for every option that differs from its default.
+        Maps a flag to its value as typed, for every option that differs from its default.
     defaults
-        Used options that the user's own defaults set, as typed.
+        Options that came from the user's own defaults, as typed.
     made_by
-        Name of the process that generated the program; it may be a plug-in.
+        Name of the process that generated the program. The process may be a plug-in.
     work_offset
-        Words of the work offsets that the program selects, such as ``G54``; empty if it selects none.
+        Words of the work offsets that the program selects, such as ``G54``. Empty if the program selects none.
     """
 
     part: Part
@@ -108,7 +109,7 @@ class Outcome(Generic[D]):
 
     @property
     def missing(self) -> tuple[Issue, ...]:
-        """Issues about requested work that the program does not do, with position and reason."""
+        """Issues about requested work that the program does not do, with the position and the reason."""
         return missing_work(self.issues)
 
     @property
@@ -118,20 +119,22 @@ class Outcome(Generic[D]):
 
     @property
     def saved_percent(self) -> float:
-        """Saved machine time compared with the order of the input, percent."""
+        """Machine time that the new order saves compared with the order of the input, percent."""
         return 100.0 * (1.0 - self.after.time_s / self.before.time_s) if self.before.time_s > 0 else 0.0
 
     @property
     def lower_bound(self) -> float | None:
-        """Sum of the lower bounds of all operations, in the unit of their costs; None if any of them is missing.
+        """Sum of the lower bounds of all operations, in the unit of their costs.
+
+        It is None if an operation has no bound.
 
         Each bound assumes that the tool starts at the end of the previous tool's path. With several tools, the sum is
-        therefore not a bound if these paths end elsewhere.
+        therefore not a true bound if these paths could end elsewhere.
         """
         bounds = [o.solution.lower_bound for o in self.operations]
         return None if not bounds or any(b is None for b in bounds) else sum(b for b in bounds if b is not None)
 
     @property
     def gap(self) -> float | None:
-        """Largest possible excess of the cost over the optimum, as a fraction; None without a lower bound."""
+        """Upper limit for the excess of the cost over the optimum, as a fraction; None without a lower bound."""
         return gap(sum(o.solution.cost for o in self.operations), self.lower_bound)

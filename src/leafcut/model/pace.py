@@ -1,4 +1,4 @@
-"""`Pace`: new feeds for the motions of a program, the rules for them, and lowered heights."""
+"""`Pace`: new feeds and lower heights for the motions of a program, and the rules for them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,18 @@ from leafcut.model.work_material import WorkMaterial
 
 @dataclass(frozen=True)
 class PaceRules:
-    """Permitted changes to the feeds of a program.
+    """Changes to the feeds of a program that the user permits.
 
-    With `air`, feed moves in air become rapids, which stay at least `clearance` mm away from all material. With
-    `feeds`, feeds follow the chip thickness. `spindle` is None if the material is unknown.
+    Attributes
+    ----------
+    air
+        Whether feed moves in air become rapids.
+    clearance
+        Minimum distance of these rapids from all material, mm.
+    feeds
+        Whether feeds follow the chip thickness.
+    spindle
+        The spindle with the material that it cuts; None if the material is unknown.
     """
 
     air: bool
@@ -25,7 +33,7 @@ class PaceRules:
 
 @dataclass(frozen=True)
 class SpindleLoad:
-    """Power, W, and torque, N·mm, of a spindle (infinite if unknown), and the material that it cuts.
+    """Power, W, and torque, N·mm, of a spindle, and the material that it cuts. An unknown power or torque is infinite.
 
     `efficiency` is the share of the power that reaches the tool.
     """
@@ -37,13 +45,14 @@ class SpindleLoad:
 
     @property
     def limited(self) -> bool:
-        """Whether power or torque is known."""
+        """Whether the power or the torque is known."""
         return min(self.power, self.torque) < math.inf
 
 
 class PaceStretch(NamedTuple):
-    """A section of a motion: its end as a fraction of the motion, and its speed, mm/s; the speed of a rapid is
-    infinite.
+    """A section of a motion.
+
+    It has an end, as a fraction of the motion, and a speed, mm/s. The speed of a rapid is infinite.
     """
 
     until: float
@@ -52,18 +61,31 @@ class PaceStretch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pace:
-    """New speeds of a program: row of the path → its sections, and tool number → limits of the tool."""
+    """New speeds of a program.
+
+    The sections are stored by row of the path, and the limits by tool number.
+    """
 
     stretches: dict[int, tuple[PaceStretch, ...]] = field(default_factory=dict)
     limits: dict[int, ToolLimits] = field(default_factory=dict)
 
 
 class ToolLimits(NamedTuple):
-    """Limits of a tool: chip thickness, mm per revolution at full engagement, and material removal rate, mm³/s.
+    """Limits of a tool.
 
-    `stated` means that the chip thickness follows from feed and speed of the tool library, and not from the heaviest
-    cut of the program. `plunge` is the maximum plunge rate, mm/s, infinite if the library has none. `spindle` is None
-    if the material, the spindle or the number of teeth is unknown.
+    Attributes
+    ----------
+    chip
+        Chip thickness, mm per revolution at full engagement.
+    rate
+        Material removal rate, mm³/s.
+    stated
+        Whether the chip thickness comes from the feed and speed in the tool library. Otherwise it comes from the
+        heaviest cut of the program.
+    plunge
+        Maximum plunge rate, mm/s; infinite if the library has none.
+    spindle
+        The spindle; None if the material, the spindle or the number of teeth is unknown.
     """
 
     chip: float

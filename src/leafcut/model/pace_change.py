@@ -1,4 +1,4 @@
-"""`PaceChange`: the effect of new speeds on a program."""
+"""`PaceChange`: how new speeds change a program."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class FeedLimit(NamedTuple):
-    """A limit of a tool's feeds, and the largest load in the original and in the new program.
+    """A limit for the feeds of a tool, with the largest load in the original and in the new program.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class FeedLimit(NamedTuple):
 
 @dataclass(frozen=True)
 class ToolPace:
-    """The effect of new feeds on the cuts of a milling tool.
+    """How new feeds change the cuts of a milling tool.
 
     Attributes
     ----------
@@ -34,9 +34,10 @@ class ToolPace:
         Lowest and highest feed in material, mm/s.
     chip_before, chip_after, chip_limit
         Maximum chip thickness per revolution in the original and in the new program, and its limit, mm, as if the tool
-        had one tooth.
+        had only one tooth.
     limit_stated
-        Whether the limit follows from feed and speed of the tool library, and not from the heaviest cut of the program.
+        Whether the limit comes from the feed and speed in the tool library. Otherwise it comes from the heaviest cut of
+        the program.
     rate_before, rate_after
         Maximum material removal rate, mm³/s.
     """
@@ -56,19 +57,19 @@ class ToolPace:
 
 @dataclass(frozen=True)
 class PaceChange:
-    """The effect of new speeds on a program.
+    """How new speeds change a program.
 
     Attributes
     ----------
     air_s, feeds_s, retracts_s
         Time saved by rapids in air, by new feeds, and by lower heights, s; None if not requested.
     lowered, changed
-        Number of lowered heights, and number of cuts with a new feed.
+        Number of heights that were lowered, and number of cuts with a new feed.
     rapids, clearance_mm
         Number of sections that became rapids, and their minimum distance from material, mm; None if all sections are
         far from material.
     assumed
-        Whether the stock was unknown. Then material is assumed everywhere except on the rapids of the program.
+        Whether the stock was unknown. Material is then assumed everywhere except on the rapids of the program.
     """
 
     air_s: float | None = None

@@ -1,4 +1,4 @@
-"""`Part`: the content of a drawing in millimetres, independent of machines."""
+"""`Part`: the content of a drawing in millimetres. It does not depend on a machine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.model.pocket import Pocket
 
 @dataclass(frozen=True, slots=True)
 class HoleStep:
-    """A wider section of a hole: a counterbore, a countersink or an undercut; mm, rad.
+    """A wider section of a hole, such as a counterbore, a countersink or an undercut, in mm and rad.
 
     Attributes
     ----------
@@ -24,10 +24,10 @@ class HoleStep:
     angle
         Included angle of the cone; π for a counterbore with a flat floor.
     tip, narrow
-        Depth of the tip of a sharp tool with this angle when it cuts the section, and diameter of the hole at the lower
-        end of the section.
+        Depth of the tip when a sharp tool with this angle cuts the section, and diameter of the hole at the lower end
+        of the section.
     open
-        Whether a tool of this shape can cut the section from above without cutting anything else.
+        Whether a tool of this shape can reach the section from above without cutting anything else.
     """
 
     diameter: float
@@ -49,9 +49,9 @@ class Hole:
     z
         Drawn height.
     depth
-        For a hole in a solid, depth of the full diameter below `z`; otherwise None.
+        For a hole in a solid, how far the full diameter extends below `z`; otherwise None.
     through, flat
-        For a hole in a solid, whether it is open at the bottom, and whether its floor is flat instead of a cone.
+        For a hole in a solid, whether it is open at the bottom, and whether its floor is flat rather than a cone.
     steps
         For a hole in a solid, its wider sections.
     """
@@ -78,7 +78,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A slot to mill along its centre line, from either end: both ends of the centre line, and the width, mm."""
+    """A slot, given by the two ends of its centre line and its width, mm. The tool may start at either end."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -89,10 +89,16 @@ class Slot:
 
 @dataclass(frozen=True)
 class Grouping:
-    """Clusters of alternative points of a map; a tour visits one point of every cluster.
+    """Clusters of alternative points on a map. A tour visits one point of every cluster.
 
-    `cluster`, int32[n], is the cluster of each point, numbered from 0 without gaps. `precedence`, int32[k, 2], has
-    pairs (before, after) of clusters. `first` is the cluster at the start of the closed tour, or -1 for any.
+    Attributes
+    ----------
+    cluster
+        Cluster of each point, int32[n], numbered from 0 without gaps.
+    precedence
+        Pairs (before, after) of clusters, int32[k, 2].
+    first
+        Cluster at the start of the closed tour, or -1 if any cluster may be first.
     """
 
     cluster: NDArray[np.int32]
@@ -105,8 +111,8 @@ class Grouping:
         return int(self.cluster.max()) + 1
 
 
-#: Direction of a solid → rows of the matrix that turns this direction upwards: a quarter turn about Y for X, a quarter
-#: turn about X for Y, a half turn about X for -Z.
+#: Maps a direction of a solid to the rows of the matrix that turns this direction upwards: a quarter turn about Y for
+#: X, a quarter turn about X for Y, a half turn about X for -Z.
 TURNS: dict[str, tuple[tuple[int, int, int], ...]] = {
     "x": ((0, 0, -1), (0, 1, 0), (1, 0, 0)),
     "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
@@ -119,12 +125,12 @@ TURNS: dict[str, tuple[tuple[int, int, int], ...]] = {
 
 @dataclass(frozen=True, slots=True)
 class ProgramZero:
-    """Position of the program zero in the drawing or in the solid.
+    """The position of the program zero in the drawing or in the solid.
 
     Attributes
     ----------
     place
-        Description, such as "lower left corner of the part"; "" for the zero of the drawing, or for coordinates.
+        Description, such as "lower left corner of the part". "" if the zero comes from the drawing or from coordinates.
     x, y
         Coordinates in the drawing before mirroring and rotation, or in the rotated solid, mm.
     up
@@ -133,7 +139,7 @@ class ProgramZero:
         Level of Z0: ``top`` or ``bottom`` of the solid, ``drawn`` for the solid's own Z0, ``surface`` for Z0 of the
         surface file, ``holes`` for Z0 of the drawing of the holes, or "" for the surface of a plate.
     z
-        Height of Z0 in the rotated solid, mm; for ``surface`` and ``holes``, the highest point above Z0.
+        Height of Z0 in the rotated solid, mm. For ``surface`` and ``holes``, the highest point above Z0.
     """
 
     place: str = ""
@@ -144,7 +150,7 @@ class ProgramZero:
     z: float = 0.0
 
     def facts(self, scale: float = 1.0) -> list[tuple[str, str]]:
-        """Return pairs (name, text) about the zero in X and Y, and about Z0 if its height is known.
+        """Describe the zero in X and Y, and Z0 if its height is known, as pairs (name, text).
 
         `scale` is the number of mm per output unit.
         """
@@ -174,15 +180,16 @@ class Part:
     Attributes
     ----------
     name
-        Name for messages: file or example.
+        Name for messages: a file or an example.
     holes, slots
-        Holes and slots in file order, which is the order of the "before" measure.
+        Holes and slots in file order. The "before" measure uses this order.
     source, format
-        Name of the file, and name of the reader that read it.
+        Name of the file, and name of the reader that read the file.
     edge_weight_type
         Distance function that a TSPLIB file states, such as "EUC_2D", else empty.
     matrix
-        Distances of a TSPLIB file with explicit weights, float64[n, n], else None; -1 for a forbidden connection.
+        Distances from a TSPLIB file with explicit weights, float64[n, n], else None. The value -1 marks a forbidden
+        connection.
     optimum
         Length of the best known tour if the file states it, else None.
     contours
@@ -193,16 +200,16 @@ class Part:
     pockets
         Pockets to clear, in file order.
     openings
-        Round openings through a solid whose pockets are read.
+        Round through-openings in a solid that was read for its pockets.
     besides
-        Issues about other kinds of work in the drawing. Such work counts as missing unless the user chose the kind of
-        work.
+        Issues about other kinds of work in the drawing. This work counts as missing unless the user chose that kind.
     edge
-        Lines around the holes or pockets of a plate, of kind ``sheet``; displayed, but never machined.
+        Lines around the holes or pockets of a plate, of kind ``sheet``. Drawings show them, but they are never
+        machined.
     reference
-        The geometry to which `ReadOptions.origin` refers (`read.reference`); None for the machined objects.
+        The geometry that `ReadOptions.origin` refers to (`read.reference`); None for the machined objects.
     zero
-        Position of the program zero. For a solid, the reader sets the height, and `processes.placing` the rest.
+        Position of the program zero. For a solid, the reader sets the height, and `processes.placing` sets the rest.
     height
         Height of a solid in its orientation, mm; None for a drawing.
     """
@@ -229,7 +236,7 @@ class Part:
 
     @property
     def has_hole_depths(self) -> bool:
-        """Whether the holes have depths and heights of their own, as in a solid."""
+        """Whether the holes have their own depths and heights, as in a solid."""
         return any(hole.depth is not None for hole in self.holes)
 
     @property
@@ -244,7 +251,7 @@ class Part:
 
     @property
     def extents(self) -> tuple[float, float, float, float]:
-        """Smallest x and y, then largest x and y of all machined objects, mm; zeros for an empty part."""
+        """Bounding box of all machined objects, mm: smallest x and y, then largest x and y. Zeros for an empty part."""
         points = [(h.x, h.y) for h in self.holes] + [p for s in self.slots for p in (s.start, s.end)]
         points += [p for c in self.contours for p in (c.path.extents[:2], c.path.extents[2:])]
         points += [p for c in self.pockets for p in (c.outline.extents[:2], c.outline.extents[2:])]

@@ -1,4 +1,4 @@
-"""`Stage`, `Order` and `Candidate`: tasks to order, their sequence, and the motion of the sequence."""
+"""`Stage`, `Order` and `Candidate`: tasks to order, a sequence of them, and the motion for the sequence."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ class Stage:
     Attributes
     ----------
     problem
-        Tasks as clusters, their choices as nodes, with precedence and travel cost. It has no start if the stage
-        `follows` another stage.
+        Tasks as clusters and their choices as nodes, with precedence and travel cost. The problem has no start if the
+        stage `follows` another stage.
     follows
         Whether the stage starts where the previous stage ends.
     given
-        The choices in the order of the input, int32[tasks]; empty if that order cannot be used.
+        The choices in the order of the input, int32[tasks]. Empty if that order cannot be used.
     first
-        The choices that the user wants first, int32[k], in this order.
+        The choices that the user wants to come first, int32[k], in this order.
     parts
-        Number of parts to which the tasks belong, for one ant per part; 0 for one ant per choice.
+        Number of parts that the tasks belong to, for one ant per part; 0 for one ant per choice.
     """
 
     problem: RoutingProblem
@@ -45,18 +45,18 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Order:
-    """The choices that an order has made in every stage, in sequence.
+    """The choices of every stage, in sequence.
 
     Attributes
     ----------
     choices
-        The choices of each stage, int32[tasks]. A process that refines an order may use another form of the choices.
+        The choices of each stage, int32[tasks]. A process that refines an order may store the choices in another form.
     solutions
-        Cost, bound and history of each stage; empty for an order that is not the result of a search.
+        Cost, bound and history of each stage. Empty for an order that does not come from a search.
     kept
-        Tasks that keep their position in the input: (stage, task) → reason.
+        Tasks that keep their position in the input. Maps (stage, task) to the reason.
     unchanged
-        Whether the program is the unchanged input.
+        Whether the program is the same as the input.
     """
 
     choices: tuple[Any, ...]
@@ -67,10 +67,10 @@ class Order:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An order and the motion generated from it.
+    """An order, and the motion that was generated from it.
 
-    `text` is the program, and `written` is the toolpath read back from it. Both are empty until the program has been
-    written and verified.
+    `text` is the program, and `written` is the toolpath read back from the program. Both stay empty until the program
+    has been written and verified.
     """
 
     order: Order
@@ -81,5 +81,5 @@ class Candidate:
     written: Toolpath | None = None
 
     def cost(self, objective: str) -> float:
-        """Return the machine time, s, or the travel, mm, for the objective ``distance``."""
+        """Return the machine time, s, or for the objective ``distance``, the travel, mm."""
         return self.measure.time_s if objective == "time" else self.measure.travel_mm

@@ -1,4 +1,4 @@
-"""`Pocket`: a region to clear to a depth, the rules for clearing it, and the resulting paths."""
+"""`Pocket`: a region to clear to a depth, with the rules for clearing it and the resulting paths."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 
-#: Strategies that most shops use. The faster strategy is the baseline of a pocket's program.
+#: Strategies that most shops use. The faster strategy is the baseline for the program of a pocket.
 USUAL = ("zigzag", "contour")
 
-#: Kinds of outlines: pocket, island, edge of the plate, or undecided until the nesting of the outlines is known.
+#: Kinds of outlines: pocket, island, edge of the plate, or undecided until the code knows how the outlines are nested.
 POCKET, ISLAND, EDGE, EITHER = "pocket", "island", "edge", ""
 
 #: Maximum width of cut of a finishing pass deeper than one level, diameters.
@@ -21,20 +21,22 @@ FILM = 0.2
 #: Share of the reachable area that may stay uncut without a warning, percent.
 UNCOVERED = 0.1
 
-#: Maximum distance of equal points, mm; the tool continues between them without a retract.
+#: Maximum distance between equal points, mm. The tool continues between equal points without a retract.
 SAME_PLACE = 1e-6
 
 
 @dataclass(frozen=True)
 class Pocket:
-    """A drawn closed region with islands: the walls of the finished part, not the path of the tool.
+    """A closed region with islands, as drawn.
+
+    Its outlines are the walls of the finished part, not the path of the tool.
 
     Attributes
     ----------
     outline
         Closed counter-clockwise path, mm.
     islands
-        Closed clockwise paths inside the outline, which touch neither the outline nor each other, mm.
+        Closed clockwise paths inside the outline, mm. They touch neither the outline nor each other.
     name
         A number, a layer, or a name from the drawing.
     depth, top
@@ -51,13 +53,13 @@ class Pocket:
 
     @property
     def label(self) -> str:
-        """Name for messages: ``the pocket``, ``pocket 3``, or its own name if that is descriptive."""
+        """Name for messages: ``the pocket``, ``pocket 3``, or the pocket's own name if it is descriptive."""
         if self.name.lower() in ("", "pocket"):
             return Message("the pocket")
         return self.name if "pocket" in self.name.lower() else Message("pocket {}", self.name)
 
     def region(self, tolerance: float = 0.01, *, filled: bool = False) -> Any:
-        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`), without islands if `filled`.
+        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`). With `filled`, it has no islands.
 
         Raises
         ------
@@ -76,10 +78,10 @@ class Pocket:
 
 @dataclass(frozen=True)
 class PocketLevels:
-    """Heights of a pocket's levels, mm: 0 at the top of the program's pockets, negative below.
+    """The heights of a pocket's levels, mm. The top of the program's pockets is 0, and lower heights are negative.
 
-    `begin` is the top of the material: 0, or the floor of an enclosing pocket that is cleared first, or the surrounding
-    surface of the solid.
+    `begin` is the top of the material. It is 0, the floor of an enclosing pocket that is cleared first, or the
+    surrounding surface of the solid.
     """
 
     begin: float
@@ -103,11 +105,11 @@ class PocketLevels:
 
 @dataclass(frozen=True)
 class PocketRules:
-    """Rules for clearing a pocket with one tool, in the plane; lengths are in mm.
+    """The rules for clearing a pocket with one tool, in the plane. Lengths are in mm.
 
-    The tool is a flat end mill. Passes are planned slightly closer than the step-over (`planned`), because each pass is
-    accurate only within the tolerance. Therefore, only rounding can make the measured step-over exceed the rule
-    (`allows_step_over`).
+    The tool is a flat end mill. Passes are planned slightly closer together than the step-over (`planned`), because
+    each pass is accurate only within the tolerance. The measured step-over can therefore exceed the rule only by
+    rounding (`allows_step_over`).
 
     Attributes
     ----------
@@ -137,26 +139,27 @@ class PocketRules:
 
     @property
     def engagement(self) -> float:
-        """Engagement angle of a straight cut as wide as the step-over, rad."""
+        """Engagement angle of a straight cut whose width is the step-over, rad."""
         return math.acos(max(1.0 - self.step_over / self.radius, -1.0))
 
     @property
     def planned(self) -> PocketRules:
-        """Copy of the rules with a slightly smaller step-over, for planning. The passes meet the original rules."""
+        """A copy of the rules for planning. Its step-over is slightly smaller, so passes meet the original rules."""
         return replace(self, step_over=self.step_over - 2.0 * self.tolerance)
 
     def allows_step_over(self, step_over: float) -> bool:
-        """Return whether a measured step-over, mm, is within these rules, apart from rounding."""
+        """Return whether a measured step-over, mm, meets these rules, apart from rounding."""
         return step_over <= self.step_over + 0.5 * self.tolerance
 
 
 @dataclass(frozen=True)
 class PocketPiece:
-    """An open section of the path of the tool's centre at feed, in the plane.
+    """A section of the path that the tool's centre follows at feed, in the plane.
 
     `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through cleared area, or from pass to pass), ``air`` (the
-    simulation shows that nothing is cut), or ``entry``. An entry is the first section: a closed loop along which the
-    tool descends, so that the area inside is cleared. `feed` is a share of the tool's feed; ``air`` has its own feed.
+    simulation shows that the tool cuts nothing), or ``entry``. An entry is the first section. It is a closed loop along
+    which the tool descends, so that the area inside is cleared. `feed` is a share of the tool's feed. The sections in
+    the air have their own feed.
     """
 
     path: Polyline
@@ -166,10 +169,10 @@ class PocketPiece:
 
 @dataclass(frozen=True)
 class PocketPath:
-    """Path of the tool's centre on one level of a pocket, without approach and departure.
+    """The path of the tool's centre on one level of a pocket, without approach and departure.
 
     If a section starts at the end of the previous section (within `SAME_PLACE`), the tool continues at depth. Otherwise
-    it retracts, moves in a straight rapid and plunges again.
+    it retracts, makes a straight rapid, and plunges again.
     """
 
     strategy: str
@@ -177,7 +180,10 @@ class PocketPath:
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Distance from the end of each section to the start of the next, mm; 0 where the tool continues at depth."""
+        """Distance from the end of each section to the start of the next section, mm.
+
+        It is 0 where the tool stays at depth.
+        """
         gaps = (math.dist(a.path.end, b.path.start) for a, b in zip(self.pieces, self.pieces[1:], strict=False))
         return tuple(0.0 if gap <= SAME_PLACE else gap for gap in gaps)
 
@@ -188,7 +194,7 @@ class PocketPath:
 
     @property
     def finish_mm(self) -> float:
-        """Length of the finishing sections, mm; all other sections are roughing."""
+        """Length of the finishing sections, mm. All other sections are roughing."""
         return sum(piece.path.length for piece in self.pieces if piece.kind == "finish")
 
     @property
@@ -204,25 +210,25 @@ class PocketPath:
 
 @dataclass(frozen=True)
 class PocketMeasures:
-    """Measures of a path on one level, from its simulation (`processes.pocket.clearing.measure_path`).
+    """Measures of a path on one level, taken from a simulation (`processes.pocket.clearing.measure_path`).
 
     Attributes
     ----------
     feed_mm, rapid_mm, retracts
         Lengths of feed moves and rapids, and number of retracts, without approach and departure.
     gouge_mm2
-        Area cut beyond the walls, deeper than the tolerance.
+        Area that the tool cuts beyond the walls, deeper than the tolerance.
     reachable_mm2
         Area that a tool of this diameter can clear.
     uncovered_mm2
         Part of the reachable area that stays uncut.
     max_step_over
-        Maximum distance of a pass from the nearer of its neighbours, mm.
+        Maximum distance between a pass and the nearer of its neighbours, mm.
     max_core
-        Maximum width of a strip between two passes that meet in the middle, such as the sides of the innermost ring or
-        of a narrow channel, mm.
+        Maximum width of a strip between two passes that meet in the middle, mm. Examples are the sides of the innermost
+        ring or of a narrow channel.
     max_engagement, mean_engagement
-        Engagement angle of the tool: maximum, and mean over the length of the feed, rad.
+        Engagement angle of the tool: maximum, and mean over the length of the feed moves, rad.
     max_width, wide_mm
         Maximum width of cut, and length of the feed moves that cut much wider than the step-over
         (`material.removal.much_wider`), mm. Such cuts are first cuts into solid material, cores, and corners.
@@ -251,16 +257,16 @@ class PocketMeasures:
 
     @property
     def uncovered_percent(self) -> float:
-        """Share of the reachable area that stays uncut, percent."""
+        """Percentage of the reachable area that stays uncut."""
         return 100.0 * self.uncovered_mm2 / self.reachable_mm2 if self.reachable_mm2 > 0.0 else 0.0
 
 
 @dataclass(frozen=True)
 class PocketResult:
-    """Result of a strategy for a pocket: its path and measures, or the reason why it is refused.
+    """The result of a strategy for a pocket: its path and measures, or the reason why it is refused.
 
     `program_s` is the machine time of a program for this pocket alone, s. If this strategy is cheaper than the chosen
-    strategy, `passed_over` is the reason why it was not chosen.
+    strategy, `passed_over` explains why it was not chosen.
     """
 
     strategy: str
@@ -275,8 +281,14 @@ class PocketResult:
 class PocketProgram:
     """Figures of a program for several pockets.
 
-    `time_s` is the time of all levels. `rapid_mm` and `retracts` are for one level of each pocket, including the moves
-    between pockets. `strategy` is the common strategy of all pockets; empty for the written program.
+    Attributes
+    ----------
+    time_s
+        Time of all levels, s.
+    rapid_mm, retracts
+        Length of rapids and number of retracts for one level of each pocket, including the moves between pockets.
+    strategy
+        The strategy that all pockets share; empty for the written program.
     """
 
     strategy: str
@@ -287,7 +299,7 @@ class PocketProgram:
 
 @dataclass(frozen=True)
 class PocketPlan:
-    """A pocket and its clearing.
+    """A pocket, and how it is cleared.
 
     Attributes
     ----------
@@ -296,7 +308,7 @@ class PocketPlan:
     begin
         Top of the material relative to the top of the pockets, mm, zero or negative.
     in_floor
-        If `begin` is negative, whether it is the floor of an enclosing pocket, or else the surrounding surface of the
+        Whether a negative `begin` is the floor of an enclosing pocket. Otherwise it is the surrounding surface of the
         solid.
     """
 
@@ -320,7 +332,7 @@ class PocketPlan:
 
     @property
     def usual(self) -> PocketResult:
-        """The baseline of the program: the faster of the strategies `USUAL`, or else the chosen strategy."""
+        """The baseline of the program: the faster strategy in `USUAL`, or else the chosen strategy."""
         plain = [r for r in self.results if r.path is not None and r.strategy in USUAL]
         plain = [r for r in plain if not r.passed_over] or plain
         return min(plain, key=lambda result: result.program_s, default=self.result)

@@ -1,8 +1,8 @@
-"""`RoutingProblem`: clusters of nodes to visit, the common model of all processes.
+"""`RoutingProblem`: clusters of nodes to visit. All processes use this model.
 
-Every cluster is visited once, at exactly one of its nodes. A hole is a cluster of one node. A slot is a cluster of two
-nodes, one for each direction. A contour has a node for each start point and direction, as in a generalised travelling
-salesman problem. A node has an entry point, an exit point and a service time.
+A solution visits every cluster exactly once, at one of its nodes. A hole is a cluster with one node. A slot is a
+cluster with two nodes, one for each direction. A contour has a node for each combination of start point and direction,
+as in a generalised travelling salesman problem. A node has an entry point, an exit point and a service time.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ METRICS = (
     "linear", "dogleg",
 )  # fmt: skip
 
-#: Upper limit for coordinates; squared distances overflow at 1e154.
+#: Upper limit for coordinates. Squared distances overflow at 1e154.
 FARTHEST = 1e100
 
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """Heights of the tool at its positions, and safe heights of travel moves between them, mm.
+    """The heights of the tool at its positions, and safe heights for the travel moves between them, mm.
 
     Attributes
     ----------
     places, heights
-        Positions, float64[k, 2], and the height of the tool before and after its work at each, float64[k].
+        Positions, float64[k, 2], and the height of the tool before and after its work at each position, float64[k].
     otherwise
         Height at all other positions, such as the start.
     safe
@@ -56,7 +56,10 @@ class Relief:
     acceleration: float
 
     def at(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the height of the tool at each position, float64[n, 2], mm; the higher height if there are two."""
+        """Return the height of the tool at each position, float64[n, 2], mm.
+
+        If a position has two heights, return the higher.
+        """
         known, otherwise = self._known, self.otherwise
         return np.array([known.get((x, y), otherwise) for x, y in xy.tolist()], dtype=np.float64)
 
@@ -70,20 +73,20 @@ class Relief:
 
 @dataclass(frozen=True, eq=False)
 class Metric:
-    """Cost of a travel move from an exit to the next entry, in a form for compiled kernels.
+    """The cost of a travel move from an exit to the next entry, in a form that compiled kernels can use.
 
     Attributes
     ----------
     name
-        One of `METRICS`: a distance in mm, a TSPLIB function, or the time in seconds on a ``linear`` or ``dogleg``
+        A name from `METRICS`: a distance in mm, a TSPLIB function, or the time in seconds on a ``linear`` or ``dogleg``
         machine.
     velocity, acceleration
         Velocity and acceleration of x and y, mm/s and mm/s², for ``linear`` and ``dogleg``.
     per_mm
-        Small additional cost per length, s/mm, for ``linear`` and ``dogleg``; it favours the shorter of two moves that
-        take equal time.
+        Small additional cost per length, s/mm, for ``linear`` and ``dogleg``. If two moves take equal time, it favours
+        the shorter move.
     zones
-        Rectangles (x0, y0, x1, y1), float64[k, 4], mm, above which a move must be lifted.
+        Rectangles (x0, y0, x1, y1), float64[k, 4], mm. A move must be lifted above them.
     lift
         Cost of a lift, in the unit of the metric.
     matrix
@@ -121,15 +124,15 @@ class RoutingProblem:
     Attributes
     ----------
     entry, exit
-        Positions where the tool arrives at each node and leaves it, float64[n, 2], mm.
+        Positions where the tool arrives at each node and where it leaves the node, float64[n, 2], mm.
     cluster
         Cluster of each node, int32[n], numbered from 0 without gaps.
     service
-        Cost of each node itself, float64[n], in the unit of the metric.
+        Cost of working at each node, float64[n], in the unit of the metric.
     precedence
         Pairs (before, after) of clusters, int32[k, 2].
     start, end
-        First and last position of the tool, (x, y) in mm, or None for an open end. Not used if `closed`.
+        First and last position of the tool, (x, y) in mm, or None for an open end. Ignored if `closed`.
     """
 
     entry: NDArray[np.float64]
@@ -160,7 +163,7 @@ class RoutingProblem:
         metric: Metric | None = None,
         **rest: object,
     ) -> RoutingProblem:
-        """Return the problem in which each point is a separate cluster; `points` are n rows of x and y in mm."""
+        """Create a problem in which each point is a separate cluster. `points` has n rows of x and y in mm."""
         xy = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(-1, 2))
         n = len(xy)
         return cls(

@@ -1,4 +1,4 @@
-"""`Sequence`: a program from another CAM system, divided into tasks that can be reordered, and fixed blocks.
+"""`Sequence`: a program from another CAM system, split into tasks that can be reordered and fixed blocks.
 
 Blocks are numbered as in `gcode.program.Program`.
 """
@@ -16,18 +16,18 @@ from leafcut.model.issue import Issue
 
 
 class StayReason(NamedTuple):
-    """Reason why one task keeps its position.
+    """The reason why a task keeps its position.
 
     Attributes
     ----------
     reason
-        A name of `leafcut.processes.program.plan.fixed_tasks.PHRASES`, or several joined by a plus sign.
+        A name from `leafcut.processes.program.plan.fixed_tasks.PHRASES`, or several names joined by a plus sign.
     line
-        Line of the block that is the cause.
+        Line of the block that causes this.
     word
-        Text of the block that is the cause; "" if the task itself is the cause.
+        Text of this block; "" if the task itself is the cause.
     cause
-        Reason why this block keeps its position; "" if it does not keep it.
+        Reason why this block keeps its position; "" if the block can move.
     """
 
     reason: str
@@ -38,7 +38,7 @@ class StayReason(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class StayGroup:
-    """Number of tasks that keep their position for the same reason (see `StayReason`), with an explanation."""
+    """The number of tasks that keep their position for the same reason (see `StayReason`), with an explanation."""
 
     reason: str
     count: int
@@ -49,7 +49,7 @@ class StayGroup:
 
 @dataclass(frozen=True, slots=True)
 class ProgramTask:
-    """A task of a given program: consecutive blocks that drill a hole or make a cut, and are moved as a whole.
+    """A task in a given program: consecutive blocks that drill a hole or make a cut, and that move together.
 
     The task starts with the rapid to its first position, and ends with the retract.
 
@@ -60,11 +60,11 @@ class ProgramTask:
     entry, exit
         Positions where the tool arrives by rapid, and where it retracts, (x, y) in mm.
     arrive_z, leave_z
-        Height at which the tool arrives, and to which it retracts, mm.
+        Height at which the tool arrives, and height to which it retracts, mm.
     reversible
-        Whether the task may be done in reverse: the tool then arrives at `exit` and retracts at `entry`.
+        Whether the task may run in reverse. The tool then arrives at `exit` and retracts at `entry`.
     may_detach, detaches
-        Whether the task may detach a part, and whether it certainly does.
+        Whether the task may detach a part, and whether it certainly detaches a part.
     """
 
     begin: int
@@ -93,12 +93,12 @@ class Section:
         Position of the tool before the first task, and its destination after the last task, (x, y) in mm; None if
         unknown or irrelevant.
     clearance
-        Height of travel moves between tasks, mm, at least the original height.
+        Height of travel moves between tasks, mm. It is at least the original height.
     ties
-        Cause → constraints of each task, int32[n, 2]: the first later task that must stay after the task (n for none),
-        and the last earlier task that must stay before the task (-1 for none).
+        Maps a cause to the constraints of each task, int32[n, 2]. The columns are the first later task that must stay
+        after the task (n for none), and the last earlier task that must stay before the task (-1 for none).
     stays
-        For each task, the reason why it cannot be moved, or None if it can; empty until this is determined.
+        For each task, the reason why it cannot move, or None if it can. Empty until the reasons are determined.
     """
 
     pieces: tuple[ProgramTask, ...]
@@ -113,7 +113,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class FixedBlocks:
-    """A half-open range of blocks that are not changed; `reasons` is empty for a header or a footer."""
+    """A half-open range of blocks that are not changed. `reasons` is empty for a header or a footer."""
 
     begin: int
     end: int
@@ -122,7 +122,7 @@ class FixedBlocks:
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
-    """A program divided into unchanged blocks and tasks that can be reordered.
+    """A program, split into unchanged blocks and tasks that can be reordered.
 
     Attributes
     ----------
@@ -131,7 +131,8 @@ class Sequence:
     dropped
         Tool changes that the new program leaves out.
     mergeable
-        Number of tool changes that merging sections would save, if the user did not request it.
+        Number of tool changes that the user could save by merging sections. It is counted only if the user did not
+        request merging.
     stays
         For each task outside the sections, the reason why it keeps its position.
     """

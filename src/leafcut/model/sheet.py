@@ -1,4 +1,4 @@
-"""`Sheet`: the cleaned contours of a drawing with their nesting, from which cuts are planned."""
+"""`Sheet`: the cleaned and nested contours of a drawing, from which cuts are planned."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class Sheet:
 
     @property
     def paths(self) -> tuple[Polyline, ...]:
-        """The edge of the sheet, then its holes; empty if the edge is unknown."""
+        """The edge of the sheet, followed by its holes. Empty if the edge is unknown."""
         return () if self.outline is None else (self.outline, *self.holes)
 
     @property
     def n_parts(self) -> int:
-        """Number of parts: closed outlines of even depth."""
+        """Number of parts. A part is a closed outline of even depth."""
         return sum(c.depth % 2 == 0 and c.path.closed and c.kind == "cut" for c in self.contours)

@@ -1,4 +1,4 @@
-"""`ShownStock`: the stock of a job for display, or the reason why it cannot be shown."""
+"""`ShownStock`: the stock of a job for display, or the reason why leafcut cannot show it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FixtureBox = tuple[float, float, float, float, float, float]
 
 @dataclass(frozen=True)
 class ShownStock:
-    """The stock of a job and the tools that cut it, as far as known.
+    """The stock of a job and the tools that cut it, if they are known.
 
     Attributes
     ----------
@@ -28,13 +28,13 @@ class ShownStock:
     around
         Smallest x and y and largest x and y that a block around the cuts must include, mm.
     floor
-        Lower end of a block around the cuts, mm; None for just below the deepest cut.
+        Lower end of a block around the cuts, mm. If it is None, the block ends just below the deepest cut.
     surface
         The stock as a solid, which replaces the block.
     finished
-        Whether `surface` is the finished part; its holes are then filled up to their rims.
+        Whether `surface` is the finished part. Its holes are then filled up to their rims.
     refused
-        Reason why the stock cannot be shown, in one line; empty if it can.
+        Reason why the stock cannot be shown, in one line; empty if it can be shown.
     """
 
     tools: Mapping[int, Tool] = field(default_factory=dict)
@@ -47,5 +47,5 @@ class ShownStock:
     refused: str = ""
 
 
-#: Stock of work with a laser or torch.
+#: Stock of a job with a laser or torch.
 CUT_THROUGH = ShownStock(refused=Message("a beam cuts through the whole sheet, so the stock has no heights to show"))

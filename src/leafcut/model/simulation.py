@@ -1,4 +1,4 @@
-"""`Simulation`: the motion of a program on a machine, and its time."""
+"""`Simulation`: the motion of a program on a machine, and the time that it takes."""
 
 from __future__ import annotations
 
@@ -14,8 +14,16 @@ from leafcut.model.toolpath import Toolpath
 class Simulation:
     """The motion of a program on a machine.
 
-    `path` is the motion as programmed. `run` adds the moves of the controller, and `measure` is the measure of `run`
-    with a start at X0 Y0. `defaults` are the options, as typed, whose values come from the user's own defaults.
+    Attributes
+    ----------
+    path
+        The motion as programmed.
+    run
+        The programmed motion, and the moves that the controller adds.
+    measure
+        Measure of `run` with a start at X0 Y0.
+    defaults
+        Options that came from the user's own defaults, as typed.
     """
 
     program: str

@@ -1,4 +1,4 @@
-"""`Snapshot`: the state of a search for an `Observer`."""
+"""`Snapshot`: the state of a search, which an `Observer` can read."""
 
 from __future__ import annotations
 
@@ -13,10 +13,16 @@ from leafcut.model.solution import WorkerFigures
 
 @dataclass(frozen=True, eq=False)
 class Pheromone:
-    """Pheromone on the edges between points.
+    """The pheromone on the edges between points.
 
-    `points` are positions, float64[m, 2], mm. `edges` are pairs of points, int32[k, 2]; edges with negligible pheromone
-    are omitted. `strength`, float32[k], is the agreement of the ants on each edge, 0 to 1, with 1 if every ant uses it.
+    Attributes
+    ----------
+    points
+        Positions, float64[m, 2], mm.
+    edges
+        Pairs of points, int32[k, 2]. Edges with negligible pheromone are left out.
+    strength
+        How much the ants agree on each edge, float32[k], from 0 to 1. It is 1 if every ant uses the edge.
     """
 
     points: NDArray[np.float64]
@@ -28,9 +34,18 @@ class Pheromone:
 class NextPlace:
     """A step that an ant can take from a point.
 
-    `place` is the number of the destination, from 1. The other values are those of the formulas: `cost` is d,
-    `pheromone` is τ, and `attraction` is η = 1 / (d + ε). `probability` is the probability of this step at the start of
-    a tour.
+    Attributes
+    ----------
+    place
+        Number of the destination, from 1.
+    cost
+        The symbol d in the formulas.
+    pheromone
+        The symbol τ.
+    attraction
+        The symbol η = 1 / (d + ε).
+    probability
+        Probability of this step at the start of a tour.
     """
 
     place: int
@@ -42,18 +57,18 @@ class NextPlace:
 
 @dataclass(frozen=True)
 class SearchStep:
-    """The last step of an algorithm from the literature, in the symbols of its formulas.
+    """The last step of an algorithm from the literature, with the symbols of its formulas.
 
     Attributes
     ----------
     values
-        Symbol of `docs/glossary.md` → value, such as ``alpha``, ``tau_max``, ``c_best`` (cost of the best path)
-        or ``c_iteration`` (cost of the best path of this iteration).
+        Maps a symbol in `docs/glossary.md` to its value, such as ``alpha``, ``tau_max``, ``c_best`` (cost of the best
+        path) or ``c_iteration`` (cost of the best path in this iteration).
     depositor
         The ant that deposits pheromone in MAX–MIN Ant System: ``best``, ``iteration``, or ``restart`` after a reset of
         all trails.
     here, choices
-        Number of an example point, and the most likely steps from it; empty if steps have a direction.
+        Number of an example point, and the most likely steps from it. Empty if steps have a direction.
     """
 
     algorithm: str
@@ -70,10 +85,10 @@ class Snapshot:
     Attributes
     ----------
     path
-        Points of the best path in the order of visits, float64[m, 2], mm, including given ends. A closed path
-        ends at its start. Empty for a cost matrix without coordinates.
+        Points of the best path in the order of visits, float64[m, 2], mm, including given ends. A closed path ends at
+        its start. Empty for a cost matrix without coordinates.
     cost, bound
-        Cost of travel and service, and its lower bound, in the unit of the problem; the bound is None until it is
+        Cost of travel and service, and its lower bound, in the unit of the problem. The bound is None until it is
         known.
     pheromone
         Pheromone of ant algorithms, else None.
@@ -93,7 +108,10 @@ class Snapshot:
 
 
 class Observer:
-    """Observes searches without changing their results. Every method does nothing by default and must be fast."""
+    """Observes searches without changing their results.
+
+    By default, the methods do nothing. Every method must return quickly.
+    """
 
     def begin(self) -> None:
         """Called before each search."""
@@ -109,12 +127,12 @@ class Observer:
     ) -> None:
         """Called after each iteration with its number, the time since the start, and the cost of the best path.
 
-        `costs` are the costs of the iteration's paths, inf for unfinished paths. `branching` returns the mean
-        λ-branching factor. `working` is the time that all workers together have worked so far, s.
+        `costs` contains the cost of each path in the iteration, or inf for an unfinished path. `branching` returns the
+        mean λ-branching factor. `working` is the total working time of all workers so far, s.
         """
 
     def show(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Called after `note`. `take` returns a snapshot. It may be called only during `show`.
+        """Called after `note`. The function `take` returns a snapshot, and may only be called during `show`.
 
         Call `take` only if a user is watching. If `alone`, the whole search waits for `show`, and its clock is stopped.
         """

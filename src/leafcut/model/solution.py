@@ -12,7 +12,7 @@ from leafcut.model.part import Part
 
 @dataclass(frozen=True)
 class WorkerFigures:
-    """Work of a search thread: number of ants or kicks, wall time, s, and best cost (inf if it found no path)."""
+    """The work of a search thread: number of ants or kicks, wall time, s, and best cost (inf without a path)."""
 
     worker: int
     ants: int
@@ -27,7 +27,7 @@ class Solution:
     Attributes
     ----------
     nodes
-        One node per cluster in the order of visits, int32[k]. A closed tour may start at any node and returns to it.
+        One node per cluster in the order of visits, int32[k]. A closed tour may start at any node, and returns to it.
     cost
         Cost of travel and service, in `unit`.
     history
@@ -37,9 +37,9 @@ class Solution:
     lower_bound
         Lower bound of the cost, or None if it was not computed.
     stopped_early
-        Whether the user or the time limit stopped the search before its planned amount of work was done.
+        Whether the user or the time limit stopped the search before it finished its planned work.
     spared
-        Whether the search ended because its expected gain was smaller than its running time.
+        Whether the search ended because more search would have taken longer than it could save.
     """
 
     nodes: NDArray[np.int32]
@@ -57,13 +57,13 @@ class Solution:
 
     @property
     def gap(self) -> float | None:
-        """Largest possible excess of the cost over the optimum, as a fraction; None without a lower bound."""
+        """Upper limit for the excess of the cost over the optimum, as a fraction; None without a lower bound."""
         return gap(self.cost, self.lower_bound)
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A map, and a closed tour through its points, or through one point of each cluster."""
+    """A map with a closed tour through its points, or through one point of each cluster."""
 
     part: Part
     solution: Solution
@@ -71,13 +71,13 @@ class Solved:
 
     @property
     def gap(self) -> float | None:
-        """Relative excess over the best known tour, or else over the lower bound."""
+        """Relative excess over the best known tour, or over the lower bound if no tour is known."""
         optimum = self.part.optimum
         return self.solution.cost / optimum - 1.0 if optimum else self.solution.gap
 
 
 def gap(cost: float, bound: float | None) -> float | None:
-    """Return the excess of a cost over a lower bound as a fraction of the bound; None if undefined."""
+    """Return the excess of a cost over a lower bound, as a fraction of the bound. Return None if it is undefined."""
     if bound is None or cost < bound:
         return None
     if cost == bound:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.model.snapshot import Observer, Snapshot
 
-#: Maximum number of recorded iterations. In a longer search, only every second, fourth … iteration is recorded.
+#: Maximum number of recorded iterations. In a longer search, the study only records every second, fourth … iteration.
 MAX_KEPT = 4000
 
 
@@ -40,9 +40,9 @@ class Iteration(NamedTuple):
 
 
 class Study(Observer):
-    """An observer that records every iteration, and forwards calls to another observer.
+    """An observer that records every iteration, and forwards all calls to another observer.
 
-    Pass it as `observe` to a search. It does not change the result.
+    Pass it to a search as `observe`. It does not change the result.
     """
 
     def __init__(self, observer: Observer | None = None) -> None:
@@ -77,13 +77,13 @@ class Study(Observer):
             self.searches[-1].add(row)
 
     def iterations(self, search: int = -1) -> list[Iteration]:
-        """Return the recorded iterations of a search (the latest by default), including the newest iteration."""
+        """Return the recorded iterations of a search, by default the latest, including its newest iteration."""
         with self._lock:
             return self.searches[search].all() if self.searches else []
 
 
 class _ThinnedIterations:
-    """The newest iteration of a search, and at most `MAX_KEPT` of its iterations."""
+    """The newest iteration of a search, and at most `MAX_KEPT` other iterations."""
 
     def __init__(self) -> None:
         self.rows: list[Iteration] = []

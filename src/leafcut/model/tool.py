@@ -1,4 +1,4 @@
-"""Tools, and recipes that list the tools of a hole in order."""
+"""Tools, and recipes that list the tools for a hole in order."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.model.kinds import ToolMaterial
 
 
 class ToolKind(StrEnum):
-    """Kinds of tool, in the order of their use on a hole."""
+    """Kinds of tools, in the order in which they machine a hole."""
 
     CENTRE_DRILL = "centre-drill"
     DRILL = "drill"
@@ -33,7 +33,7 @@ CONES = (ToolKind.CHAMFER_MILL, ToolKind.V_BIT)
 
 
 class BodySegment(NamedTuple):
-    """A section of a tool above its flutes: its length and its lower and upper diameter, mm."""
+    """A section of a tool above its flutes. It has a length, and a lower and an upper diameter, mm."""
 
     length: float
     lower: float
@@ -42,7 +42,7 @@ class BodySegment(NamedTuple):
 
 @dataclass(frozen=True)
 class Tool:
-    """One tool: mm, mm/s, rpm, rad, s.
+    """A tool. Units are mm, mm/s, rpm, rad and s.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Tool:
         Included angle of the point, or of the cone of a chamfer mill or V-bit, rad; π for a flat end (reamer, tap, slot
         mill).
     cycle, peck, dwell
-        Canned cycle of this tool and its parameters; None leaves the choice to the plan.
+        Canned cycle of this tool and its parameters. If they are None, the plan chooses them.
     pitch
         Pitch of a tap, mm per revolution.
     flute_length
@@ -60,7 +60,7 @@ class Tool:
     depth
         Depth of a centre drill's point below the surface, mm.
     plunge_feed, teeth
-        Plunge rate of `MILLS`, 0 if the library does not state it, and their number of teeth.
+        Plunge rate and number of teeth of `MILLS`. The plunge rate is 0 if the library does not state it.
     corner_radius
         Corner radius of an end mill, mm; 0 for sharp corners.
     tip_diameter
@@ -74,7 +74,7 @@ class Tool:
     shaft, holder
         Sections between flutes and shank, and sections of the holder, both from the bottom up.
     assumed
-        Whether leafcut assumed the tool, because no library has it.
+        Whether leafcut assumed the tool because the library does not contain it.
     """
 
     number: int
@@ -109,7 +109,7 @@ class Tool:
 
     @property
     def reach(self) -> float:
-        """Maximum depth of the tip, mm, at which the flutes still reach out of the hole, and the holder is above it."""
+        """Maximum depth of the tip, mm. The flutes still extend out of the hole, and the holder stays above it."""
         return min(
             math.inf if self.flute_length is None else self.flute_length,
             math.inf if self.stickout is None else self.stickout,
@@ -121,14 +121,17 @@ class Tool:
         return f"T{self.number} {self.name or self.kind.value} Ø{self.diameter:g}"
 
 
-#: Maximum stroke without pecking, diameters (usual: 3 to 5). In a longer stroke, chips pack the flutes, and the drill
+#: Maximum stroke without pecking, diameters (usually 3 to 5). In a longer stroke, chips pack the flutes, and the drill
 #: breaks.
 LONGEST_STROKE = 5.0
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """Tools for a kind of hole: drawn diameter, mm, layer (with wildcards), and tool numbers in the order of use."""
+    """The tools for a kind of hole.
+
+    A recipe has a drawn diameter, mm, a layer (with wildcards), and the tool numbers in the order of use.
+    """
 
     diameter: float
     steps: tuple[int, ...]
@@ -139,8 +142,8 @@ class Recipe:
 class ToolLibrary:
     """The tools and recipes of a shop.
 
-    `left_out` has a line for each tool of the file that leafcut cannot use, with the reason. With `without_feeds`,
-    feeds and speeds of drills are assumed.
+    `left_out` has a line for each tool in the file that leafcut cannot use, with the reason. With `without_feeds`,
+    leafcut assumes the feeds and speeds of drills.
     """
 
     tools: tuple[Tool, ...] = ()
@@ -154,7 +157,7 @@ class ToolLibrary:
         object.__setattr__(self, "by_number", {t.number: t for t in self.tools})
 
     def recipes_for(self, diameter: float, layer: str, tolerance: float) -> list[Recipe]:
-        """Return the recipes for a hole of a drawn diameter, mm, on a layer."""
+        """Return the recipes for holes with a drawn diameter, mm, on a layer."""
         return [
             recipe
             for recipe in self.recipes

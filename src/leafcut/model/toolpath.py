@@ -1,4 +1,4 @@
-"""`Toolpath`: motions and commands in order. It is the common format of all code after planning.
+"""`Toolpath`: motions and commands in order. All code after planning uses this format.
 
 Planners and the G-code interpreter create toolpaths. Writers, timing, plots and verification use them. A toolpath is
 stored in columns, so that a million rows need little memory. Units are mm, mm/s, s and rpm, in absolute program
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 WIDTH = 7
 
 UNKNOWN = math.nan
-#: `ref` of a SPINDLE row from an S word without M3 or M4.
+#: Value of `ref` in a SPINDLE row that comes from an S word without M3 or M4.
 SPEED_ALONE = -1
 
 
@@ -85,9 +85,9 @@ class Kind(IntEnum):
 
 #: Kinds whose `end` is a position in program coordinates.
 MOTIONS = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL, Kind.PROBE)
-#: Kinds of rows after which the tool is at `end`, in program coordinates.
+#: Kinds of rows that leave the tool at `end`, in program coordinates.
 PLACES = (*MOTIONS, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
-#: `ref` of a FOREIGN row whose block does not move an axis, such as M52 P1.
+#: Value of `ref` in a FOREIGN row whose block does not move any axis, such as M52 P1.
 STILL = 2
 
 
@@ -114,17 +114,17 @@ class DrillCycle:
     def height_after(self, initial: float) -> float:
         """Return the height after the hole, mm, in a series of cycles that started at height `initial`, mm.
 
-        G98 retracts to the height before the series, or to the R plane if that is higher (RS274/NGC 3.5.16.1; observed
-        with `rs274 -g`).
+        G98 retracts to the height before the series. If the R plane is higher, it retracts to the R plane (RS274/NGC
+        3.5.16.1; observed with `rs274 -g`).
         """
         return initial if self.to_initial and initial >= self.r_plane else self.r_plane
 
     def approach_in_series(self, initial: float, height: float) -> str:
-        """Return the `approach` of LinuxCNC 2.9 in a series of cycles that started at height `initial`, mm.
+        """Return how LinuxCNC 2.9 approaches a hole (see `approach`).
 
-        If `initial` is below the R plane, the tool first moves vertically to the R plane. Otherwise, a tool at or below
-        the R plane rises to the return height on its way over the hole. Unknown heights are NaN. Observed with `rs274
-        -g`.
+        The series of cycles started at height `initial`, mm. If `initial` is below the R plane, the tool first moves
+        vertically to the R plane. Otherwise, a tool at or below the R plane rises to the return height on its way over
+        the hole. Unknown heights are NaN. This was observed with `rs274 -g`.
         """
         if initial < self.r_plane:
             return "sink" if height > self.r_plane else "level"
@@ -133,7 +133,7 @@ class DrillCycle:
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """Centre of an arc in program coordinates, mm, its plane (17 xy, 18 zx, 19 yz), and its number of turns."""
+    """The centre of an arc in program coordinates, mm, its plane (17 xy, 18 zx, 19 yz), and its number of turns."""
 
     center: tuple[float, float, float]
     plane: int = 17
@@ -141,7 +141,7 @@ class Arc:
 
 
 class Motion(NamedTuple):
-    """A row of a toolpath as an object, for messages and for loops that need not be fast."""
+    """A row of a toolpath as an object. Messages use it, and so do loops that do not need to be fast."""
 
     kind: Kind
     end: tuple[float, float, float]
@@ -152,14 +152,14 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Toolpath:
-    """Motions and commands as columns of n rows; `Kind` defines the meaning of the columns.
+    """Motions and commands as columns with n rows. `Kind` defines the meaning of the columns.
 
     Attributes
     ----------
     kind
         Kind of each row, int8[n].
     end
-        End position of each row, float64[n, 3], mm; NaN for an unknown coordinate (the axis has not moved yet), or for
+        End position of each row, float64[n, 3], mm. NaN for an unknown coordinate (the axis has not moved yet), or for
         an axis that does not move (`Kind.MACHINE`).
     value
         Feed, seconds or rpm, depending on the kind, float64[n].
@@ -168,7 +168,7 @@ class Toolpath:
     line
         Line of the source text, from 1, int32[n]; 0 for a planned row.
     cycles, arcs
-        The cycles and arcs to which `ref` refers.
+        The cycles and arcs that `ref` refers to.
     """
 
     kind: NDArray[np.int8]
@@ -181,7 +181,7 @@ class Toolpath:
 
     @classmethod
     def of_motions(cls, motions: Iterable[Motion]) -> Toolpath:
-        """Return the toolpath of motions without cycles and arcs."""
+        """Create a toolpath from motions without cycles and arcs."""
         rows = [(int(m.kind), *m.end, m.value, m.ref, m.line) for m in motions]
         return _of_columns(np.array(rows, dtype=np.float64).reshape(-1, WIDTH), (), ())
 
@@ -199,7 +199,7 @@ class Toolpath:
             yield Motion(Kind(kind), (x, y, z), value, ref, line)
 
     def take(self, rows: NDArray[Any] | list[int] | slice) -> Toolpath:
-        """Return the toolpath of the selected rows (indices, a mask or a slice)."""
+        """Return a toolpath with only the selected rows (indices, a mask or a slice)."""
         return replace(
             self,
             kind=self.kind[rows],
@@ -211,10 +211,10 @@ class Toolpath:
 
     @cached_property
     def before(self) -> NDArray[np.float64]:
-        """Position of the tool before every row, float64[n, 3], mm, NaN for unknown coordinates.
+        """Position of the tool before every row, float64[n, 3], mm; NaN for unknown coordinates.
 
-        After a move in machine coordinates (`Kind.MACHINE`), the position of a moved axis is unknown until it is
-        programmed again. The same holds for the height after a probe move.
+        After a move in machine coordinates (`Kind.MACHINE`), the position of the axis is unknown until the program
+        moves the axis again. The same applies to the height after a probe move.
         """
         n = len(self)
         moving = np.isin(self.kind, [int(k) for k in PLACES])
@@ -229,7 +229,7 @@ class Toolpath:
         return before
 
     def place_before(self, row: int) -> tuple[float, float, float]:
-        """Return the position of the tool before a row, mm, or its final position if `row` is the number of rows."""
+        """Return the position of the tool before a row, mm. For the number of rows, return the final position."""
         if row < len(self):
             x, y, z = self.before[row].tolist()
         elif row:
@@ -240,16 +240,18 @@ class Toolpath:
 
     @cached_property
     def tool(self) -> NDArray[np.int64]:
-        """Tool at every row, int64[n]; 0 before the first change."""
+        """Number of the active tool in every row, int64[n]; 0 before the first tool change."""
         return self.latest(Kind.TOOL, self.ref)
 
     @cached_property
     def offset(self) -> NDArray[np.int64]:
-        """Register of the tool length offset at every row, int64[n]; 0 before the first length offset."""
+        """Register of the active tool length offset in every row, int64[n]; 0 before the first length offset."""
         return self.latest(Kind.OFFSET, self.ref)
 
     def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:
-        """Return for each row the value of `column` in the latest row of `kind`; before the first, `default`.
+        """For each row, return the value of `column` in the latest row of `kind`.
+
+        Before the first such row, return `default`.
 
         The result is int64 for integer columns, otherwise float64.
         """
@@ -259,7 +261,7 @@ class Toolpath:
 
     @property
     def extents(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Bounds in x, y and z of all motions, including arcs and hole bottoms, mm; zeros if unknown."""
+        """Bounds of all motions in x, y and z, including arcs and hole bottoms, mm. Zeros if unknown."""
         moving = np.isin(self.kind, [int(k) for k in MOTIONS])
         points = [self.end[moving]]
         drills = self.kind == Kind.DRILL
@@ -294,12 +296,15 @@ def _of_columns(table: NDArray[np.float64], cycles: tuple[DrillCycle, ...], arcs
 
 
 def plane_axes(plane: int) -> tuple[int, int, int]:
-    """Return the numbers of the first, second and normal axis of G17, G18 or G19; G3 turns from first to second."""
+    """Return the numbers of the first, second and normal axis of G17, G18 or G19.
+
+    G3 turns from the first to the second axis.
+    """
     return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]
 
 
 def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
-    """Return the radius, mm, the start angle, rad, and the sweep, rad, of an arc; a positive sweep is ARC_CCW."""
+    """Return the radius, mm, the start angle, rad, and the sweep, rad, of an arc. ARC_CCW has a positive sweep."""
     arc = path.arcs[int(path.ref[row])]
     first, second, _ = plane_axes(arc.plane)
     before, end = path.before[row], path.end[row]
@@ -313,7 +318,7 @@ def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
 
 
 def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
-    """Return the points of an arc, apart from its ends, that are extreme along an axis of its plane, mm."""
+    """Return the extreme points of an arc along the axes of its plane, mm, without the end points of the arc."""
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
     radius, start, sweep = arc_sweep(path, row)
@@ -332,20 +337,20 @@ def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
 
 
 def last_rows(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return for every row the index of the latest masked row up to and including this row, or -1 before the first."""
+    """For every row, return the index of the latest masked row up to this row, or -1 before the first."""
     return np.maximum.accumulate(np.where(mask, np.arange(len(mask)), -1))
 
 
 @dataclass
 class ToolpathBuilder:
-    """Collects rows, and tracks the position of the tool; `build` returns the toolpath."""
+    """Collects rows, and tracks the position of the tool. The method `build` returns the toolpath."""
 
     position: list[float] = field(default_factory=lambda: [UNKNOWN, UNKNOWN, UNKNOWN])
-    #: Height before the current series of canned cycles, mm, to which G98 returns; None outside a series.
+    #: Height before the current series of canned cycles, mm. G98 returns to this height. None outside a series.
     initial_plane: float | None = None
     #: Whether the approach to a hole depends on the height before the series of canned cycles, as in LinuxCNC.
     slants: bool = False
-    #: All rows, concatenated: kind, x, y, z, value, ref, line (56 bytes per row).
+    #: All rows in a single array: kind, x, y, z, value, ref, line (56 bytes per row).
     _rows: array[float] = field(default_factory=lambda: array("d"))
     _cycles: dict[DrillCycle, int] = field(default_factory=dict)
     _arcs: list[Arc] = field(default_factory=list)
@@ -355,7 +360,7 @@ class ToolpathBuilder:
         return [int(kind) for kind in self._rows[WIDTH * row :: WIDTH]]
 
     def rapid(self, x: float | None = None, y: float | None = None, z: float | None = None, line: int = 0) -> None:
-        """Add a rapid; an axis that is None does not move."""
+        """Add a rapid. An axis does not move if its coordinate is None."""
         self._move(Kind.RAPID, x, y, z, 0.0, 0, line)
 
     def feed(
@@ -370,7 +375,7 @@ class ToolpathBuilder:
         self._move(Kind.ARC_CW if clockwise else Kind.ARC_CCW, *end, feed, len(self._arcs) - 1, line)
 
     def drill(self, x: float, y: float, cycle: DrillCycle, *, feed: float, line: int = 0) -> None:
-        """Add a canned cycle at (x, y). Any other motion, or `end_cycles` (G80), ends the series of cycles."""
+        """Add a canned cycle at (x, y). Any other motion ends the series of cycles, and so does `end_cycles` (G80)."""
         initial = self.position[2] if self.initial_plane is None else self.initial_plane
         after = cycle.height_after(initial)
         if self.slants and self.initial_plane is not None:
@@ -392,11 +397,11 @@ class ToolpathBuilder:
         self._command(Kind.TOOL, 0.0, number, line)
 
     def offset(self, number: int, line: int = 0) -> None:
-        """Activate the tool length offset of a register; 0 cancels it."""
+        """Activate the tool length offset of a register. Register 0 cancels the offset."""
         self._command(Kind.OFFSET, 0.0, number, line)
 
     def spindle(self, rpm: float, line: int = 0, number: int = 0) -> None:
-        """Set the spindle: positive clockwise (M3), negative counter-clockwise (M4), 0 stops (M5)."""
+        """Set the spindle speed: positive for clockwise (M3), negative for counter-clockwise (M4), 0 to stop (M5)."""
         self._command(Kind.SPINDLE, rpm, number, line)
 
     def coolant(self, mode: int, line: int = 0) -> None:
@@ -408,7 +413,7 @@ class ToolpathBuilder:
         self._command(Kind.PAUSE, 0.0, int(optional), line)
 
     def machine(self, x: float | None = None, y: float | None = None, z: float | None = None, line: int = 0) -> None:
-        """Add a rapid to machine coordinates; the moved axes are unknown afterwards."""
+        """Add a rapid to machine coordinates. The positions of the moved axes are unknown afterwards."""
         place = [UNKNOWN if v is None else v for v in (x, y, z)]
         self._rows.extend((int(Kind.MACHINE), place[0], place[1], place[2], 0.0, 0, line))
         self.initial_plane = None
@@ -431,14 +436,17 @@ class ToolpathBuilder:
         self._command(Kind.HEIGHT, float(is_on), 0, line)
 
     def probe(self, z: float, *, feed: float, line: int = 0) -> None:
-        """Add a probe move down to height `z` at most, at `feed` mm/s; a following SHIFT may set the new position."""
+        """Add a probe move that goes down to height `z` at most, at `feed` mm/s.
+
+        A following SHIFT may set the new position.
+        """
         self._move(Kind.PROBE, None, None, z, feed, 0, line)
         self.position[2] = UNKNOWN
 
     def blending(self, mode: int, tolerance: float = 0.0, joining: float | None = None, line: int = 0) -> None:
-        """Set the blending of corners (610, 611 or 640 for G61, G61.1 or G64) with its tolerance, mm.
+        """Set the blending of corners (610, 611 or 640 for G61, G61.1 or G64), and its tolerance, mm.
 
-        `joining` is the tolerance for short moves that the controller joins, mm; default: `tolerance`.
+        `joining` is the tolerance within which the controller joins short moves, mm. It defaults to `tolerance`.
         """
         x = tolerance if joining is None else joining
         self._rows.extend((int(Kind.BLENDING), x, UNKNOWN, UNKNOWN, tolerance, mode, line))
@@ -446,7 +454,7 @@ class ToolpathBuilder:
     def set_place(
         self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0, value: float = 0.0
     ) -> None:
-        """Add a FRAME, SHIFT or FOREIGN row, after which the tool is at `place`."""
+        """Add a FRAME, SHIFT or FOREIGN row that leaves the tool at `place`."""
         self._rows.extend((int(kind), *place, value, ref, line))
         if kind is not Kind.FOREIGN:
             self.initial_plane = None
@@ -454,26 +462,27 @@ class ToolpathBuilder:
 
     @property
     def rows(self) -> array[float]:
-        """All rows so far, with `WIDTH` numbers each (kind, x, y, z, value, ref, line). The list may be extended in
-        place.
+        """All rows so far, with `WIDTH` numbers each (kind, x, y, z, value, ref, line).
+
+        Callers may extend the list in place.
         """
         return self._rows
 
     @property
     def arcs(self) -> list[Arc]:
-        """All arcs so far. The list may be extended in place."""
+        """All arcs so far. Callers may extend the list in place."""
         return self._arcs
 
     def __len__(self) -> int:
         return len(self._rows) // WIDTH
 
     def cut_back(self, rows: int, arcs: int) -> None:
-        """Keep the first `rows` rows and `arcs` arcs, and drop all others; the caller sets the position."""
+        """Keep the first `rows` rows and `arcs` arcs, and drop the rest. The caller has to set the position."""
         del self._rows[rows * WIDTH :]
         del self._arcs[arcs:]
 
     def build(self) -> Toolpath:
-        """Return the rows as a frozen toolpath."""
+        """Create a frozen toolpath from the rows."""
         table = np.array(self._rows, dtype=np.float64).reshape(-1, WIDTH)
         return _of_columns(table, tuple(self._cycles), tuple(self._arcs))
 

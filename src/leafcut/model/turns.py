@@ -1,4 +1,4 @@
-"""Arcs and helices of a toolpath as arrays."""
+"""Store the arcs and helices of a toolpath as arrays."""
 
 from __future__ import annotations
 
@@ -11,22 +11,32 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: First, second and normal axis of the planes 17, 18, 19; a counter-clockwise arc turns from first to second.
+#: First, second and normal axis of the planes 17, 18 and 19. A counter-clockwise arc turns from the first to the second
+#: axis.
 AXES = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
 
-#: Minimum length of a move with a direction, mm; shorter moves come from rounding.
+#: Minimum length of a move, mm, for which its direction is meaningful. Shorter moves come from rounding.
 SHORTEST = 1e-9
 
-#: An arc that ends within this angle (rad) of its start is a full turn (`model.toolpath.arc_sweep`).
+#: An arc is a full turn if its end is within this angle (rad) of its start (`model.toolpath.arc_sweep`).
 _NO_TURN = 1e-9
 
 
 class Turn(NamedTuple):
-    """Geometry of arcs and helices, one row per move; zeros for a straight move.
+    """The geometry of arcs and helices, with a row for each move. A straight move has zeros.
 
-    `radius` is in mm, `sweep` in rad and not negative, and `rise` is the height of a helix along its axis, mm. The turn
-    is counter-clockwise about the `normal` of the plane. The unit vectors `out` and `out_end` point from the centre to
-    the start and to the end of the move.
+    Attributes
+    ----------
+    radius
+        Radius, mm.
+    sweep
+        Sweep, rad, never negative.
+    rise
+        Height of a helix along its axis, mm.
+    normal
+        Normal of the plane. The turn is counter-clockwise about this normal.
+    out, out_end
+        Unit vectors from the centre to the start and to the end of the move.
     """
 
     radius: Floats
@@ -66,7 +76,7 @@ class Turns(NamedTuple):
 
     @property
     def sweep(self) -> Floats:
-        """Signed sweep of each arc, rad; positive counter-clockwise."""
+        """Signed sweep of each arc, rad. It is positive for a counter-clockwise arc."""
         sweep: Floats = self.turn.sweep * self.turn.normal.sum(axis=1)
         return sweep
 

@@ -1,4 +1,4 @@
-"""`WorkMaterial`: data of a work material, from which cutting forces and tool life are computed."""
+"""`WorkMaterial`: data about a work material, used to compute cutting forces and tool life."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.model.kinds import CuttingWork, ToolMaterial
 
 @dataclass(frozen=True)
 class ToolLife:
-    """Extended Taylor law for the life of a kind of tool in a material.
+    """The extended Taylor law for the life of a kind of tool in a material.
 
     The cutting speed for a life T is v = C D^q / (T^m f^y ae^x ap^u z^p), so
     T = (C D^q / (v f^y ae^x ap^u z^p))^(1/m). If all exponents except m are 0, this is Taylor's v T^n = C with n = m.
@@ -23,11 +23,12 @@ class ToolLife:
     Attributes
     ----------
     constant
-        The constant C, mm/s: the speed for a life of 1 s if all lengths are 1 mm.
+        The constant C, mm/s. It is the speed for a life of 1 s if all lengths are 1 mm.
     life, diameter, feed, width, depth, teeth
         The exponents m, q, y, x, u and p. The feed is per revolution of a drill, and per tooth of a mill.
     least_feed
-        Lowest feed to which the law applies, mm. The law applies up to the lowest feed of the next law.
+        Lowest feed to which the law applies, mm. Above this feed, the law applies up to the lowest feed of the next
+        law.
     """
 
     work: CuttingWork
@@ -51,7 +52,7 @@ class ToolLife:
         depth: float = 1.0,
         teeth: int = 1,
     ) -> Floats:
-        """Return the tool life, s, at a cutting speed, mm/s; lengths are in mm."""
+        """Return the tool life, s, at a cutting speed in mm/s. Lengths are in mm."""
         scaled_constant = (
             self.constant * diameter**self.diameter / (width**self.width * depth**self.depth * teeth**self.teeth)
         )
@@ -60,7 +61,7 @@ class ToolLife:
 
 @dataclass(frozen=True)
 class WorkMaterial:
-    """A work material: N/mm², kg/m³, mm, s.
+    """A work material. Units are N/mm², kg/m³, mm and s.
 
     Attributes
     ----------
@@ -69,15 +70,15 @@ class WorkMaterial:
     tensile_strength, hardness, density
         Tensile strength, N/mm², Brinell hardness, HB, and density, kg/m³; 0 if unknown.
     lives
-        Tool life laws for each operation and tool material, in order of their feeds; empty if no source is known.
+        Tool life laws for each operation and tool material, in order of their feeds. Empty if no source is known.
     drill_constant
-        Constant K for measured torque and thrust of twist drills (`leafcut.material.cutting_force`); if 0, they follow
-        from `kc11` and `mc`.
+        Constant K for measured torque and thrust of twist drills (`leafcut.material.cutting_force`). If it is 0, torque
+        and thrust are computed from `kc11` and `mc`.
     drill_feed, mill_feed
         Maximum feed of a drill per revolution, and of a carbide mill per tooth, as a share of the diameter; 0 if
         unknown.
     sources
-        Key → source of the value, or "estimate: …".
+        Maps a key to the source of its value, or to "estimate: …".
     """
 
     name: str
@@ -95,5 +96,8 @@ class WorkMaterial:
     sources: dict[str, str] = field(default_factory=dict)
 
     def lives_of(self, work: CuttingWork, tool_material: ToolMaterial) -> tuple[ToolLife, ...]:
-        """Return the tool life laws for an operation and a tool material, in order of feed; empty if unknown."""
+        """Return the tool life laws for an operation and a tool material, in order of feed.
+
+        The result is empty if no law is known.
+        """
         return tuple(life for life in self.lives if life.work is work and life.tool_material is tool_material)

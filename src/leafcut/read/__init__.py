@@ -1,4 +1,8 @@
-"""Readers of files, one module per format. Each reader converts a file to a `Part`; `registry` chooses the reader."""
+"""Read drawings and other input files.
+
+Each format has its own module, whose reader converts a file to a `Part`. The `registry` module chooses the reader for a
+file.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +21,15 @@ __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contou
 
 
 def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
-    """Return the part of a file, or of a name such as ``example:plate-70`` or ``random:200:7``, in mm.
+    """Read a part from a file, or create it from a name such as ``example:plate-70`` or ``random:200:7``.
+
+    All lengths in the part are in mm.
 
     Raises
     ------
     ReadError
-        The file cannot be read or contains no holes; with `options.strict`, also if anything was skipped or repaired.
+        The file cannot be read or contains no holes. With `options.strict`, the function also raises this error if the
+        reader skipped or repaired anything.
     """
     options = options or ReadOptions()
     format_, loaded = read_source(source, on_progress)
@@ -30,15 +37,15 @@ def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbe
 
 
 def read_contours(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
-    """Return the lines and curves of a drawing as contours, unchanged, in mm.
+    """Read the lines and curves of a drawing as contours, in mm.
 
-    `processes.contours.prepare_sheet` joins and cleans them.
+    The contours are not modified. Call `processes.contours.prepare_sheet` to join and clean them.
 
     Raises
     ------
     ReadError
-        The file cannot be read, or contains no contours; with `options.strict`, also if anything was skipped or
-        repaired.
+        The file cannot be read or contains no contours. With `options.strict`, the function also raises this error if
+        the reader skipped or repaired anything.
     """
     options = options or ReadOptions()
     format_, loaded = read_source(source, on_progress)
@@ -55,17 +62,19 @@ def read_pockets(
     joining: SheetOptions | None = None,
     on_progress: Heartbeat = ignore_heartbeat,
 ) -> Part:
-    """Return the pockets of a drawing or a picture, in mm: walls and islands, joined, cleaned and checked.
+    """Read the pockets of a drawing or a picture, in mm.
 
-    Only `join_tolerance` and `open_paths` of `joining` are used.
+    The function joins the walls and islands, cleans them, and checks them. It only uses `join_tolerance` and
+    `open_paths` from `joining`.
 
     Raises
     ------
     ReadError
-        The file cannot be read, contains no pockets, or its format has none; or an outline is open, crosses itself or
-        touches another outline. With `options.strict`, also if anything was skipped or repaired.
+        The file cannot be read, contains no pockets, or has a format that does not support pockets. The error is also
+        raised if an outline is open, crosses itself, or touches another outline. With `options.strict`, it is also
+        raised if the reader skipped or repaired anything.
     OptionError
-        A picture needs `pixel_size`.
+        The file is a picture and `pixel_size` is missing.
     """
     options = options or ReadOptions()
     format_, loaded = read_source(source, on_progress)
@@ -78,10 +87,10 @@ def read_pockets(
 
 
 def read_whole(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
-    """Return everything in a drawing, in mm, for display.
+    """Read everything in a drawing, in mm, for display.
 
-    Circles become holes, or contours if the format does not distinguish them from other curves. Layer and hole
-    selections in `options` are ignored.
+    Circles become holes, or contours if the format does not distinguish circles from other curves. The function ignores
+    the layer and hole selections in `options`.
 
     Raises
     ------

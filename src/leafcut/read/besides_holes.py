@@ -1,4 +1,7 @@
-"""Closed contours of a drilling drawing: the outline of the plate, slots, and shapes that cannot be drilled."""
+"""Classify the closed contours in a drilling drawing that are not holes.
+
+Such a contour is the outline of the plate, a slot, or a shape that cannot be drilled.
+"""
 
 from __future__ import annotations
 
@@ -37,14 +40,15 @@ _MIN_SLOT_LENGTH = 0.05
 _MIN_ROUNDNESS = 0.98
 #: Minimum number of corners of a circle: hexagons for nuts are not circles.
 _MIN_CORNERS = 12
-#: Distance of polygon corners from the circle: relative to the radius, and in mm (drawings round to 0.001 mm).
+#: Maximum distance between polygon corners and the circle, relative to the radius and in mm. Drawings round to 0.001
+#: mm.
 _OFF_CIRCLE, _MIN_OFF_CIRCLE = 0.002, 0.002
-#: Distance by which holes may extend beyond an outline that surrounds them, mm.
+#: Maximum distance by which holes may extend beyond their outline, mm.
 _EDGE_TOLERANCE = 0.01
 
 
 class ContoursBesidesHoles(NamedTuple):
-    """The closed contours of a drawing, mm, and the number of their entities by type."""
+    """The closed contours of a drawing, mm, and the number of entities of each type in these contours."""
 
     paths: tuple[Polyline, ...] = ()
     entities: Mapping[str, int] = MappingProxyType({})
@@ -63,8 +67,10 @@ class _ContourCollector(Strokes):
 def closed_besides_holes(
     document: Any, layers: LayerFilter, copies: ReadBudget, factor: float, path: str, points: Spend, holes: set[str]
 ) -> ContoursBesidesHoles:
-    """Return the closed contours of a DXF drawing that are not holes, in mm. `holes` contains the handles of the holes.
-    If the drawing is too large, return no contours.
+    """Collect the closed contours of a DXF drawing that are not holes, in mm.
+
+    The caller passes the handles of the holes in `holes`. If the drawing is too large, the function returns no
+    contours.
     """
 
     def other_stroke(entity: Any) -> DxfStroke | None:
@@ -90,9 +96,9 @@ def closed_besides_holes(
 
 
 def polygon_hole(path: Polyline) -> Hole | None:
-    """Return a polygon as a round hole if its corners lie on a circle, otherwise None.
+    """Convert a polygon to a round hole if its corners lie on a circle; otherwise return None.
 
-    OpenSCAD and many SVG files draw holes in this way.
+    OpenSCAD and many SVG exporters draw holes as polygons.
     """
     corners, bulges = path.vertices[:, :2], path.vertices[:, 2]
     if len(corners) < _MIN_CORNERS or (np.abs(bulges) > STRAIGHT).any():
@@ -121,18 +127,20 @@ def polygon_hole(path: Polyline) -> Hole | None:
 def classify_other_contours(
     contours: Sequence[Polyline], holes: Sequence[Hole], circles: Sequence[Hole] = ()
 ) -> tuple[list[Issue], list[Issue]]:
-    """Report closed contours that are not drilled (L201).
+    """Report the closed contours that the program does not drill (L201).
 
-    A contour around all holes is the outline of the plate or a frame, so it is only reported as a note, and so are the
-    contours outside it. Slots, circles drawn as other curves, and all other contours inside are missing work.
-    `circles` are circles around holes or contours; they are missing work unless they enclose all holes.
+    A contour around all holes is either the outline of the plate or a frame, so it only gets a note. Contours outside
+    the outline also only get a note. Inside the outline, slots, circles drawn as other curves, and all other contours
+    are missing work.
+
+    `circles` lists the circles around holes or contours. They are missing work unless they enclose all holes.
 
     Returns
     -------
     list of Issue
         Issues about outlines, slots, circles, and contours outside the outline.
     list of Issue
-        Issues about other contours inside the outline, which only matter to callers that machine more than holes.
+        Issues about the other contours inside the outline. They only matter to callers that do more than drill holes.
     """
     paths = [*contours, *(Polyline.circle(circle.x, circle.y, 0.5 * circle.diameter) for circle in circles)]
     if not paths:
@@ -183,7 +191,7 @@ _KINDS = (
 
 
 def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole]) -> list[str]:
-    """Return the kind of each contour: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
+    """Classify each contour as ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
     centres = shapely.points(np.array([(hole.x, hole.y) for hole in holes]).reshape(-1, 2))
     grown = shapely.buffer(shapes, _EDGE_TOLERANCE)
     # A contour drawn inside a single hole also contains the centre of that hole.
@@ -210,9 +218,10 @@ def _is_round(path: Polyline) -> bool:
 
 
 def _is_slot(path: Polyline, shape: Any) -> bool:
-    """Return whether a contour is the area swept by a disc along a line.
+    """Return whether a contour has the shape of a slot.
 
-    A slot of width w along a line of length l has the area w l + π w² / 4 and the perimeter 2 l + π w.
+    A slot is the area that a disc sweeps along a line. For the width w and a line of length l, a slot has the area w l
+    + π w² / 4 and the perimeter 2 l + π w.
     """
     area, perimeter = abs(path.area), path.length
     discriminant = 0.25 * perimeter * perimeter - math.pi * area

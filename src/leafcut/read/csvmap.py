@@ -50,7 +50,7 @@ NAMED_ROWS = 10
 
 @dataclass(frozen=True)
 class _Columns:
-    """The numbers of the columns in a table of points, and the unit in its header."""
+    """The column numbers in a table of points, and the unit in the header."""
 
     x: int = 0
     y: int = 1
@@ -63,7 +63,7 @@ class _Columns:
 
 
 def read_csv(source: Source, options: ReadOptions) -> Part:
-    """Return the points of a table as holes, in mm.
+    """Read the points of a table as holes, in mm.
 
     Raises
     ------
@@ -183,8 +183,9 @@ def _field(fields: list[str], index: int | None) -> str:
 
 
 def points_text(part: Part) -> str:
-    """Return the holes of a part as a CSV table, in mm, with a column for diameters if there are any. `read_csv` reads
-    the same points from it.
+    """Write the holes of a part as a CSV table, in mm, so that `read_csv` can read the same points back.
+
+    The table has a column for diameters if any hole has a diameter.
     """
     sized = any(hole.diameter for hole in part.holes)
     rows = [f"{hole.x!r},{hole.y!r}{f',{hole.diameter!r}' if sized else ''}" for hole in part.holes]

@@ -1,7 +1,8 @@
-"""The cut chart: for each process, material and thickness, the cutting speed, the heights and the kerf.
+"""Look up cutting speed, heights and kerf in a cut chart, by process, material and thickness.
 
-A chart is a CSV file with the columns of the shipped `cutchart.csv`. Each row states its source and confidence. Missing
-values are never invented: a row without a kerf or a pierce delay is used only if the user supplies these values.
+A chart is a CSV file with the same columns as the shipped `cutchart.csv`. Each row states its source and confidence.
+The code never makes up missing values: it uses a row without a kerf or a pierce delay only if the user supplies these
+values.
 """
 
 from __future__ import annotations
@@ -47,11 +48,11 @@ MATERIALS = {
     "pmma": "acrylic",
 }
 
-#: Cut height if the chart has none, mm. Estimates: a laser head follows the sheet at about 1 mm; waterjet and oxyfuel
-#: heads use customary heights.
+#: Cut height if the chart has none, mm. These are estimates: a laser head follows the sheet at about 1 mm, and waterjet
+#: and oxyfuel heads use the customary heights.
 HEIGHTS: dict[str, float] = {CutMethod.LASER: 1.0, CutMethod.WATERJET: 3.0, CutMethod.OXYFUEL: 6.0}
 
-#: Values that the user can give to override the chart, and the values that replace a whole row of the chart.
+#: Values with which the user can override the chart, and values that together replace a whole row of the chart.
 GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
 ENOUGH = ("feed", "kerf", "pierce_delay")
 _OWN_DATA = Message("--cut-speed, --kerf and --pierce-delay")
@@ -64,7 +65,7 @@ LARGEST, NARROWEST, WIDEST = 1e6, 0.001, 50.0
 
 @dataclass(frozen=True)
 class ChartRow:
-    """A row of a cut chart. Missing values are None; the feed is in mm/s."""
+    """A row of a cut chart. Missing values are None, and the feed is in mm/s."""
 
     process: str
     material: str
@@ -82,9 +83,7 @@ class ChartRow:
 
     @property
     def source_rank(self) -> int:
-        """Rank of the source: 0 for a chart of the manufacturer or of the user, 1 for a copy of a chart, 2 for an
-        estimate.
-        """
+        """Rank of the source: 0 for a chart from the manufacturer or the user, 1 for a copy, 2 for an estimate."""
         text = self.confidence.lower()
         if text.startswith(("low", "sample")):
             return _ESTIMATE
@@ -92,12 +91,12 @@ class ChartRow:
 
 
 def load_chart(path: Path | None = None) -> list[ChartRow]:
-    """Return the rows of a cut chart. The default is the shipped chart.
+    """Load a cut chart, by default the shipped chart.
 
     Raises
     ------
     ReadError
-        The file is not a valid chart; the message names the line and the error.
+        The file is not a valid chart; the message includes the line number and the problem.
     """
     if path is None:
         place, text = "cutchart.csv", (resources.files("leafcut.read") / "cutchart.csv").read_text(encoding="utf-8")
@@ -166,7 +165,7 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
 
 
 def _consumption_rates(word: Callable[[str], str], number: Callable[..., float | None]) -> ConsumptionRates:
-    """Return the consumption of a chart row in SI units (per second, W, kg). A lifetime of 0 is an error."""
+    """Convert the consumption in a chart row to SI units (per second, W, kg). A lifetime of 0 is an error."""
 
     def scaled(key: str, factor: float) -> float | None:
         value = number(key)
@@ -191,13 +190,13 @@ def _consumption_rates(word: Callable[[str], str], number: Callable[..., float |
 
 
 def material_name(material: str) -> str:
-    """Return a material name as used in charts: ``mild_steel`` for ``Mild Steel`` or ``steel``."""
+    """Convert the name of a material to the spelling in charts: ``Mild Steel`` and ``steel`` become ``mild_steel``."""
     word = "_".join(material.lower().replace("-", " ").split())
     return MATERIALS.get(word, word)
 
 
 def process_names_for(rows: Iterable[ChartRow], process: str, material: str) -> set[str]:
-    """Return the full names that the chart has for a process in a material, such as ``laser_co2_60w``."""
+    """Return the full process names in the chart, such as ``laser_co2_60w``, that match a process and a material."""
     return {r.process for r in rows if is_kind_of_process(r.process, process) and r.material == material_name(material)}
 
 
@@ -210,19 +209,21 @@ def find_cut_data(
     nozzle: str | None = None,
     **given: float | None,
 ) -> tuple[CutData, list[Issue]]:
-    """Return the cutting data for a sheet, and issues.
+    """Look up the cutting data for a sheet, and return them with any issues.
 
-    If the chart has no row for the thickness, the data are interpolated between the next thinner and the next thicker
-    row with the same process, material and current. The speed is interpolated logarithmically, because it is a power of
-    the thickness, and all other values linearly. The most trusted chart is preferred; estimates are the last resort. If
-    several currents have complete data and can pierce the sheet, the fastest current is used. If the user gives speed,
-    kerf and pierce delay, no row is needed.
+    If the chart has no row for the thickness, the function interpolates between the next thinner and the next thicker
+    row with the same process, material and current. It interpolates the speed logarithmically, because the speed is a
+    power of the thickness, and all other values linearly.
+
+    The function prefers the most trusted chart, and uses estimates only as a last resort. If several currents have
+    complete data and can pierce the sheet, it picks the fastest current. The chart needs no matching row if the user
+    supplies speed, kerf and pierce delay.
 
     Parameters
     ----------
     process
-        Name of the process in the chart, which may include kind and power: ``plasma``, ``laser_fiber_3kW``. Without
-        rows of this name, rows without kind and power are used.
+        Name of the process in the chart, which may include kind and power: ``plasma``, ``laser_fiber_3kW``. If no row
+        has this name, the function falls back to rows without kind and power.
     given
         Values that override the chart: ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``.
 
@@ -231,7 +232,7 @@ def find_cut_data(
     OptionError
         The chart lacks the process or the material, or required values.
     PlanError
-        The chart has no row of that thickness; the message names the nearest rows.
+        The chart has no row of that thickness; the message lists the nearest rows.
     """
     rows = list(rows)
     known = [r for r in rows if r.process == process.lower()] or [r for r in rows if r.process == method_of(process)]
@@ -274,9 +275,7 @@ def find_cut_data(
 
 
 def _no_process_message(rows: list[ChartRow], process: str, material: str) -> Message:
-    """Return the message for a process that the chart does not contain. A process of another kind or power is never a
-    substitute.
-    """
+    """Explain that the chart does not contain a process. A process of another kind or power is never a substitute."""
     kinds = sorted(
         process_names_for(rows, process, material)
         or {r.process for r in rows if is_kind_of_process(r.process, process)}
@@ -313,7 +312,7 @@ def _rows_of_nozzle(rows: list[ChartRow], nozzle: str, label: str) -> list[Chart
 def _row_from_options(
     process: str, material: str, thickness: float, amps: float | None, given: dict[str, float | None]
 ) -> ChartRow | None:
-    """Return a chart row that consists of the user's values only, or None if these are incomplete."""
+    """Build a chart row from the user's values alone. Return None if required values are missing."""
     if any(given.get(key) is None for key in ENOUGH) or method_of(process) not in tuple(CutMethod):
         return None
     values = {key: given.get(key) for key in GIVEN}
@@ -334,7 +333,7 @@ def _row_from_options(
 
 
 def is_kind_of_process(name: str, asked: str) -> bool:
-    """Return whether a process of a chart is the requested process, or a kind of it."""
+    """Return whether a process from a chart is the requested process, or a variant of it."""
     return name == asked.lower() or name.startswith(f"{asked.lower()}_")
 
 
@@ -345,8 +344,10 @@ def _column_values(rows: Iterable[ChartRow], field: str) -> list[str]:
 def _best_row(
     rows: list[ChartRow], thickness: float, given: dict[str, float | None]
 ) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the best row for a thickness. Complete rows that can pierce come first, then charts before estimates, then
-    faster rows.
+    """Choose the best row for a thickness.
+
+    Complete rows that can pierce the sheet come first. Charts then win over estimates, and faster rows over slower
+    rows.
     """
     groups: dict[float, list[ChartRow]] = {}
     for row in rows:
@@ -366,7 +367,7 @@ def _best_row(
 
 
 def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the most trusted row for a thickness, interpolated between two rows if necessary."""
+    """Return the most trusted row for a thickness. If necessary, interpolate between two rows."""
     for trust in range(_ESTIMATE + 1):
         trusted = [r for r in group if r.source_rank <= trust]
         exact = [r for r in trusted if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
@@ -384,8 +385,9 @@ def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow
 
 
 def _group_by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
-    """Group the rows by nozzle. Rows of different nozzles are mixed only if no nozzle has both a thinner and a thicker
-    row.
+    """Group the rows by nozzle.
+
+    The function mixes rows of different nozzles only if no nozzle has both a thinner and a thicker row.
     """
     return [[r for r in rows if r.rates.nozzle == name] for name in dict.fromkeys(r.rates.nozzle for r in rows)]
 
@@ -405,7 +407,7 @@ def _joined_values(values: list[Message]) -> Message:
 
 
 def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) -> Message:
-    """Return the message that the only current with complete data cannot pierce the sheet."""
+    """Explain that only one current has complete data, and that it cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     message = Message("{:g} mm is above the pierce capacity of {}", thickness, _describe_process(edge))
     edge_start = Message("use --amps {:g} to start cuts at the sheet's edge", edge.amps or 0)
@@ -449,7 +451,7 @@ def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, 
 
 
 def _interpolate_rates(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
-    """Interpolate the consumption linearly. Drop texts that differ, and flow rates of different gases."""
+    """Interpolate the consumption linearly. Drop texts that differ, and flow rates that belong to different gases."""
     rates: dict[str, Any] = {}
     for name in (field.name for field in fields(ConsumptionRates)):
         first, second = getattr(a, name), getattr(b, name)
@@ -498,8 +500,9 @@ def _values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | 
 
 
 def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
-    """Return whether cuts with the data of a row can start with a pierce. Plasma needs a pierce height in the chart, or
-    a pierce delay from the user.
+    """Return whether a cut with the data of a row can start with a pierce.
+
+    Plasma needs a pierce height from the chart, or a pierce delay from the user.
     """
     if method_of(row.process) != CutMethod.PLASMA:
         return True
@@ -570,8 +573,9 @@ def _cut_data(
 
 @dataclass(frozen=True)
 class ChartChoices:
-    """The values that are still available in a cut chart after earlier choices. Thicknesses are in mm and currents in
-    A, in ascending order.
+    """The values in a cut chart that the user can still choose after earlier choices, in ascending order.
+
+    Thicknesses are in mm and currents in A.
     """
 
     processes: tuple[str, ...]
@@ -588,10 +592,10 @@ def choices_of(
     thickness: float | None = None,
     amps: float | None = None,
 ) -> ChartChoices:
-    """Return the choices that a cut chart offers. An empty argument matches all rows.
+    """List the choices in a cut chart. An empty argument matches all rows.
 
-    Each kind of choice is filtered by the choices before it, and the current also by the thickness. A choice without a
-    matching row is ignored, so that the user still sees the alternatives.
+    Earlier choices filter the later ones, and the thickness also filters the current. The function ignores a choice
+    without a matching row, so that the user still sees the alternatives.
     """
     rows = list(rows)
     cut = [row for row in rows if not process or is_kind_of_process(row.process, process)] or rows

@@ -1,7 +1,8 @@
-"""DXF drawings (ASCII and binary, R12 to R2018), read with ezdxf: circles and equivalent shapes become holes.
+"""Read the holes of DXF drawings (ASCII and binary, R12 to R2018) with ezdxf.
 
-Holes are CIRCLE, arcs and bulged polylines that close a circle, circular ELLIPSE, and POINT entities of model space,
-including those in blocks. A POINT becomes a hole of diameter 0 (a bare point), unless it marks the centre of a circle.
+A hole can be a CIRCLE, a circular ELLIPSE, a POINT, or a set of arcs or bulged polylines that close a circle. The
+reader takes these entities from model space and from blocks. A POINT becomes a hole of diameter 0 (a bare point),
+unless it marks the centre of a circle.
 """
 
 from __future__ import annotations
@@ -63,12 +64,12 @@ MIN_RADIUS = 1e-6
 
 #: Entity types of an edge.
 _KINDS = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE")
-#: Maximum number of edges to display. A plate has only a few, so a larger drawing shows something else.
+#: Maximum number of edges to display. A plate only has a few edges, so a larger drawing shows something else.
 MOST_EDGES = 5_000
 
 
 def read_dxf(source: Source, options: ReadOptions) -> Part:
-    """Return the holes of a DXF drawing's model space, in mm.
+    """Read the holes in the model space of a DXF drawing, in mm.
 
     Raises
     ------
@@ -137,13 +138,13 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
 
 @dataclass
 class HoleCollector:
-    """Collects holes, in mm, from shapes in drawing units, and counts all other shapes."""
+    """Collects holes, in mm, from shapes in drawing units. Shapes that are not holes are only counted."""
 
     factor: float
     path: str
     numbered_holes: list[tuple[int, Hole]] = field(default_factory=list)
     pieces: list[ArcPiece] = field(default_factory=list)
-    #: Type, layer and handle of each entity that gave pieces.
+    #: Type, layer and handle of each entity that contributed arcs.
     owners: dict[int, tuple[str, str, str]] = field(default_factory=dict)
     leaning: list[tuple[float, float]] = field(default_factory=list)
     far: Counter[str] = field(default_factory=Counter)
@@ -156,7 +157,7 @@ class HoleCollector:
     _number: int = 0
 
     def add(self, shape: Shape, matrix: Matrix, layer: str) -> None:
-        """Place a shape, and add it as a hole or as pieces of a hole. Other shapes are only counted."""
+        """Place a shape, and add it as a hole or as a piece of a hole. Count the shape if it is neither."""
         self._number += 1
         pieces = []
         for local_curve in shape.curves:
@@ -202,7 +203,10 @@ class HoleCollector:
             self.leaning.append((x, y))
 
     def holes(self) -> list[Hole]:
-        """Return all holes in file order. The method may be called only once, at the end, because it joins the arcs."""
+        """Return all holes in file order.
+
+        Call this method only once, after all shapes were added, because it joins the arcs.
+        """
         circles, used = close_circles(self.pieces)
         for piece in circles:
             _, layer, handle = self.owners[piece.entity]
@@ -217,7 +221,7 @@ class HoleCollector:
         return [hole for _, hole in sorted(self.numbered_holes, key=lambda numbered: numbered[0])]
 
     def issues(self) -> list[Issue]:
-        """Return issues about shapes that did not become holes."""
+        """Report the shapes that did not become holes."""
         issues = []
         if self.leaning:
             message = Message("{} not in the plane of the plate: not drilled", count_of(len(self.leaning), "circle"))
@@ -286,10 +290,10 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
 def contours_besides_holes(
     document: Any, options: ReadOptions, factor: float, path: str, points: Spend, holes: Collection[str]
 ) -> tuple[Contour, ...]:
-    """Return the lines, arcs and polylines that lie directly in model space and are not holes, in mm.
+    """Read the lines, arcs and polylines in model space that are not holes, in mm.
 
-    `holes` are the handles of the entities that became holes. Layers that are off or frozen stay hidden; the layer
-    selection is ignored, because nothing is machined. Damaged entities are skipped.
+    `holes` contains the handles of the entities that became holes. The function skips blocks, damaged entities, and
+    layers that are off or frozen. It ignores the layer selection, because these contours are not machined.
     """
     layers = layers_of(document, replace(options, layers=()))
     strokes = Strokes(factor, path, points)

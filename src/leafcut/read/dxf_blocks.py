@@ -1,8 +1,8 @@
-"""Visit every shape in the model space of a DXF document, with blocks placed, scaled, rotated, mirrored and arrayed.
+"""Visit every shape in the model space of a DXF document, including the shapes in blocks.
 
-Each block is examined once. After that, each insertion visits only the requested shapes (holes or strokes), so a large
-block of lines takes no time when holes are read. Visits are counted; nested arrays that exceed the budget raise an
-error.
+Blocks can be placed, scaled, rotated, mirrored and arrayed. The code examines each block once. After that, each
+insertion visits only the requested shapes (holes or strokes), so a large block of lines costs no time when only holes
+are read. Nested arrays that exceed the budget of visits raise an error.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from leafcut.message import Message, map_text
 from leafcut.read.dxf_shapes import IDENTITY, Matrix, combine_transforms, transform_direction
 from leafcut.read.format import ReadBudget
 
-#: Shape made from an entity: any type with the `layer` of its entity.
+#: Shape created from an entity. The type must have a `layer` attribute with the layer of the entity.
 S = TypeVar("S")
 
 MAX_DEPTH = 32
@@ -27,7 +27,7 @@ INVISIBLE = "\n"
 
 
 class Insertion(NamedTuple):
-    """An INSERT entity: its block, matrix and layer, and the count and step of its array in each direction."""
+    """An INSERT entity. It has a block, a matrix and a layer, and the count and step of its array in each direction."""
 
     block: str
     matrix: Matrix
@@ -37,19 +37,19 @@ class Insertion(NamedTuple):
 
 @dataclass
 class Content(Generic[S]):
-    """The contents of a layout or a block, in the coordinates of that layout or block."""
+    """The contents of a layout or a block, in its own coordinates."""
 
     items: list[S | Insertion] = field(default_factory=list)
     #: Entities that give no shape, by (type, layer).
     others: Counter[tuple[str, str]] = field(default_factory=Counter)
-    #: Entities with missing or invalid numbers: (type, handle, error).
+    #: Entities with missing or invalid numbers, as (type, handle, error).
     broken: list[tuple[str, str, str]] = field(default_factory=list)
     invisible: int = 0
 
 
 @dataclass
 class LayerFilter:
-    """The frozen layers, the layers that are off, and a test for the layers that the user chose."""
+    """Decides which layers to read, based on frozen layers, layers that are off, and the user's choice of layers."""
 
     frozen: set[str]
     off: set[str]
@@ -57,7 +57,7 @@ class LayerFilter:
     _known: dict[str, bool] = field(default_factory=dict)
 
     def shows(self, layer: str) -> bool:
-        """Return whether entities on this layer are read."""
+        """Return whether the entities on this layer are read."""
         visible = self._known.get(layer)
         if visible is None:
             name = layer.casefold()
@@ -66,13 +66,16 @@ class LayerFilter:
         return visible
 
     def freezes(self, layer: str) -> bool:
-        """Return whether an INSERT on this layer hides its block: only if the layer is frozen, not if it is off."""
+        """Return whether an INSERT on this layer hides its block.
+
+        Only a frozen layer hides it, not a layer that is off.
+        """
         return layer.casefold() in self.frozen
 
 
 @dataclass
 class BlockWalk(Generic[S]):
-    """Visits every shape of model space once per insertion, and counts what is left out.
+    """Visits every shape of model space once per insertion, and counts skipped entities.
 
     `shape_of` converts an ezdxf entity to a shape. It returns None for an entity that is not needed, and raises
     ValueError for a damaged entity.
@@ -83,7 +86,7 @@ class BlockWalk(Generic[S]):
     layers: LayerFilter
     shape_of: Callable[[Any], S | None]
     shape_name: str
-    #: Counts of omissions: other entities by type, hidden ones by layer, unusable INSERTs by block.
+    #: Counts of skipped items: other entities by type, hidden entities by layer, unusable INSERTs by block.
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)
     missing_blocks: Counter[str] = field(default_factory=Counter)
@@ -109,8 +112,9 @@ class BlockWalk(Generic[S]):
         yield from self._visit(top, IDENTITY, None, ())
 
     def _scan_blocks(self, top: Content[S]) -> None:
-        """Read every block that model space can reach, and mark the blocks that lead to a shape. The other blocks need
-        no visits.
+        """Read every block that model space can reach, and mark the blocks that lead to a shape.
+
+        The other blocks do not need to be visited.
         """
         parents: dict[str, set[str]] = {}
         waiting = [("", top)]
@@ -135,8 +139,9 @@ class BlockWalk(Generic[S]):
                 fruitful.extend(parents.get(name, ()))
 
     def _visited_entities(self, name: str, trail: tuple[str, ...]) -> int:
-        """Return the number of entities that are visited when an insertion of a block is expanded, including nested
-        blocks. Return 0 if the insertion is not expanded.
+        """Count the entities that an insertion of a block visits, including the entities of nested blocks.
+
+        Return 0 if the insertion is not expanded.
         """
         content = self._contents[name]
         if content is None or name not in self._with_shapes or name in trail or len(trail) >= MAX_DEPTH:
@@ -172,7 +177,7 @@ class BlockWalk(Generic[S]):
                 self.hidden[layer] += 1
 
     def _count_other_entities(self, content: Content[S], inherited: str | None) -> None:
-        """Count the entities of a block that are not shapes. Further insertions of the block are not counted again."""
+        """Count the entities of a block that are not shapes. A block counts only once, even if it is inserted again."""
         if id(content) in self._counted:
             return
         self._counted.add(id(content))
@@ -212,12 +217,12 @@ class BlockWalk(Generic[S]):
 
 
 def _layer_of(layer: str, inherited: str | None) -> str:
-    """Return the layer of an entity. Entities on layer 0 of a block are on the layer of the INSERT."""
+    """Return the effective layer of an entity. Entities on layer 0 of a block take the layer of the INSERT."""
     return inherited if layer == "0" and inherited is not None else layer
 
 
 def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
-    """Return the contents of an ezdxf layout. Each entity is examined once."""
+    """Read the contents of an ezdxf layout, examining each entity only once."""
     content: Content[S] = Content()
     for entity in layout:
         kind, dxf = entity.dxftype(), entity.dxf

@@ -1,5 +1,6 @@
-"""Read DXF drawings for sheet cutting: every visible line, arc, polyline, ellipse and spline, including those in
-blocks.
+"""Read DXF drawings for sheet cutting.
+
+The reader returns every visible line, arc, polyline, ellipse and spline, including those in blocks.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ from leafcut.read.format import (
 
 
 def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = True) -> Part:
-    """Return the lines and curves of a DXF drawing's model space as contours, one per entity, in mm.
+    """Read the lines and curves in the model space of a DXF drawing as contours, in mm.
 
-    `texts` adds the strokes of texts, with kind ``text``.
+    Each entity becomes one contour. With `texts`, the strokes of texts are added with the kind ``text``.
 
     Raises
     ------
@@ -73,8 +74,9 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
 
 
 def _height_issues(contours: tuple[Contour, ...]) -> list[Issue]:
-    """Report contours at several heights, or at a height other than Z0, because the drawing looks the same from
-    above.
+    """Report contours that lie at several heights, or at a height other than Z0.
+
+    Such heights are invisible in a top view of the drawing.
     """
     heights = HeightCount.of((*c.path.start, c.z) for c in contours)
     if heights.differ:
@@ -86,9 +88,9 @@ def _height_issues(contours: tuple[Contour, ...]) -> list[Issue]:
 def read_dxf_pockets(
     source: Source, options: ReadOptions, pocket_options: PocketDrawingOptions, joining: SheetOptions
 ) -> Part:
-    """Return the outlines of a DXF drawing as pockets with islands, in mm.
+    """Read the outlines of a DXF drawing as pockets with islands, in mm.
 
-    The errors are those of `read_dxf_contours` and `pockets_of_drawing`.
+    Raises the same errors as `read_dxf_contours` and `pockets_of_drawing`.
     """
     from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
 

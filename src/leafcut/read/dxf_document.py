@@ -1,4 +1,7 @@
-"""Open a DXF file safely: check its size before parsing, report repairs, and read its units and layers."""
+"""Open a DXF file safely.
+
+The module checks the size of the file before parsing it, reports repairs, and reads the units and layers.
+"""
 
 from __future__ import annotations
 
@@ -61,10 +64,10 @@ _HALF_LETTER = re.compile(rb"\\U\+[dD][89a-fA-F][0-9a-fA-F]{2}")
 
 
 def open_document(source: Source, issues: list[Issue]) -> Any:
-    """Return the ezdxf document of a file, loaded with repairs but without the audit.
+    """Open a file with ezdxf and apply repairs, but skip the audit.
 
     The audit deletes circles with duplicate handles. It also follows all paths through nested blocks, which can take
-    forever even for a hundred lines of DXF. `BlockWalk` reports the errors in holes and blocks itself.
+    forever even for a hundred lines of DXF. `BlockWalk` reports the errors in holes and blocks instead.
     """
     cache = {} if source.cache is None else source.cache
     if "document" not in cache:
@@ -172,7 +175,7 @@ def _silence_ezdxf() -> Iterator[None]:
 
 
 def units_of(document: Any, options: ReadOptions) -> tuple[float, str | None]:
-    """Return the length of the drawing unit, mm, and the name of the unit, or None if the unit is assumed."""
+    """Return the length of the drawing unit, mm, and the name of the unit. The name is None if the unit is assumed."""
     if options.units:
         return factor_of(options, None), options.units
     code = document.header.get("$INSUNITS", 0)
@@ -182,7 +185,7 @@ def units_of(document: Any, options: ReadOptions) -> tuple[float, str | None]:
 
 
 def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
-    """Return the filter for layers that are frozen, off or not chosen."""
+    """Return the filter that excludes layers that are frozen, off or not chosen."""
     frozen, off = set(), set()
     for layer in document.layers:
         name = str(layer.dxf.get("name", "")).casefold()
@@ -194,9 +197,7 @@ def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
 
 
 def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
-    """Return issues about everything that was skipped in a drawing: damaged entities, hidden layers, unusable
-    blocks.
-    """
+    """Report everything that was skipped in a drawing: damaged entities, hidden layers, and unusable blocks."""
     issues = []
     reasons: dict[tuple[str, str], list[str]] = {}
     for kind, handle, reason in walk.broken:
@@ -228,7 +229,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
 
 
 def hidden_by_layer(walk: BlockWalk[Any]) -> Message:
-    """Return a text with the number of hidden entities on each layer."""
+    """Describe the number of hidden entities on each layer."""
     named = [
         Message("{} on layer {}", n, printable(layer)) for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE
     ]

@@ -1,4 +1,4 @@
-"""DXF entities that can become holes (circles, arcs, bulged polylines, points), and block transformations."""
+"""Convert DXF entities that can become holes (circles, arcs, bulged polylines, points), and transform blocks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.message import Message
 
 Vector3 = tuple[float, float, float]
 
-#: Transformation from block to model space: images of x, y and z, and the origin.
+#: Transformation from a block to model space: the images of the x, y and z axes, and the origin.
 Matrix = tuple[Vector3, Vector3, Vector3, Vector3]
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
 
@@ -21,8 +21,9 @@ FLAT = 1e-4
 
 
 class Curve(NamedTuple):
-    """The curve centre + u·cos(t) + v·sin(t), for t from `start` over `sweep`, in drawing units; a point has sweep
-    0.
+    """The curve centre + u·cos(t) + v·sin(t), in drawing units.
+
+    The parameter t runs from `start` over the angle `sweep`. A point has a sweep of 0.
     """
 
     center: Vector3
@@ -33,7 +34,7 @@ class Curve(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """An entity that may be a hole or a part of a hole: a point, a circle, or a series of arcs."""
+    """An entity that may be a hole or a part of a hole. It can be a point, a circle, or a series of arcs."""
 
     dxftype: str
     curves: tuple[Curve, ...]
@@ -43,7 +44,7 @@ class Shape(NamedTuple):
 
 
 def shape_of(entity: Any) -> Shape | None:
-    """Return the shape of an entity, or None if it can never be a hole.
+    """Convert an entity to a shape, or return None if the entity can never be a hole.
 
     Raises
     ------
@@ -72,7 +73,7 @@ def _point(entity: Any) -> tuple[Curve, ...]:
 
 
 def axes_of(entity: Any) -> tuple[Vector3, Vector3, Any]:
-    """Return the x and y axes of an entity's plane (OCS) in the coordinates of its layout, and the OCS."""
+    """Return the x and y axes of an entity's plane in layout coordinates, and the object coordinate system (OCS)."""
     ocs = entity.ocs()
     if not ocs.transform:
         return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), ocs
@@ -110,7 +111,7 @@ def arc_of(entity: Any) -> tuple[Curve, ...]:
 
 
 def _sweep(angle: float) -> float:
-    """Return the sweep of an arc: 0° to 360° is a full turn, 0° to 0° is empty."""
+    """Return the sweep of an arc. An arc from 0° to 360° is a full turn, and an arc from 0° to 0° is empty."""
     if abs(abs(angle) - math.tau) < 1e-9:
         return math.tau
     return angle % math.tau
@@ -133,8 +134,16 @@ def _ellipse(entity: Any) -> tuple[Curve, ...]:
 
 
 def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool, float]:
-    """Return the vertices (x, y, bulge) of an LWPOLYLINE or 2D POLYLINE, whether the polyline is closed, and its
-    height.
+    """Return the geometry of an LWPOLYLINE or a 2D POLYLINE.
+
+    Returns
+    -------
+    sequence of tuple
+        The vertices (x, y, bulge).
+    bool
+        Whether the polyline is closed.
+    float
+        The height of the polyline.
     """
     if entity.dxftype() == "LWPOLYLINE":
         vertices = [(float(x), float(y), float(bulge)) for x, y, bulge in entity.get_points("xyb")]
@@ -145,8 +154,9 @@ def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool
 
 
 def real_vertices(entity: Any) -> list[Any]:
-    """Return the vertices that lie on a POLYLINE, without the control points of spline and curve frames (bit 16 of the
-    flags).
+    """Return the vertices that lie on a POLYLINE.
+
+    The control points of spline and curve frames (bit 16 of the flags) are left out.
     """
     return [v for v in entity.vertices if not v.dxf.get("flags", 0) & 16]
 
@@ -162,8 +172,9 @@ def _polyline(entity: Any) -> tuple[Curve, ...]:
 def _bulged(
     entity: Any, vertices: Sequence[tuple[float, float, float]], closed: bool, elevation: float
 ) -> tuple[Curve, ...]:
-    """Return the arcs of a polyline that consists only of arcs. Return no arcs for other polylines, because rounded
-    corners are not holes.
+    """Return the arcs of a polyline that consists only of arcs.
+
+    Return no arcs for other polylines, because rounded corners are not holes.
     """
     if all(v[2] == 0.0 for v in vertices):
         return ()
@@ -236,15 +247,16 @@ def is_flat(curve: Curve) -> bool:
 
 
 def half_axes(curve: Curve) -> tuple[float, float]:
-    """Return the major and the minor semi-axis of the curve in top view: the singular values of (u v)."""
+    """Return the major and the minor semi-axis of the curve in top view. They are the singular values of (u v)."""
     (ux, uy, _), (vx, vy, _) = curve.u, curve.v
     even, odd = math.hypot(ux + vy, uy - vx) / 2, math.hypot(ux - vy, uy + vx) / 2
     return even + odd, abs(even - odd)
 
 
 def span_from_above(curve: Curve) -> tuple[float, float]:
-    """Return the start and the sweep of a circular arc in top view. The direction is counter-clockwise even if a block
-    mirrors the arc.
+    """Return the start and the sweep of a circular arc in top view.
+
+    The arc runs counter-clockwise, even if a block mirrors it.
     """
     (ux, uy, _), (vx, vy, _) = curve.u, curve.v
     mirrored = ux * vy - uy * vx < 0
@@ -256,10 +268,10 @@ def span_from_above(curve: Curve) -> tuple[float, float]:
 def bulge_arc(
     x0: float, y0: float, x1: float, y1: float, bulge: float
 ) -> tuple[float, float, float, float, float] | None:
-    """Return the arc of a bulged segment as (centre x, centre y, radius, start angle, sweep), counter-clockwise.
+    """Convert a bulged segment to a counter-clockwise arc: (centre x, centre y, radius, start angle, sweep).
 
-    The bulge is the tangent of a quarter of the arc's angle, positive for counter-clockwise (DXF reference, LWPOLYLINE,
-    group code 42). Return None for a segment without length or bulge.
+    The bulge is the tangent of a quarter of the arc's angle, and is positive for counter-clockwise arcs (DXF reference,
+    LWPOLYLINE, group code 42). Return None if the segment has no length or no bulge.
     """
     dx, dy = x1 - x0, y1 - y0
     chord = math.hypot(dx, dy)

@@ -1,4 +1,7 @@
-"""DXF entities that can be cut (lines, arcs, polylines, ellipses, splines), and their placement by blocks."""
+"""Convert DXF entities that can be cut: lines, arcs, polylines, ellipses and splines.
+
+The module also places the entities in blocks.
+"""
 
 from __future__ import annotations
 
@@ -44,17 +47,18 @@ from leafcut.read.format import (
 
 #: Application name of the extended data (XDATA) that hold the name of a part.
 APPLICATION = "LEAFCUT"
-#: Tolerance for uniform scaling by a block: relative difference between the lengths of the axes of a plane.
+#: A block scales uniformly if the axis lengths of a plane differ by less than this fraction.
 ROUND_SHARE = 1e-6
-#: Slope up to which a line counts as lying in the plane.
+#: Maximum slope of a line that still counts as lying in the plane.
 SLOPE = 1e-3
-#: ezdxf solves a full matrix of all fit points if a spline has no control points: 0.3 GB for 3,000 points.
+#: For a spline without control points, ezdxf solves a full matrix of all fit points: 0.3 GB for 3,000 points.
 MAX_FIT_POINTS = 3_000
 
 
 class DxfPolyline(NamedTuple):
-    """A line or polyline: vertices, float64[n, 3], bulges, float64[n], and the axes of the plane in which its arcs
-    lie.
+    """A line or polyline.
+
+    It consists of vertices, float64[n, 3], bulges, float64[n], and the axes of the plane that contains its arcs.
     """
 
     vertices: Floats
@@ -65,7 +69,7 @@ class DxfPolyline(NamedTuple):
 
 
 class Freeform(NamedTuple):
-    """A B-spline, given by its control points, float64[n, 3]."""
+    """A B-spline with its control points, float64[n, 3]."""
 
     control: Floats
     degree: int
@@ -74,7 +78,7 @@ class Freeform(NamedTuple):
 
 
 class Letters(NamedTuple):
-    """A text, given by its strokes, which are open lines."""
+    """A text, stored as strokes. The strokes are open lines."""
 
     strokes: tuple[DxfStroke, ...]
 
@@ -91,11 +95,11 @@ class DxfStroke(NamedTuple):
 
 
 class NotInPlaneError(ValueError):
-    """An entity does not lie in the plane of the sheet."""
+    """An entity lies outside the plane of the sheet."""
 
 
 def stroke_of(entity: Any) -> DxfStroke | None:
-    """Return the stroke of an ezdxf entity, or None if it is never cut.
+    """Convert an ezdxf entity to a stroke, or return None if the entity is never cut.
 
     Raises
     ------
@@ -111,8 +115,14 @@ def stroke_of(entity: Any) -> DxfStroke | None:
 
 
 def _nest_data_of(entity: Any) -> tuple[str, str]:
-    """Return the name that a nest stored in the XDATA of an outline ("" if there is none), and the kind of outline:
-    ``sheet`` or ``cut``.
+    """Read the nest data in the XDATA of an outline.
+
+    Returns
+    -------
+    str
+        The name that the nest stored, or "" if the outline has none.
+    str
+        The kind of outline: ``sheet`` or ``cut``.
     """
     texts = [str(tag.value) for tag in entity.get_xdata(APPLICATION)] if entity.has_xdata(APPLICATION) else []
     name, kind = [*texts[:2], "", ""][:2]
@@ -125,7 +135,7 @@ def _line(entity: Any) -> DxfPolyline:
 
 
 def straight_polyline(vertices: Floats, closed: bool) -> DxfPolyline:
-    """Return straight lines through points, float64[n, 3]."""
+    """Create straight lines through points, float64[n, 3]."""
     return DxfPolyline(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
@@ -168,7 +178,9 @@ _MAKERS: dict[str, Any] = {
 def placed_stroke(
     stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = allow_any_number
 ) -> Polyline:
-    """Transform a stroke to model space, in top view, in mm; curves become arcs within `tolerance` mm.
+    """Transform a stroke to model space and project it to the top view, in mm.
+
+    Curves become arcs that deviate by at most `tolerance` mm.
 
     Raises
     ------
@@ -247,9 +259,9 @@ def _transform_polyline(
 def _scaled_arcs(
     flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
-    """Place a polyline whose arcs become elliptical, because a block scales x and y differently.
+    """Place a polyline whose arcs become elliptical because a block scales x and y differently.
 
-    `flat` is the polyline in its own plane, and `xy` contains its vertices after placement.
+    `flat` is the polyline in its own plane. `xy` contains the same vertices after placement.
     """
     (ux, uy), (vx, vy) = axes
     rows = []
@@ -275,7 +287,7 @@ def _transform_curve(curve: Curve, factor: float, tolerance: float, spend: Spend
 
 
 class _StrokePath(NamedTuple):
-    """The path of a stroke, in mm; `rising` if the stroke leaves the plane of the sheet."""
+    """The path of a stroke, in mm. `rising` is true if the stroke leaves the plane of the sheet."""
 
     path: Polyline
     rising: bool
@@ -284,7 +296,7 @@ class _StrokePath(NamedTuple):
 
 @dataclass
 class Strokes:
-    """Collects contours, in mm, from strokes in drawing units, and counts the strokes that cannot be used."""
+    """Collects contours, in mm, from strokes in drawing units, and counts unusable strokes."""
 
     factor: float
     path: str
@@ -296,12 +308,12 @@ class Strokes:
     #: Number of texts by type.
     texts: Counter[str] = field(default_factory=Counter)
     _segments: int = 0
-    #: Strokes of blocks as inserted at the origin, or the exceptions raised, by stroke and rotation of the block. All
-    #: copies are translations of these strokes.
+    #: Strokes of blocks that are inserted at the origin, or the exceptions raised for them, by stroke and rotation of
+    #: the block. All copies are translations of these strokes.
     _cache: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
 
     def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
-        """Place a stroke, or all strokes of a text, and add the contours."""
+        """Place a stroke, or all strokes of a text, and add them as contours."""
         if isinstance(stroke.form, Letters):
             self.texts[stroke.dxftype] += 1
             for line in stroke.form.strokes:
@@ -354,7 +366,7 @@ class Strokes:
         self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
 
     def issues(self) -> list[Issue]:
-        """Return issues about strokes that cannot be used."""
+        """Report the strokes that cannot be used."""
         issues = []
         for kind, number in self.leaning.items():
             message = Message("{} {} not in the plane of the sheet: not cut", number, kind)
@@ -374,7 +386,7 @@ class Strokes:
 
 
 def _rounded(path: Polyline, factor: float) -> Polyline:
-    """Remove the digits of a path that result from the conversion of units."""
+    """Round off the digits that unit conversion adds to a path."""
     if factor == 1.0:
         return path
     vertices = path.vertices.copy()

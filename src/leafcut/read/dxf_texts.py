@@ -1,8 +1,8 @@
 """Convert TEXT and MTEXT of a DXF drawing to engraving strokes, with position, height, rotation, width and slant.
 
-Letters are single strokes of the Hershey font "Roman Simplex", identical on every machine. Source of the strokes:
-A. V. Hershey, Calligraphy for Computers, NWL Report 2101 (1967), from the package Hershey-Fonts. Accents, and the
-characters that a drawing writes as %%c, %%d and %%p, are composed here.
+Letters are single strokes of the Hershey font "Roman Simplex", so they look identical on every machine. Source of the
+strokes: A. V. Hershey, Calligraphy for Computers, NWL Report 2101 (1967), from the package Hershey-Fonts. This module
+composes accents, and the characters that a drawing writes as %%c, %%d and %%p.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _ACCENTS: dict[str, list[list[tuple[float, float]]]] = {
     "\u030c": [[(-4, 6), (0, 3), (4, 6)]],
     "\u0327": [[(1, 0), (-1, -3), (2, -4), (0, -6), (-3, -6)]],
 }
-#: Letters composed of the strokes of two others.
+#: Letters that combine the strokes of two other letters.
 _COMPOSITES = {"Ø": "O/", "ø": "o/", "±": "+_", "⌀": "O/", "∅": "O/"}
 _SUBSTITUTES = {
     "–": "-",
@@ -63,9 +63,10 @@ _SUBSTITUTES = {
 
 
 def text_of(entity: Any) -> DxfStroke | None:
-    """Return the strokes of a TEXT or MTEXT in the coordinates of its layout or block, or None for other entities.
+    """Convert a TEXT or MTEXT to strokes in the coordinates of its layout or block. Return None for other entities.
 
-    If the font has no strokes for a letter, the text becomes a single point whose name is the reason.
+    If the font has no strokes for a letter, the text becomes a single point. The name of that point explains the
+    problem.
     """
     kind = entity.dxftype()
     if kind not in ("TEXT", "MTEXT"):
@@ -144,7 +145,7 @@ def _mtext(entity: Any) -> list[Floats]:
 
 
 def _wrap(line: str, max_width: float) -> list[str]:
-    """Wrap a line of text at `max_width`, in multiples of the cap height; 0 means no wrapping."""
+    """Wrap a line of text at `max_width`, which is a multiple of the cap height. A width of 0 disables wrapping."""
     if not max_width > 0.0:
         return [line]
     rows: list[list[str]] = []
@@ -167,8 +168,9 @@ def _rotated(points: Floats, angle: float) -> Floats:
 
 
 def letter_strokes(text: str) -> tuple[LetterLines, float]:
-    """Return a line of text as strokes, float64[n, 2], and the width of the line. Coordinates are relative to the left
-    end of the base line; the cap height is 1.
+    """Convert a line of text to strokes, float64[n, 2], and return them with the width of the line.
+
+    The origin is the left end of the base line, and the cap height is 1.
 
     Raises
     ------

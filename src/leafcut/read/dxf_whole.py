@@ -1,5 +1,6 @@
-"""Read a complete DXF drawing for display: entities that can be machined, and texts, dimensions, hatches and leaders as
-lines.
+"""Read a complete DXF drawing for display.
+
+The reader returns entities that can be machined, and draws texts, dimensions, hatches and leaders as lines.
 """
 
 from __future__ import annotations
@@ -30,9 +31,11 @@ _COARSE = 0.005
 
 
 def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
-    """Return all visible entities of model space, in mm: circles and points as holes, the rest as contours.
+    """Read all visible entities of model space, in mm.
 
-    Layer and hole selections are ignored.
+    Circles and points become holes, and everything else becomes contours.
+
+    The function ignores layer and hole selections.
 
     Raises
     ------
@@ -64,7 +67,7 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
 
 
 def _hole_of(stroke: DxfStroke, matrix: Matrix, layer: str, factor: float) -> Hole | None:
-    """Return the hole for a point, or for a shape that is still a circle after its placement; otherwise None."""
+    """Convert a stroke to a hole if it is a point, or still a circle after placement; otherwise return None."""
     if isinstance(stroke.form, DxfPolyline) and stroke.dxftype == "POINT":
         x, y, z = transform_point(matrix, stroke.form.vertices[0].tolist())
         return Hole(x * factor, y * factor, 0.0, layer, stroke.handle, z * factor)
@@ -92,7 +95,7 @@ def _point_of(entity: Any) -> DxfStroke | None:
 
 
 def _annotation_of(entity: Any) -> DxfStroke | None:
-    """Return the lines of an annotation, or None for other entities and for annotations without readable lines."""
+    """Convert an annotation to lines. Return None for other entities, and for annotations without readable lines."""
     kind = entity.dxftype()
     if kind not in _ANNOTATIONS:
         return None

@@ -1,7 +1,7 @@
 """Built-in parts: ``example:plate-70``, ``example:ten-points``, and random maps ``random:N[:SEED]``.
 
-The sizes and the numbers of holes are those of test parts in the literature on drilling order. The patterns (bolt
-circles, grids, rows) are our own. `examples/make_plates.py` writes the same definitions as DXF.
+Test parts in the literature on drilling order have the same sizes and numbers of holes. The patterns (bolt circles,
+grids, rows) are our own. `examples/make_plates.py` writes the same plates as DXF files.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Inches = tuple[float, float]
 
 @dataclass(frozen=True)
 class PlateHole:
-    """A hole of a plate: its centre and diameter, in inches."""
+    """A hole in a plate, with its centre and diameter in inches."""
 
     x: float
     y: float
@@ -44,7 +44,7 @@ class PlateHole:
 
 @dataclass(frozen=True)
 class Plate:
-    """A rectangular plate with its lower left corner at the origin, in inches; its holes are in drawing order."""
+    """A rectangular plate, in inches. Its lower left corner is at the origin, and its holes are in drawing order."""
 
     name: str
     width: float
@@ -223,7 +223,7 @@ def _board_200() -> list[_Group]:
     ]
 
 
-#: name → (width, height, pattern), inches.
+#: Maps a name to (width, height, pattern), inches.
 _PLATES: dict[str, tuple[float, float, Callable[[], list[_Group]]]] = {
     "plate-10": (10, 12, _plate_10),
     "plate-27": (10, 12, _plate_27),
@@ -247,8 +247,9 @@ EXAMPLE_NAMES = ("ten-points", *PLATE_NAMES)
 
 
 def plate(name: str) -> Plate:
-    """Return a plate named in `PLATE_NAMES`. Its holes are shuffled, with its name as seed, to imitate the order of a
-    drawing made by hand.
+    """Create one of the plates in `PLATE_NAMES`.
+
+    The holes are shuffled to imitate the order of a drawing made by hand. The name of the plate is the seed.
     """
     width, height, pattern = _PLATES[name]
     groups = pattern()
@@ -264,7 +265,7 @@ def plate(name: str) -> Plate:
 
 
 def read_example(source: Source, options: ReadOptions) -> Part:
-    """Return a built-in part by name.
+    """Create a built-in part.
 
     Raises
     ------
@@ -292,8 +293,9 @@ def read_example(source: Source, options: ReadOptions) -> Part:
 
 
 def _random_map(source: Source) -> Part:
-    """Return n uniformly distributed points in a square of side √n·10 mm, so that neighbours are about 5 mm apart for
-    every n.
+    """Create n uniformly distributed points in a square with sides of √n·10 mm.
+
+    Neighbours are then about 5 mm apart for every n.
     """
     fields = source.path.removeprefix(RANDOM).split(":")
     try:

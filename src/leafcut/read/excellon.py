@@ -1,7 +1,8 @@
-"""Read Excellon drill files with gerbonara: holes by tool, and slots (routed or drilled with G85) as straight slots.
+"""Read Excellon drill files with gerbonara: holes by tool, and slots.
 
-gerbonara supports the dialects of KiCad, Altium, Eagle, Allegro and others. Unsupported commands (G85 slots, one-digit
-G codes, feeds and speeds of a machine) are translated line by line, so that messages keep the line numbers.
+Slots are routed or drilled with G85, and become straight slots. gerbonara supports the dialects of KiCad, Altium,
+Eagle, Allegro and others. The reader translates unsupported commands (G85 slots, one-digit G codes, feeds and speeds of
+a machine) line by line, so that messages keep the line numbers.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from leafcut.read.format import (
     units_unknown,
 )
 
-#: Maximum length of a command, characters. A longer line does not belong to a drill file, and is slow to match.
+#: Maximum length of a command, characters. A drill file has no longer lines, and matching them would be slow.
 MAX_COMMAND = 200
 #: Maximum number of tools: no board needs more, and gerbonara sorts all tools again at each definition.
 MAX_TOOLS = 5_000
@@ -58,13 +59,13 @@ _HARMLESS = re.compile(
     r"|M30 statement found|end of program statement"
 )
 
-#: Substitute number for a tool T0 with a diameter, because gerbonara takes T0 for the end of the work.
+#: Tool number that replaces T0 with a diameter, because gerbonara reads T0 as the end of the job.
 _TOOL_ZERO = 1_000_000
 
 
 @dataclass
 class _TranslatedCommands:
-    """The commands of a drill file, translated for gerbonara, with their line numbers."""
+    """The commands of a drill file after translation for gerbonara, with their line numbers."""
 
     lines: list[str] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
@@ -81,17 +82,21 @@ class _TranslatedCommands:
 
 
 class EmptyDrillFile(ReadError):
-    """A drill file is complete, but has no tools and holes. KiCad writes it for a board without unplated holes."""
+    """A drill file is complete, but has no tools and holes.
+
+    KiCad writes such a file for a board without unplated holes.
+    """
 
 
 def read_excellon(source: Source, options: ReadOptions) -> Part:
-    """Return the holes and slots of a drill file, in mm; the layer of each is its tool (``T1``).
+    """Read the holes and slots of a drill file, in mm. The layer of a hole or slot is the name of its tool (``T1``).
 
     Raises
     ------
     ReadError
-        A command is unknown, a coordinate is ambiguous, or there are no holes and slots; `EmptyDrillFile` if there are
-        no tools either.
+        A command is unknown, a coordinate is ambiguous, or the file has no holes and slots.
+    EmptyDrillFile
+        The file has no holes, slots or tools.
     """
     prepared = _translate_commands(source, options.units)
     issues: list[Issue] = []
@@ -132,7 +137,7 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
 
 
 def _coordinate_format_issue(holes: list[Hole]) -> Issue | None:
-    """Return a warning if all holes fit inside the largest hole: the coordinate format is then wrong."""
+    """Warn if all holes fit inside the largest hole, because the coordinate format is then wrong."""
     positions = {(hole.x, hole.y) for hole in holes}
     if len(positions) < 2:
         return None
@@ -254,7 +259,7 @@ def _command(source: Source, prepared: _TranslatedCommands, line: str, number: i
 
 
 def _tool(prepared: _TranslatedCommands, match: re.Match[str], number: int, in_header: bool) -> None:
-    """Add a tool without its feeds and speeds, which apply only to the machine of the file."""
+    """Add a tool. Its feeds and speeds are dropped, because they only apply to the machine of the file."""
     index, diameter = int(match.group(1)), _TOOL_DIAMETER.search(match.group(2))
     name = f"T{index or _TOOL_ZERO}"
     if not diameter and name not in prepared.tools:
@@ -300,7 +305,17 @@ def _parse(source: Source, prepared: _TranslatedCommands, issues: list[Issue]) -
 
 
 def _locate_error(message: str, prepared: _TranslatedCommands) -> tuple[int | None, str, str]:
-    """Return the position of a gerbonara error: the line of the file, the command, and the reason."""
+    """Locate a gerbonara error.
+
+    Returns
+    -------
+    int or None
+        The line of the file.
+    str
+        The command.
+    str
+        The reason for the error.
+    """
     match = _GERBONARA_PLACE.match(message)
     if match is None:
         return None, "", message

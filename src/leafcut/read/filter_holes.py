@@ -22,21 +22,21 @@ from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.format import places_text
 
-#: Holes of equal diameter closer than this are duplicates, mm.
+#: Holes of equal diameter are duplicates if they are closer than this, mm.
 MERGE_TOLERANCE = 0.01
 #: Largest distance between the centres of concentric circles, relative to the larger radius.
 _CONCENTRIC = 0.05
 #: Tolerance in centre and radius of the arcs of one circle, mm: drawings keep 4 to 6 digits.
 SAME_CIRCLE = 0.01
-#: Largest gap between two arcs of a closed circle: mm along the arc, limited to these bounds in rad.
+#: Largest gap between two arcs of a closed circle: the length along the arc, mm, and bounds for its angle, rad.
 GAP_LENGTH, GAP_SMALLEST, GAP_LARGEST = 0.01, 2e-4, 0.01
 
 
 def holes_on_part_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
-    """Return the holes of the part, without those on layers of frames, texts and dimensions, unless `options.layers` is
-    set.
+    """Return the holes that belong to the part, and issues.
 
-    The holes that are left out (L204) may be balloons or centre marks. Their number reveals a layer with a misleading
+    The function drops holes on layers for frames, texts and dimensions, unless `options.layers` is set. The dropped
+    holes may be balloons or centre marks. Issue L204 reports their number, which reveals a part layer with a misleading
     name.
     """
     skipped_layers = set() if options.layers else {layer for layer in {hole.layer for hole in holes} if is_aside(layer)}
@@ -61,8 +61,9 @@ def holes_on_part_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[l
 
 
 def holes_on_chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
-    """Return the holes on the chosen layers and the holes without a layer, and a note on the holes that are left out
-    (L204).
+    """Return the holes on the chosen layers and the holes without a layer.
+
+    The second result is a note about the holes on other layers (L204).
     """
     chosen = layer_filter(options.layers)
     kept = [h for h in holes if not h.layer or chosen(h.layer)]
@@ -78,11 +79,11 @@ def select_holes(
     """Return the holes to drill, in file order, and issues.
 
     * Holes outside the chosen diameters are left out (L205).
-    * Of coincident holes with equal diameters, the first is kept (L301).
-    * Of concentric circles, the one selected by `options.concentric` is kept (L302).
+    * If holes of equal diameter coincide, the first is kept (L301).
+    * If circles are concentric, `options.concentric` selects the circle to keep (L302).
     * A bare point in the centre of a circle is a centre mark and not a hole.
 
-    `point_tolerance` is the distance within which bare points are duplicates, mm; None for `MERGE_TOLERANCE`.
+    Bare points closer than `point_tolerance` (mm) are duplicates. If it is None, `MERGE_TOLERANCE` applies.
     """
     issues: list[Issue] = []
     kept = _by_diameter(holes, options, issues)
@@ -196,7 +197,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
 
 
 def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
-    """Return the anchor of each circle as `anchor_points` does, but with the tolerance of concentric circles."""
+    """Return the anchor of each circle like `anchor_points`, but use the tolerance for concentric circles."""
     anchor_of = anchor_points(centres, tolerance)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []
@@ -210,10 +211,11 @@ def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolera
 
 
 def circles_that_are_outlines(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
-    """Return the circles that are outlines: they enclose an off-centre hole, or off-centre contours that lie apart.
+    """Return the circles that are outlines of parts and not holes.
 
-    Concentric circles are steps of one hole. A concentric contour, or a single contour, may be drawn inside a hole: for
-    example the square of a screw head, or a letter.
+    Such a circle encloses an off-centre hole, or several off-centre contours that lie apart. Concentric circles are
+    steps of one hole. A concentric contour, or a single contour, may be drawn inside a hole, for example the square of
+    a screw head, or a letter.
     """
     table = np.array([(hole.x, hole.y, 0.5 * hole.diameter) for hole in holes]).reshape(-1, 3)
     radius = table[:, 2]
@@ -241,8 +243,9 @@ def circles_that_are_outlines(holes: Sequence[Hole], paths: Sequence[Polyline], 
 
 
 def _concentric_tolerance(radius: float, inner: Any, tolerance: float) -> Any:
-    """Return the maximum distance between the centres of concentric items, mm. The item of radius `inner` must contain
-    the centre of the circle.
+    """Return the maximum distance between the centres of two concentric items, mm.
+
+    `inner` is the radius of the inner item, which must contain the centre of the circle.
     """
     return np.maximum(tolerance, np.minimum(_CONCENTRIC * radius, inner))
 
@@ -250,8 +253,10 @@ def _concentric_tolerance(radius: float, inner: Any, tolerance: float) -> Any:
 def _neighbours(
     table: NDArray[np.float64], reach: NDArray[np.float64]
 ) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.float64]]]:
-    """Yield each circle (row of `table`: x, y, radius), the smaller circles within `reach` of it in x, and the
-    distances of their centres from its centre.
+    """Yield each circle with the smaller circles near it.
+
+    A row of `table` contains x, y and radius. Each result has the index of the circle, the indices of the smaller
+    circles within `reach` in x, and the distances between their centres and the centre of the circle.
     """
     x, y, radius = table.T
     order = np.argsort(x, kind="stable")
@@ -264,14 +269,15 @@ def _neighbours(
 
 
 def anchor_points(points: NDArray[np.float64], tolerance: float) -> list[int]:
-    """Return the first anchor within `tolerance` of each point. A point without an earlier anchor nearby is itself an
-    anchor.
+    """Return the first anchor within `tolerance` of each point.
 
-    Points are processed in order, so anchors are more than `tolerance` apart. A grid is only used to find candidates,
-    so the borders of its cells do not matter. O(n), because a cell holds few anchors.
+    A point without an earlier anchor nearby becomes an anchor.
 
-    `points` is float64[n, 3], finite. The distance is Euclidean in the first two columns; the third may differ by
-    `tolerance`.
+    The function processes the points in order, so anchors are more than `tolerance` apart. It only uses a grid to find
+    candidates, so the cell borders do not matter. The run time is O(n), because a cell holds few anchors.
+
+    `points` is float64[n, 3], finite. The distance is Euclidean in the first two columns; the third column may differ
+    by `tolerance`.
     """
     anchor_rows = list(range(len(points)))
     cells: dict[tuple[float, float, float], list[int]] = {}
@@ -307,8 +313,9 @@ def _neighbour_cells(cell: tuple[float, float, float], tolerance: float) -> list
 
 
 def _has_neighbours(points: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
-    """Return a mask of the points, bool[n], that share their cell or an adjacent cell with another point. All other
-    points are anchors.
+    """Return a mask, bool[n], of the points that share their cell or an adjacent cell with another point.
+
+    All other points are anchors.
     """
     if len(points) < 2:
         return np.zeros(len(points), dtype=np.bool_)
@@ -327,7 +334,10 @@ def _has_neighbours(points: NDArray[np.float64], tolerance: float) -> NDArray[np
 
 
 class ArcPiece(NamedTuple):
-    """An arc in mm and rad, counter-clockwise from `start` over `sweep`; `entity` is the number of its entity."""
+    """An arc in mm and rad. It runs counter-clockwise from `start` over the angle `sweep`.
+
+    `entity` is the number of the entity that contains the arc.
+    """
 
     x: float
     y: float
@@ -341,7 +351,12 @@ class ArcPiece(NamedTuple):
 def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]:
     """Find the circles that arcs close, in O(n log n).
 
-    Return the first piece of each circle, in the given order, and the entities of all pieces of the circles.
+    Returns
+    -------
+    list of ArcPiece
+        The first piece of each circle, in the given order.
+    set of int
+        The entities of all pieces of the circles.
     """
     table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
     groups: dict[int, list[ArcPiece]] = {}

@@ -21,25 +21,26 @@ from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 
-#: Maximum size of a file, bytes. No drawing of holes is larger, and a larger file could exhaust the memory.
+#: Maximum size of a file, bytes. Drawings of holes are smaller, and a larger file could exhaust the memory.
 MAX_BYTES = 512 * 1024 * 1024
 #: Maximum number of holes of a part.
 MAX_HOLES = 1_000_000
-#: Maximum coordinate, mm. Machines are smaller than 1 km, so a larger number is a mistake.
+#: Maximum coordinate, mm. No machine is larger than 1 km, so a larger number is a mistake.
 MAX_COORDINATE = 1e6
 #: Message and remedy for an entity beyond `MAX_COORDINATE`.
 OUT_OF_RANGE = Message("more than 1 km from the drawing origin: move the drawing, or check --units")
-#: A drawing whose longer side is shorter than this, mm, has the wrong unit, unless `--units` is given.
+#: If the longer side of a drawing is shorter than this, mm, the drawing has the wrong unit. `--units` disables the
+#: check.
 SMALLEST_DRAWING = 2.0
 #: Maximum number of lines and arcs of a part.
 MAX_SEGMENTS = 1_000_000
 #: Tolerance of the arcs and lines that approximate splines and ellipses, mm.
 CURVE_TOLERANCE = 0.01
-#: Bytes passed to `Format.sniff`.
+#: Number of bytes that `Format.sniff` receives.
 SNIFF_BYTES = 64 * 1024
 
 
-#: Number of elements to which the blocks of a drawing may expand: base value, base value for holes (which are faster to
+#: Number of elements that the blocks of a drawing may expand to: base value, base value for holes (which are faster to
 #: read), and increase per byte of the file.
 FREE_COPIES, FREE_HOLES, COPIES_PER_BYTE = 100_000, 400_000, 1
 #: Number of points along the curves of a drawing: base value, and increase per byte of the file.
@@ -47,7 +48,7 @@ FREE_POINTS, POINTS_PER_BYTE = 500_000, 4
 
 
 class Match(IntEnum):
-    """Confidence that a file has a format, judged by the first bytes of the file."""
+    """How certain a format is about a file, based on the first bytes."""
 
     NO = 0
     MAYBE = 1
@@ -56,10 +57,10 @@ class Match(IntEnum):
 
 @dataclass(frozen=True)
 class Source:
-    """Input of a reader: the path as the user wrote it, and the bytes of the file.
+    """The input of a reader: the path as the user typed it, and the bytes of the file.
 
-    Readers report their progress to `on_progress`, which may cancel them. `cache` keeps expensive results for the next
-    reader.
+    Readers report their progress to `on_progress`, which may cancel them. A reader stores expensive results in `cache`,
+    so that the next reader can reuse them.
     """
 
     path: str
@@ -81,7 +82,7 @@ class Source:
         return Path(self.path).stem
 
     def text(self) -> str:
-        """Return the file as text. The encoding is UTF-8, UTF-16 with a byte order mark, or else Latin-1.
+        """Decode the file as UTF-8, as UTF-16 if it has a byte order mark, or else as Latin-1.
 
         Raises
         ------
@@ -97,9 +98,9 @@ class Source:
 
 @contextmanager
 def parsing_xml(path: str, advice: str) -> Iterator[None]:
-    """Convert the exceptions of XML parsers to a `ReadError` with the line number.
+    """Convert exceptions of XML parsers to a `ReadError` with the line number.
 
-    `advice` is the remedy in the message for a file that declares entities, which no supported format needs.
+    If a file declares entities, the message contains `advice`. No supported format needs entities.
     """
     from xml.etree.ElementTree import ParseError
     from xml.sax import SAXParseException
@@ -132,24 +133,24 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
 
 
 class ReadBudget:
-    """Limit on the work for a file, because a few lines can require hours of work."""
+    """Limits the work on a file, because a few lines can require hours of work."""
 
     def __init__(self, path: str, limit: int, reason: str) -> None:
         self.path, self.left, self.reason = path, limit, reason
 
     def __call__(self, amount: int) -> None:
-        """Subtract an amount of work from the budget. Raise `ReadError` if the budget is exceeded."""
+        """Subtract an amount of work from the budget, and raise `ReadError` if the budget is exceeded."""
         self.check(amount)
         self.left -= amount
 
     def check(self, amount: int) -> None:
-        """Raise `ReadError` if an amount exceeds the remaining budget."""
+        """Raise `ReadError` if an amount of work exceeds the remaining budget."""
         if amount > self.left:
             raise ReadError(self.path, self.reason)
 
 
 def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
-    """Return the limit on the number of elements to which the blocks or uses of a drawing expand."""
+    """Return the budget for the elements that the blocks or uses of a drawing expand to."""
     limit = free + COPIES_PER_BYTE * len(source.data)
     reason = Message(
         "the {} of this drawing, which has {}, expand to more than {:,} elements", noun, size_text(source), limit
@@ -158,14 +159,14 @@ def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudge
 
 
 def point_budget(source: Source) -> ReadBudget:
-    """Return the limit on the number of points along the curves of a drawing."""
+    """Return the budget for the points along the curves of a drawing."""
     limit = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
     reason = Message("the curves of this drawing, which has {}, need more than {:,} points", size_text(source), limit)
     return ReadBudget(source.path, limit, Message("{}; check its units", reason))
 
 
 def size_text(source: Source) -> str:
-    """Return the size of a file in kB, as text."""
+    """Format the size of a file in kB."""
     return f"{max(len(source.data) // 1000, 1):,} kB"
 
 
@@ -184,19 +185,20 @@ class Format:
     read
         ``(Source, ReadOptions) -> Part``; raises `ReadError`.
     prefix
-        Inputs with one of these prefixes are names for this format, not files (``example:plate-70``).
+        An input with one of these prefixes is a name for this format, not a file (``example:plate-70``).
     error
         The reason why a plug-in could not be loaded; empty for a working format.
     contours
-        ``(Source, ReadOptions) -> Part``: the contours to cut, unchanged. None for a format without contours.
+        ``(Source, ReadOptions) -> Part``: returns the contours to cut, without changes. None for a format without
+        contours.
     pockets
-        ``(Source, ReadOptions, PocketDrawingOptions, SheetOptions) -> Part``: the pockets to clear. None for a format
-        without pockets.
+        ``(Source, ReadOptions, PocketDrawingOptions, SheetOptions) -> Part``: returns the pockets to clear. None for a
+        format without pockets.
     whole
-        ``(Source, ReadOptions) -> Part``: the complete drawing for display: contours, and circles and points as holes.
-        None if `contours`, or else `read`, returns it.
+        ``(Source, ReadOptions) -> Part``: returns the complete drawing for display: contours, and circles and points as
+        holes. None if `contours` already does this, or `read` for a format without `contours`.
     processes
-        The processes that use such files, the most common first: ``drill``, ``cut``, ``pocket``.
+        The processes that use such files, starting with the most common: ``drill``, ``cut``, ``pocket``.
     """
 
     name: str
@@ -281,23 +283,26 @@ def has_half_letter(value: Any) -> bool:
 
 
 def places_text(points: list[tuple[float, float]], number: int) -> Message:
-    """Return the first positions of `points` as text, for `Issue.place`; `number` is their total number."""
+    """Format the first positions in `points` for `Issue.place`. `number` is the total number of positions."""
     first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
     return Message("at {}", first) + (" …" if number > 3 else "")
 
 
 def factor_of(options: ReadOptions, own_units: str | None) -> float:
-    """Return the length of the drawing unit, mm: the user's unit, or else the unit of the file, or else 1."""
+    """Return the length of the drawing unit, mm.
+
+    The user's unit overrides the unit of the file. If neither is known, the unit is 1 mm.
+    """
     return MM_PER_UNIT[options.units or own_units or "mm"]
 
 
 def to_mm(value: float, factor: float) -> float:
-    """Convert a length to mm, rounded to remove digits that result from the conversion."""
+    """Convert a length to mm, and round off the digits that the conversion adds."""
     return value if factor == 1.0 else round(value * factor, 6)
 
 
 def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
-    """Return the issue L102. It states the size of the part in mm, so that the user notices a wrong unit."""
+    """Create the issue L102, which states the size of the part in mm, so that the user notices a wrong unit."""
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
     holes = Message("holes of Ø {:g} to {:g} mm", min(widths), max(widths)) if widths else Message("the points")
@@ -318,7 +323,7 @@ def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
 def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
     """Raise `ReadError` if a drawing is so small that its unit is probably wrong.
 
-    There is no check if the user states the unit or selects layers.
+    The function does not check the size if the user states the unit or selects layers.
     """
     if options.units or options.layers:
         return
@@ -338,12 +343,12 @@ def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
 
 
 def too_many_holes(path: str) -> ReadError:
-    """Return the error for more holes than `MAX_HOLES`."""
+    """Create the error for a file with more holes than `MAX_HOLES`."""
     return ReadError(path, Message("more than {:,} holes; select some with --layers or split the file", MAX_HOLES))
 
 
 def too_many_segments(path: str) -> ReadError:
-    """Return the error for more lines and arcs than `MAX_SEGMENTS`."""
+    """Create the error for a file with more lines and arcs than `MAX_SEGMENTS`."""
     return ReadError(
         path, Message("more than {:,} lines and arcs; select some with --layers or split the file", MAX_SEGMENTS)
     )

@@ -31,9 +31,9 @@ KINDS = ("GTSP", "AGTSP", "PCGTSP", "PCGLNS")
 
 
 def read_gtsp(source: Source, options: ReadOptions) -> Part:
-    """Return the nodes as holes of diameter 0, with the distance function and their `Grouping`.
+    """Read the nodes as holes of diameter 0, with the distance function and the `Grouping` of the nodes.
 
-    Nodes that are given only by their distances are placed on a circle for display.
+    If the file only gives distances, the nodes are placed on a circle for display.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
 
 
 def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -> None:
-    """Raise an error for negative costs, except -1, which marks a forbidden edge."""
+    """Raise an error for negative costs. The value -1 is allowed, because it marks a forbidden edge."""
     wrong = np.argwhere((matrix < 0) & (matrix != -1))
     if len(wrong):
         i, j = wrong[0].tolist()
@@ -109,7 +109,7 @@ def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: 
 
 
 def _ordering(path: str, sections: Sections, number: dict[int, int]) -> Ints:
-    """Return the pairs (before, after) of clusters, int32[k, 2]."""
+    """Return the precedence of the clusters as pairs (before, after), int32[k, 2]."""
     pairs = [
         (_number_of(path, line, number, before), _number_of(path, line, number, after))
         for line, (before, *successors) in _runs(path, sections.get("GTSP_SET_ORDERING", (0, [])))
@@ -135,7 +135,7 @@ def _number_of(path: str, line: int, number: dict[int, int], name: int) -> int:
 
 
 def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
-    """Return the lists of numbers in a section, each with its line number. In the file, each list ends with -1."""
+    """Split a section into lists of numbers, each with its line number. In the file, each list ends with -1."""
     values = tsplib.section_numbers(path, section)
     if not len(values):
         return []

@@ -1,5 +1,6 @@
-"""Join the drill files of a circuit board. KiCad and other programs write plated and unplated holes to separate
-files.
+"""Join the drill files of a circuit board.
+
+KiCad and other programs write plated and unplated holes to separate files.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from leafcut.read.filter_holes import select_holes
 def read_drill_files(
     sources: Sequence[Source], options: ReadOptions, on_progress: Heartbeat = ignore_heartbeat
 ) -> Part:
-    """Return one part with the holes and slots of several drill files. Empty files are reported and left out.
+    """Combine the holes and slots of several drill files into one part. Empty files are reported and left out.
 
     Raises
     ------
@@ -45,15 +46,15 @@ def read_drill_files(
 
 
 def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
-    """Return one part with the holes and slots of several drill files, in their order.
+    """Combine the holes and slots of several drill files into one part, in the order of the files.
 
-    A hole in two files is drilled once. Plated and unplated holes of equal diameter are not distinguished; to keep them
-    apart, create one program per file.
+    A hole that appears in two files is drilled once. The part does not distinguish plated and unplated holes of equal
+    diameter. To keep them apart, create one program per file.
 
     Raises
     ------
     ReadError
-        With `options.strict`, a hole occurs in two files, or the files lie too far apart to belong to one board.
+        With `options.strict`, two files contain the same hole, or the files lie too far apart to belong to one board.
     """
     holes, selection_issues = select_holes([hole for part in parts for hole in part.holes], options)
     files = Message.joined(", ", (Message("{} {}", part.source, _counts(part)) for part in parts))
@@ -80,7 +81,7 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
 def _reference(parts: Sequence[Part]) -> Part | None:
     """Return a part with the holes and slots of all files, for computing the origin.
 
-    Return None if no file has a reference of its own, because all its holes are selected.
+    If no file has its own reference, all holes are selected anyway, so the function returns None.
     """
     if all(part.reference is None for part in parts):
         return None
@@ -98,7 +99,7 @@ def _counts(part: Part) -> str:
 
 
 def _names_of_distant_parts(parts: Sequence[Part]) -> str:
-    """Return the names of two parts whose distance exceeds the sum of their sizes, or "" if there are none."""
+    """Return the names of two parts that are farther apart than the sum of their sizes, or "" if none are."""
     boxes = [part.extents for part in parts]
     for k, (a, box_a) in enumerate(zip(parts, boxes, strict=True)):
         for b, box_b in zip(parts[k + 1 :], boxes[k + 1 :], strict=True):

@@ -1,6 +1,7 @@
 """Read machine profiles: convert TOML to a `Machine`.
 
-Profiles of leafcut and of installed packages (`leafcut.machines`) are loaded by name, other profiles by path.
+A profile that ships with leafcut or with an installed package (`leafcut.machines`) is loaded by name. All other
+profiles are loaded by path.
 """
 
 from __future__ import annotations
@@ -51,25 +52,25 @@ def _folder() -> Any:
 
 
 def _path_of(name: str, entry: Any) -> Path:
-    """Return the path of the profile of an entry point, after checking that the profile can be loaded."""
+    """Return the path of the profile that an entry point refers to, after checking that the profile can be loaded."""
     path = file_of(name, entry)
     load_machine(str(path))
     return path
 
 
-#: Machines of other packages, as TOML profiles.
+#: Machines from other packages, as TOML profiles.
 MACHINES = PluginKind(
     "machine", "leafcut.machines", shipped_machines, _path_of, lambda path: load_machine(str(path)).description
 )
 
 
 def machine_names() -> list[str]:
-    """Return the names of all machines, shipped machines first; broken plug-ins are left out."""
+    """Return the names of all machines, starting with the shipped machines. Broken plug-ins are left out."""
     return [*shipped_machines(), *(plugin.name for plugin in MACHINES.plugins() if plugin.adds is not None)]
 
 
 def machine_list() -> list[tuple[str, str]]:
-    """Return the name, description and controller of each machine; for a broken plug-in, its name and error."""
+    """Return the name, description and controller of each machine. A broken plug-in has its name and error instead."""
     known = {name: load_machine(name) for name in machine_names()}
     # For a dialect given by path, only the file name is shown.
     rows = [(name, f"{one.description} ({Path(one.controller).name})") for name, one in known.items()]
@@ -77,23 +78,23 @@ def machine_list() -> list[tuple[str, str]]:
 
 
 def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) -> Machine:
-    """Return a machine by its name, or by the path of its ``.toml`` profile.
+    """Load a machine by name, or from the path of a ``.toml`` profile.
 
-    `work_offset` (program zero in machine coordinates: x, y, z in mm) overrides the profile.
+    `work_offset` overrides the value in the profile. It is the program zero in machine coordinates: x, y, z in mm.
 
     Raises
     ------
     OptionError
         The machine or the file does not exist (the message suggests the nearest name), or a plug-in cannot be read.
     DataError
-        The file cannot be read; or a key of the profile is unknown, missing, of the wrong kind or out of range.
+        The file cannot be read, or a key of the profile is unknown, missing, of the wrong kind or out of range.
     """
     machine = _machine_of(*_profile(name_or_path))
     return machine if work_offset is None else replace(machine, work_offset=_work_offset(work_offset))
 
 
 def machine_template(name_or_path: str) -> str:
-    """Return the profile of a machine as TOML for editing, with comments that explain every key.
+    """Return a machine profile as TOML for editing. Comments explain every key.
 
     Raises the same errors as `load_machine`.
     """
@@ -103,7 +104,7 @@ def machine_template(name_or_path: str) -> str:
 
 
 def machine_of_profile(text: str, place: str) -> Machine:
-    """Return the machine that the text of a profile describes; messages start with `place`.
+    """Convert the text of a profile to a machine. Error messages start with `place`.
 
     Raises
     ------
@@ -114,7 +115,7 @@ def machine_of_profile(text: str, place: str) -> Machine:
 
 
 def profile_of(name_or_path: str) -> dict[str, Any]:
-    """Return the keys and values of a machine profile, unchanged.
+    """Return the keys and values of a machine profile without any changes.
 
     Raises the same errors as `load_machine`.
     """
@@ -204,7 +205,8 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
 def _controller(top: TomlTable, place: str) -> tuple[str, str]:
     """Return the dialect of a machine (a name or a path), and the shipped dialect that it extends, or "".
 
-    A dialect file must be in the folder of the profile or in a subfolder, so that no profile can read files elsewhere.
+    A dialect file must be in the same folder as the profile or in a subfolder. This prevents a profile from reading
+    files elsewhere.
     """
     name = top.text("controller")
     if name.lower().endswith(".toml"):
@@ -229,7 +231,7 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
 
 
 def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
-    """Return the limits of the travel; `unlimited` replaces an unknown limit."""
+    """Return the travel limits of the axes. `unlimited` replaces an unknown limit."""
     if not travel.values:
         return (unlimited,) * 3
     value = travel.values.get(key)
@@ -262,7 +264,7 @@ def _sources(top: TomlTable) -> dict[str, str]:
 
 
 def _check_values(machine: Machine, place: str, top: TomlTable) -> None:
-    """Raise DataError for an invalid value; messages show the numbers as written in the file."""
+    """Raise `DataError` for an invalid value. Messages show the numbers as the user wrote them in the file."""
 
     def refuse(key: str, reason: Message) -> DataError:
         table, _, name = key.rpartition(".")

@@ -1,6 +1,6 @@
 """The keys of a machine profile, with their meanings and defaults.
 
-This table is used to validate and complete profiles, and to write templates and the reference page
+The code uses this table to validate and complete profiles, and to write templates and the reference page
 (`tools/make_reference.py`).
 """
 
@@ -22,19 +22,18 @@ UNKNOWN = "unknown"
 
 @dataclass(frozen=True)
 class ProfileKey:
-    """One key of a profile.
+    """A key of a machine profile.
 
     Attributes
     ----------
     default
         Value that applies if the key is missing, as written in a profile; None if the key has no default.
     why
-        Source of the default; for a key without a default, the effect of a missing key.
+        Source of the default. For a key without a default, the effect of a missing key.
     reported
-        Whether a run that uses the default reports this (L408), because times or refusals depend on it.
+        Whether a run reports that it uses the default (L408), because times or refusals depend on it.
     unit, size
-        For a quantity: its internal unit (a key of `units.FACTORS`), and the number of values, which is one, or one per
-        axis.
+        For a quantity, its internal unit (a key of `units.FACTORS`), and the number of values: one, or one per axis.
     """
 
     name: str
@@ -63,7 +62,7 @@ class ProfileKey:
 
     @property
     def table(self) -> str:
-        """The name of the table that contains the key; empty for the top level."""
+        """The name of the table that contains the key, or "" for the top level."""
         return self.name.rpartition(".")[0]
 
     @property
@@ -73,7 +72,7 @@ class ProfileKey:
 
     @property
     def shown_default(self) -> str:
-        """The default of the key and its source, as text."""
+        """The default of the key with its source, as text."""
         value = "" if self.default is None else toml_value(self.default)
         return f"{value} ({self.why})" if value and self.why else value or self.why
 
@@ -348,9 +347,14 @@ SOURCE_KEYS: tuple[str, ...] = tuple(key.name for key in PROFILE_KEYS if key.nam
 
 
 def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return a profile with defaults, and the value and source of each default that a run must report, by key.
+    """Fill in the defaults of a profile. A missing table [probe] stays missing.
 
-    A missing table [probe] stays missing.
+    Returns
+    -------
+    dict
+        The profile with defaults.
+    dict
+        Value and source of each default that a run must report, by key.
     """
     filled = {name: dict(value) if isinstance(value, Mapping) else value for name, value in data.items()}
     reported_defaults: dict[str, str] = {}
@@ -366,9 +370,10 @@ def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, st
 
 
 def profile_template(data: Mapping[str, Any], name: str) -> str:
-    """Return a profile as TOML with an explanation of every key.
+    """Write a profile as TOML with an explanation of every key.
 
-    Missing keys are comments with their default or an example. The text describes the same machine as the profile.
+    Missing keys appear as comments with their default or an example, so the text describes the same machine as the
+    profile.
     """
     lines = [
         f"# Machine profile {name}: save it as my.toml, change it, and run with --machine my.toml.",
@@ -407,6 +412,6 @@ def _by_table() -> dict[str, list[ProfileKey]]:
 
 
 def toml_value(value: Any) -> str:
-    """Return a string, a number, a bool, or a list of these as TOML."""
+    """Format a string, a number, a bool, or a list of these as TOML."""
     # TOML escapes strings like JSON; both allow characters beyond ASCII.
     return json.dumps(value, ensure_ascii=False)

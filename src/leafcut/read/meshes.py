@@ -1,7 +1,7 @@
-"""Meshes of solids: STL (text or binary) and STEP.
+"""Load the meshes of solids from STL (text or binary) and STEP files.
 
-trimesh and numpy-stl are not used: untrusted files would need the same checks, and the packages take a second to
-import.
+leafcut does not use trimesh or numpy-stl. Untrusted files would need the same checks, and importing these packages
+takes a second.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOST_TRIANGLES = 2_000_000
 _HEADER, _TRIANGLE = 84, 50
 #: Text needs about 250 bytes per triangle.
 _MAX_TEXT = 300 * MOST_TRIANGLES
-#: Minimum and maximum size of a part, mm. Other sizes mean a wrong unit.
+#: Minimum and maximum size of a part, mm. A size outside this range means that the unit is wrong.
 SMALLEST, LARGEST = 0.5, 20_000.0
 
 _VERTEX = re.compile(rb"vertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", re.IGNORECASE)
@@ -38,10 +38,14 @@ UNITS = {"mm": 1.0, "in": 25.4, "cm": 10.0, "m": 1000.0}
 def load_mesh(
     path: str | Path, unit: str = "mm", mend: str = "", which: WhichSolid = None, pose: Pose = AS_DRAWN
 ) -> Mesh:
-    """Return the mesh of a file.
+    """Load the mesh of a file.
 
-    `unit` is the unit of an STL file, one of `UNITS`. `which` selects a solid of a STEP file by its number, or all
-    solids.
+    Parameters
+    ----------
+    unit
+        Unit of an STL file, one of `UNITS`.
+    which
+        Solid to load from a STEP file: its number, or all solids.
 
     Raises
     ------
@@ -129,7 +133,10 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
 
 
 def is_closed(triangles: np.ndarray) -> bool:
-    """Return whether every edge of a mesh belongs to an even number of triangles, after merging equal vertices."""
+    """Return whether a mesh is closed.
+
+    After equal vertices are merged, every edge of a closed mesh belongs to an even number of triangles.
+    """
     _, corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     faces = corner.reshape(-1, 3).astype(np.int64)
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)

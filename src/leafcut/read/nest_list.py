@@ -27,8 +27,9 @@ _NUMBERED = re.compile(r"(.+):([+-]?[0-9]{1,9})", re.DOTALL)
 
 @dataclass(frozen=True)
 class WantedDrawing:
-    """A drawing, the quantity of its parts, and their rotations as text. If the text is empty, the options determine
-    the rotations.
+    """A drawing to nest, with its quantity and the allowed rotations as text.
+
+    If the text is empty, the options determine the rotations.
     """
 
     file: str
@@ -41,17 +42,17 @@ class WantedDrawing:
 
 
 def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
-    """Return the drawings named by arguments, with lists expanded. The quantity of a list multiplies the quantities on
-    its lines.
+    """Read the drawings and lists in the command-line arguments.
 
-    `WantedDrawing` arguments are returned unchanged.
+    The quantity of a list multiplies the quantities of its lines. `WantedDrawing` arguments are returned without
+    changes.
 
     Raises
     ------
     ReadError
-        A list cannot be read, or one of its lines is invalid; the message names the line.
+        A list cannot be read, or one of its lines is invalid; the message includes the line number.
     OptionError
-        There are no arguments, or a quantity is below 1 or has no drawing.
+        The arguments are empty, a quantity is below 1, or a quantity has no drawing.
     """
     drawings = [
         drawing

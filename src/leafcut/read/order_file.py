@@ -1,11 +1,13 @@
-"""Order files: the order in which a user wants holes to be drilled.
+"""Read and write order files, in which a user sets the drilling order of holes.
 
     {"leafcut_order": 1, "drawing": {"holes": 45, "print": "5f0c2a91d3b4"},
      "operations": [{"operation": 1, "holes": [12, 3, 7]}]}
 
-Operations are numbered from 1 in program order, holes from 1 in file order. Listed holes are drilled first, in this
-order; the search orders the remaining holes after them. ``drawing`` gives the number of holes and a fingerprint of
-their relative positions. Without it, the file is accepted for any drawing that has its holes.
+Operations are numbered from 1 in program order, and holes from 1 in file order. The program drills the listed holes
+first, in this order. The search orders the remaining holes after them.
+
+``drawing`` contains the number of holes and a fingerprint of their relative positions. Without it, leafcut accepts the
+file for any drawing that has the listed holes.
 """
 
 from __future__ import annotations
@@ -25,9 +27,9 @@ from leafcut.read.format import load_json
 
 #: Grid of the fingerprint, mm: the accuracy that survives another export.
 _CELL = 0.01
-#: Offset of the grid, in cells: far from round lengths, which noise could move into either neighbouring cell.
+#: Offset of the grid, in cells. Round lengths are far from the cell borders, so noise cannot move them to another cell.
 _CELL_OFFSET = 0.381966
-#: Digits of the fingerprint: enough to avoid collisions among a million orders.
+#: Number of digits in the fingerprint. It is enough to avoid collisions among a million orders.
 _DIGITS = 12
 
 PlacesInOrder = Iterable[tuple[float, float]]
@@ -35,7 +37,7 @@ PlacesInOrder = Iterable[tuple[float, float]]
 
 @dataclass(frozen=True)
 class Drawing:
-    """Identity of a drawing: its number of holes, and a fingerprint of their positions in file order."""
+    """Identifies a drawing by its number of holes, and by a fingerprint of their positions in file order."""
 
     holes: int
     print: str
@@ -43,7 +45,8 @@ class Drawing:
 
 @dataclass(frozen=True)
 class OrderFile:
-    """Contents of an order file: the holes of each operation, and the identity of the drawing if the file states it.
+    """The contents of an order file: the holes of each operation, and the identity of the drawing if known.
+
     Operations and holes are numbered from 0.
     """
 
@@ -52,9 +55,9 @@ class OrderFile:
 
 
 def drawing_of(positions: PlacesInOrder) -> Drawing:
-    """Return the identity of a drawing, given the positions of its holes in file order, mm.
+    """Compute the identity of a drawing from the positions of its holes in file order, mm.
 
-    The identity does not change if the whole drawing is moved.
+    The identity does not change when the whole drawing is moved.
     """
     xy = [(float(x), float(y)) for x, y in positions]
     x0, y0 = (min(values) for values in zip(*xy, strict=True)) if xy else (0.0, 0.0)
@@ -63,9 +66,9 @@ def drawing_of(positions: PlacesInOrder) -> Drawing:
 
 
 def order_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None = None) -> str:
-    """Return the text of an order file.
+    """Write the text of an order file.
 
-    `operations` contains the holes of each operation. Operations and holes are numbered from 0.
+    `operations` lists the holes of each operation. Operations and holes are numbered from 0.
     """
     rows = [
         f'  {{"operation": {number + 1}, "holes": {json.dumps([hole + 1 for hole in holes])}}}'
@@ -81,7 +84,7 @@ def load_order(path: Path) -> OrderFile:
     Raises
     ------
     ReadError
-        The file is not an order file; the message names the operation and the error.
+        The file is not an order file; the message describes the operation and the problem.
     DataError
         This version of leafcut does not support the schema of the file.
     """
@@ -117,7 +120,7 @@ def _drawing(place: str, data: Any) -> Drawing | None:
 
 
 def _number(place: str, value: Any, label: str) -> int:
-    """Check a number from a file, and convert it from counting from 1 to counting from 0."""
+    """Check a number from a file, and convert it from 1-based to 0-based."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
         raise ReadError(
             place, Message("{}: {} is not a whole number of 1 or more", label, printable(json.dumps(value)))

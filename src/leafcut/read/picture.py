@@ -1,8 +1,7 @@
-"""Read pictures (PNG, JPEG, BMP) of pockets. Dark areas are milled, bright areas remain, and the user states the size
-of a pixel.
+"""Read pictures (PNG, JPEG, BMP) of pockets.
 
-The origin is the lower left corner of the picture; y points up. At an intermediate brightness, the wall lies between
-two pixels.
+Dark areas are milled and bright areas remain. The user states the size of a pixel. The origin is the lower left corner
+of the picture, and y points up. At an intermediate brightness, the wall lies between two pixels.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ MAX_OUTLINES = 5_000
 #: Minimum contrast between dark and bright, relative to the full range.
 LEAST_CONTRAST = 0.1
 
-#: Light falloff above which a picture is levelled, and iterations of the estimate.
+#: A picture is levelled if the light falloff exceeds the first value. The second value is the number of iterations.
 UNEVEN, LIGHT_ROUNDS = 0.25, 6
 
 Grey = NDArray[np.float32]
@@ -52,7 +51,7 @@ _READ = ("PNG", "JPEG", "BMP")
 
 
 def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingOptions, joining: SheetOptions) -> Part:
-    """Return the dark regions of a picture as pockets, in mm; bright spots inside them are islands.
+    """Convert the dark regions of a picture to pockets, in mm. Bright spots inside them become islands.
 
     Raises
     ------
@@ -102,9 +101,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
 def _pockets(
     part: Part, outlines: list[Polyline], frame: tuple[float, int], joining: SheetOptions, source: Source
 ) -> Part:
-    """Return the part with the outlines as pockets, in mm. `frame` contains the size of a pixel and the number of
-    rows.
-    """
+    """Add the outlines to the part as pockets, in mm. `frame` contains the pixel size and the number of rows."""
     from leafcut.read.pocket_outlines import as_pockets  # start-up
 
     size, rows = frame
@@ -178,7 +175,7 @@ def _pixel_size_hint(image: Any) -> Message:
 
 
 def _brightness(source: Source, image: Any, invert: bool) -> Grey:
-    """Return the brightness of each pixel, float32[rows, columns], from 0 to 1; dark pixels are milled."""
+    """Return the brightness of each pixel, float32[rows, columns], from 0 to 1. Dark pixels are milled."""
     from PIL import Image, ImageOps
 
     try:
@@ -206,7 +203,10 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
 
 
 def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
-    """Return the brightness of the traced outlines: the user's threshold, or else the middle of dark and bright."""
+    """Return the brightness at which outlines are traced.
+
+    This is the user's threshold, or else the middle between dark and bright.
+    """
     low, high = float(grey.min()), float(grey.max())
     if options.threshold is not None:
         level = options.threshold if not options.invert else 1.0 - options.threshold
@@ -235,12 +235,12 @@ def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) 
 
 
 def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
-    """Level the brightness of a photo that is unevenly lit.
+    """Level the brightness of an unevenly lit photo.
 
-    The light is modelled as a quadratic surface. The fit makes all bright areas equally bright, and all dark areas
-    equally dark. The brightness is divided by this surface, and the pixels are divided into dark and
-    bright again. A fit to the bright pixels alone would be extrapolated into the dark areas. An evenly lit picture is
-    returned unchanged.
+    The code models the light as a quadratic surface, and fits it so that all bright areas become equally bright, and
+    all dark areas equally dark. It then divides the brightness by this surface, and separates dark and bright pixels
+    again. The fit includes the dark areas, because a fit to the bright pixels alone would have to extrapolate there. An
+    evenly lit picture is returned without changes.
     """
     light = 1.0 - grey if invert else grey
     if float(np.ptp(light)) < LEAST_CONTRAST:
@@ -269,21 +269,21 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
 
 
 def _polynomial_terms(shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return the terms 1, x, y, x², xy, y² of every pixel, float64[n, 6], where x and y range from −1 to 1."""
+    """Compute the terms 1, x, y, x², xy, y² for every pixel, float64[n, 6]. x and y range from −1 to 1."""
     y, x = (a.ravel() for a in np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in shape), indexing="ij"))
     return _terms_at(x, y)
 
 
 def _terms_at(x: NDArray[np.float64], y: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    """Return the terms 1, x, y, x², xy, y² of points, float64[n, 6]."""
+    """Compute the terms 1, x, y, x², xy, y² for points, float64[n, 6]."""
     y = np.broadcast_to(y, x.shape)
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
 
 def _relative_to_level(grey: Grey, level: float) -> Grey:
-    """Return the brightness relative to the level: 0 at the level, −1 or less if clearly dark, 1 if clearly bright.
+    """Scale the brightness relative to the level: 0 at the level, −1 or less if clearly dark, 1 if clearly bright.
 
-    A wall between clearly dark and clearly bright pixels then lies halfway between them, whatever the threshold.
+    A wall between clearly dark and clearly bright pixels then lies halfway between them, regardless of the threshold.
     """
     dark, bright = grey < level, grey >= level
     below = max(level - float(np.median(grey[dark])), 1e-6) if dark.any() else 1.0
@@ -293,11 +293,12 @@ def _relative_to_level(grey: Grey, level: float) -> Grey:
 
 
 def otsu(grey: Grey) -> float:
-    """Return the brightness that best separates dark from bright pixels.
+    """Find the brightness that best separates dark from bright pixels.
 
-    Source: Otsu, "A threshold selection method from gray-level histograms", IEEE Trans. SMC 9 (1979), equation 18: the
-    largest variance between the two classes. If several brightness values share the maximum, because no pixel lies
-    between them, the middle is used.
+    The result maximizes the variance between the two classes. If several brightness values share the maximum, because
+    no pixel lies between them, the function returns the middle value.
+
+    Source: Otsu, "A threshold selection method from gray-level histograms", IEEE Trans. SMC 9 (1979), equation 18.
     """
     counts, edges = np.histogram(grey, bins=256, range=(float(grey.min()), max(float(grey.max()), 1e-6)))
     share = counts / counts.sum()
@@ -321,7 +322,7 @@ def _count_transitions(dark: NDArray[np.bool_]) -> int:
 def _without_dirt(
     source: Source, lines: list[Points], narrow: float, frame: tuple[float, int], issues: list[Issue]
 ) -> list[Points]:
-    """Drop the outlines of spots that are at most `narrow` pixels wide, and report them as dirt (L214)."""
+    """Drop the outlines of spots that are at most `narrow` pixels wide. Report these spots as dirt (L214)."""
     import shapely  # start-up
 
     size, rows = frame
@@ -353,7 +354,7 @@ def _without_dirt(
 
 
 def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue]) -> None:
-    """Report that edges of the picture become walls of the milled region (L425)."""
+    """Warn that the milled region has walls along the edges of the picture (L425)."""
     points = np.concatenate(lines)
     (left, upper), (right, lower) = points.min(axis=0), points.max(axis=0)
     rows, columns = shape

@@ -1,11 +1,11 @@
-"""Plan files: the choices of a cutting plan as JSON that a user can read, edit and load.
+"""Read and write plan files, which store the choices of a cutting plan as JSON that a user can read, edit and load.
 
     {"leafcut_plan": 1, "sheet": "brackets", "contours": […], "cuts": [
       {"contours": [2], "start": [41.2, 80.5], "direction": "counter-clockwise",
        "lead_in": {"style": "arc", "length": 6, "angle": 90}, "lead_out": {"style": "none"}, "fixed": ["start"]}]}
 
-Contours are numbered from 1 in file order. Lengths are in mm, and angles in degrees. Cuts are listed in cutting order.
-A cut with ``"bridge": true`` starts without a pierce: the torch stays lit from the previous cut.
+Contours are numbered from 1 in file order. Lengths are in mm, and angles in degrees. The list of cuts follows the
+cutting order. A cut with ``"bridge": true`` starts without a pierce: the torch stays on after the previous cut.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _CUT_KEYS = ("contours", "start", "direction", "lead_in", "lead_out", "bridge", 
 
 
 def plan_text(plan: PlanFile) -> str:
-    """Return the text of a plan file, with one line per contour and cut."""
+    """Write the text of a plan file, with one line per contour and cut."""
     contours = [
         {
             "kind": c.kind,
@@ -76,7 +76,7 @@ def load_plan(path: Path) -> PlanFile:
     Raises
     ------
     ReadError
-        The file is not a plan file; the message names the cut and the error.
+        The file is not a plan file; the message describes the cut and the problem.
     DataError
         This version of leafcut does not support the schema of the file.
     """

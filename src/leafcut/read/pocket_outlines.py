@@ -1,8 +1,9 @@
-"""Convert the outlines of a drawing to pockets: join and clean the outlines, and assign each island to its pocket.
+"""Convert the outlines of a drawing to pockets.
 
-Layers distinguish pockets and islands, by their names or by options. Otherwise, nested outlines are ambiguous: the
-outermost outline may be a pocket with islands, or the edge of a plate with pockets. The user decides (`--outline`),
-because a wrong guess would mill the negative of the part.
+The module joins and cleans the outlines, and assigns each island to its pocket. Layer names or options distinguish
+pockets and islands. Without them, nested outlines are ambiguous: the outermost outline may be a pocket with islands, or
+the edge of a plate with pockets. The user has to decide (`--outline`), because a wrong guess would mill the negative of
+the part.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from leafcut.read.format import places_text
 
 @dataclass(frozen=True)
 class PocketOutline:
-    """A closed contour, the number of its first stroke in the drawing, and its kind according to its layer."""
+    """A closed contour with the number of its first stroke in the drawing. Its kind depends on its layer."""
 
     contour: Contour
     order: int
@@ -44,7 +45,7 @@ class PocketOutline:
         return self.named(self.kind)
 
     def named(self, kind: str) -> Message:
-        """Return the name of the outline with the given kind: ``pocket``, ``island`` or ""."""
+        """Describe the outline for a message, as a ``pocket``, an ``island``, or an outline of unknown kind ("")."""
         x, y = self.contour.path.start
         if kind == "pocket":
             message = Message("the pocket that starts at ({:.6g}, {:.6g})", x, y)
@@ -57,14 +58,14 @@ class PocketOutline:
 
 
 def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: SheetOptions, path: str) -> Part:
-    """Return a part with pockets instead of contours; layers or `options.outline` determine their kinds.
+    """Convert the contours of a part to pockets. Layers or `options.outline` determine which contours are islands.
 
     Raises
     ------
     ReadError
-        An outline is open or crosses itself, two outlines touch or overlap, or an island lies in no pocket; the message
-        states the position. Or outlines are nested and the kind of the outermost outline is unknown; the message states
-        both interpretations with their sizes.
+        An outline is open or crosses itself, two outlines touch or overlap, or an island lies outside all pockets. The
+        message states the position. The error is also raised if outlines are nested and the kind of the outermost
+        outline is unknown. The message then describes both interpretations with their sizes.
     """
     issues = list(part.issues)
     kinds, named = _kinds(part.contours, options, issues, path)
@@ -95,9 +96,10 @@ def as_pockets(
     *,
     picture: bool = False,
 ) -> Part:
-    """Convert the contours of a part to pockets and, if `outermost` is `EDGE`, to the edges of plates (`Part.edge`).
+    """Convert the contours of a part to pockets.
 
-    The errors are those of `pockets_of_drawing`.
+    If `outermost` is `EDGE`, the outermost outlines become the edges of plates (`Part.edge`). Raises the same errors as
+    `pockets_of_drawing`.
 
     Parameters
     ----------
@@ -106,7 +108,7 @@ def as_pockets(
     outermost
         Kind of the outermost outlines: `POCKET`, `EDGE`, or `EITHER` to refuse nested outlines.
     picture
-        Whether the contours come from a picture, for messages.
+        Whether the contours come from a picture. Only messages depend on it.
     """
     issues = list(part.issues)
     try:
@@ -142,8 +144,9 @@ def as_pockets(
 def _kinds(
     contours: Sequence[Contour], options: PocketDrawingOptions, issues: list[Issue], path: str
 ) -> tuple[list[str | None], bool]:
-    """Return the kind of every contour, and whether layers determine the kinds. Report kinds that come from layer names
-    (L421).
+    """Return the kind of every contour, and whether layers determine the kinds.
+
+    The function reports kinds that it derives from layer names (L421).
     """
     names = sorted({c.layer for c in contours})
     pocket_names = _matching_names(names, options.pocket_layers, POCKET_NAMES)
@@ -191,7 +194,7 @@ def _matching_names(names: Sequence[str], given: tuple[str, ...], usual: tuple[s
 def _outlines(
     contours: Sequence[Contour], kinds: Sequence[str | None], joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Return the closed outlines in file order. Only strokes of the same kind are joined."""
+    """Join strokes of the same kind, and return the closed outlines in file order."""
     strokes: dict[str, list[tuple[int, Contour]]] = {}
     zero_length = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
@@ -232,7 +235,7 @@ def _outlines(
 def _join_strokes(
     strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Join strokes to outlines. Each outline has the layer and the handle of its first stroke."""
+    """Join strokes to outlines. Each outline takes the layer and the handle of its first stroke."""
     tidied = tidy_outlines([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
@@ -260,7 +263,7 @@ def _join_strokes(
 
 
 def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], picture: bool) -> None:
-    """Raise an error for outlines that cross or touch themselves, or enclose no area."""
+    """Raise an error for outlines that cross or touch themselves, or that enclose no area."""
     # Use the hull, because the areas of the two halves of a figure 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= COINCIDENT * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
@@ -284,7 +287,7 @@ def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], pictu
 def _without_duplicates(
     outlines: Sequence[PocketOutline], contacts: Sequence[Conflict], issues: list[Issue]
 ) -> list[int]:
-    """Return the indices of the outlines that are not duplicates (L312). Raise an error if outlines overlap."""
+    """Drop duplicate outlines (L312), and return the indices of the others. Raise an error if outlines overlap."""
     duplicates = {c.second for c in contacts if c.kind == "same"}
     for c in contacts:
         first, second = outlines[c.first], outlines[c.second]
@@ -305,7 +308,10 @@ def _without_duplicates(
 
 
 def _check_interpretation(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], outermost: str) -> None:
-    """Raise an error if the outermost outlines may be edges or pockets, or if they are edges without pockets."""
+    """Raise an error if nested outlines are ambiguous, or if all outlines are edges of plates without pockets.
+
+    Nested outlines are ambiguous if the outermost outlines may be either edges or pockets.
+    """
     nested = bool(depth.any())
     if outermost == EDGE and not nested:
         raise LeafcutError("--outline edge: no outline read as a pocket lies inside another; use --outline pocket")
@@ -331,16 +337,14 @@ def _check_interpretation(outlines: Sequence[PocketOutline], depth: NDArray[np.i
 
 
 def _describe_sizes(outlines: Sequence[PocketOutline], noun: str) -> str:
-    """Return the number of outlines and the size of the largest as text, such as ``1 plate (120 × 80 mm)`` or ``5
-    pockets (at most 30 × 20 mm)``.
-    """
+    """Describe outlines by their number and the largest size, such as ``5 pockets (at most 30 × 20 mm)``."""
     x0, y0, x1, y1 = max((o.contour.path for o in outlines), key=lambda path: path.area).extents
     size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
     return f"{count_of(len(outlines), noun)} ({size if len(outlines) == 1 else Message('at most {}', size)})"
 
 
 def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
-    """Raise an error if layers contradict the nesting: an island in no pocket, or a pocket directly in a pocket."""
+    """Raise an error if layers contradict the nesting, such as an island outside all pockets."""
     for outline, level, enclosing in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
         if outline.kind == ISLAND and enclosing < 0:
             raise LeafcutError("{} lies in no pocket", outline)
@@ -359,10 +363,10 @@ def _check_apart(
     issues: list[Issue],
     picture: bool,
 ) -> None:
-    """Raise an error for islands that touch a wall or another island. Report pockets that touch each other or an edge
-    (L423).
+    """Raise an error for islands that touch a wall or another island.
 
-    `level` is -1 for the edge of a plate, even for pockets, and odd for islands.
+    Pockets that touch each other or an edge are only reported (L423). `level` is -1 for the edge of a plate, even for
+    pockets, and odd for islands.
     """
     touching, at_edge = [], []
     for c in contacts:
@@ -405,7 +409,7 @@ def _location(conflict: Conflict) -> Message:
 def _pockets(
     outlines: Sequence[PocketOutline], level: NDArray[np.int64], parent: NDArray[np.int64], name: str
 ) -> tuple[Pocket, ...]:
-    """Return the pockets. A single pocket has the name of the drawing; several pockets are numbered."""
+    """Create the pockets. A single pocket has the name of the drawing, and several pockets are numbered."""
     islands: dict[int, list[int]] = {}
     for k in np.flatnonzero((level > 0) & (level % 2 == 1)).tolist():
         islands.setdefault(int(parent[k]), []).append(k)

@@ -1,4 +1,4 @@
-"""Recognise each format by the first bytes of a file, without loading its reader."""
+"""Recognise the format of a file from its first bytes, without loading a reader."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ DXF_SECTION = rb"(?:^|[\r\n])[ \t]*0[ \t]*\r?\n[ \t]*SECTION\b"
 #: XML elements that define points.
 POINT_TAGS = ("city", "point", "hole", "node", "ciudad", "punto", "agujero", "nodo")
 
-#: Magic bytes of pictures; the unsupported kinds are listed so that messages can name them.
+#: Magic bytes of pictures. The list includes unsupported formats, so that messages can name them.
 _PICTURES = (
     (b"\x89PNG\r\n\x1a\n", "PNG"),
     (b"\xff\xd8\xff", "JPEG"),
@@ -30,19 +30,19 @@ _GEOMETRIES = (
     "COMPOUNDCURVE|CURVEPOLYGON|MULTICURVE|MULTISURFACE|POLYHEDRALSURFACE|TIN|TRIANGLE"
 )
 
-#: Excellon: a tool with its diameter, header words, a tool alone, a coordinate.
+#: Patterns of Excellon files: a tool with its diameter, header words, a tool alone, a coordinate.
 _DRILL_TOOL, _DRILL_HEADER = rb"^T\d.*C[.\d]", rb"^(?:METRIC|INCH|M71|M72|FMAT)"
 _BARE_TOOL, _DRILL_PLACE = rb"^T\d{1,6}\s*$", rb"^X[-+.\d]+Y[-+.\d]+\s*$"
-#: Program words that no drill file contains: Z, spindle and tool change, and G codes other than drilling, routing,
-#: slots, absolute and incremental coordinates, and the zero.
+#: Words in G-code programs that drill files never contain: Z, spindle and tool changes, and all G codes except
+#: drilling, routing, slots, absolute and incremental coordinates, and the zero.
 _NOT_IN_DRILL_FILES = (
     rb"^(?!T\d|METRIC|INCH|M7[12])[^;(\n]*?(?:Z|M0?[3-6](?!\d)|G(?!0?[0-5](?!\d)|4[0-2](?!\d)|85(?!\d)|9[013](?!\d))\d)"
 )
 
-#: Programs: number of lines to examine, and minimum share of blocks.
+#: To detect a G-code program: number of lines to examine, and minimum share of blocks.
 _LINES, _SHARE = 60, 0.8
-#: A block: words of a letter and a number; or a comment, a percent sign, an O-word, an assignment. The quantifiers are
-#: possessive, because backtracking on a long truncated line would take forever.
+#: A block of a program: words that consist of a letter and a number, a comment, a percent sign, an O-word, or an
+#: assignment. The quantifiers are possessive, because backtracking on a long truncated line would take forever.
 _BLOCK = (
     rb"\s*(%.*|[(;].*|[oO]\s*(\d+|<).*|#.*|/?\s*+([A-Za-z]\s*+[+-]?(\d++\.?\d*+|\.\d++|[\[#].*)\s*+)++([(;].*)?|)\s*"
 )
@@ -86,7 +86,7 @@ def sniff_picture(head: bytes) -> Match:
 
 
 def picture_kind(head: bytes) -> str:
-    """Return the kind of a picture, recognised by its first bytes, or "" for other files."""
+    """Detect the kind of picture from the first bytes. Return "" if the file is not a picture."""
     kind = next((kind for magic, kind in _PICTURES if head.startswith(magic)), "")
     checks = {"BMP": head[6:10] == bytes(4), "WebP": head[8:12] == b"WEBP"}
     return kind if checks.get(kind, True) else ""
@@ -95,7 +95,7 @@ def picture_kind(head: bytes) -> str:
 def sniff_excellon(head: bytes) -> Match:
     """Recognise Excellon by its header, or by tools and coordinates.
 
-    The extension alone is not enough, because drill files may also be named ``.tap`` or ``.nc``.
+    The extension alone is not enough, because drill files can also have the extension ``.tap`` or ``.nc``.
     """
     lines = head.replace(b"\r", b"\n")
     tools = _has_line(_DRILL_TOOL, lines)
@@ -114,7 +114,7 @@ def _has_line(pattern: bytes, lines: bytes) -> bool:
 
 
 def sniff_xml(head: bytes) -> Match:
-    """Recognise XML by its first character; SVG and HTML are excluded."""
+    """Recognise XML by its first character, and exclude SVG and HTML."""
     start = head.removeprefix(b"\xef\xbb\xbf").lstrip()[:2000].lower()
     if not start.startswith((b"<?xml", b"<")) or b"<svg" in start or b"<html" in start or b"<!doctype html" in start:
         return Match.NO

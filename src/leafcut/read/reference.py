@@ -1,6 +1,7 @@
-"""The reference outline of a part for `--origin`. It is the same for all commands, layers and hole selections.
+"""Compute the reference outline of a part for `--origin`.
 
-The outline is derived from the complete drawing without texts, dimensions and drawing frames.
+All commands use the same reference outline, regardless of layers and hole selections. It comes from the complete
+drawing without texts, dimensions and drawing frames.
 """
 
 from __future__ import annotations
@@ -16,23 +17,26 @@ from leafcut.options import ReadOptions
 from leafcut.read.format import Format, Source
 from leafcut.read.registry import run_reader
 
-#: Tolerance for joining lines, mm; constant, so that `--join-tolerance` does not move the zero.
+#: Tolerance for joining lines, mm. It does not depend on `--join-tolerance`, so that this option does not move the
+#: zero.
 JOINED = 0.05
 
 
 def read_whole_drawing(format_: Format, loaded: Source, options: ReadOptions) -> Part:
-    """Return the complete drawing; `options` selects neither layers nor holes. The errors are those of `read_whole`."""
+    """Read the complete drawing, ignoring the layer and hole selections in `options`.
+
+    Raises the same errors as `read_whole`.
+    """
     everything = replace(options, layers=(), min_diameter=None, max_diameter=None, concentric="all")
     reader = format_.whole or format_.contours or format_.read
     return run_reader(replace(format_, read=reader), loaded, everything)
 
 
 def reference_geometry(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
-    """Return the closed outlines of a drawing, or its complete geometry if no outline is closed. Return None if
-    everything in the drawing is machined.
+    """Return the closed outlines of a drawing, or its complete geometry if no outline is closed.
 
-    Everything in drill files, point maps and pictures is machined; only the centres of their holes count. The errors
-    are those of `read_whole_drawing`.
+    Return None if the program machines everything in the drawing, as for drill files, point maps and pictures. The
+    origin then depends only on the centres of the holes. Raises the same errors as `read_whole_drawing`.
     """
     if format_.whole is None and format_.contours is None:
         filtered = options.layers or options.min_diameter is not None or options.max_diameter is not None
@@ -41,11 +45,10 @@ def reference_geometry(format_: Format, loaded: Source, options: ReadOptions) ->
 
 
 def outline_of(whole: Part) -> Part:
-    """Return the closed outlines, circles and points of a drawing, or its complete geometry if the outline is not
-    closed.
+    """Return the closed outlines, circles and points of a drawing.
 
     The outermost closed outline determines the bounding box. An open path around all closed outlines is an outline with
-    a gap, so the complete geometry is used.
+    a gap, so the function then returns the complete geometry.
     """
     from leafcut.geometry.tidying import tidy_outlines  # start-up: it needs shapely
 
@@ -76,7 +79,7 @@ def _is_empty(part: Part) -> bool:
 
 
 def _surrounds(outer: tuple[float, float, float, float], inner: tuple[float, float, float, float]) -> bool:
-    """Return whether the box `outer` extends beyond `inner` on every side, by more than `JOINED`."""
+    """Return whether the box `outer` extends beyond the box `inner` on every side by more than `JOINED`."""
     return (
         outer[0] < inner[0] - JOINED
         and outer[1] < inner[1] - JOINED

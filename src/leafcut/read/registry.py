@@ -1,4 +1,4 @@
-"""The known formats, and the choice of a format for a file: by prefix, content or extension."""
+"""List the known formats, and choose the format of a file by prefix, content or extension."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leafcut.options import ReadOptions, flag_name
 from leafcut.read import recognition
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
 
-#: Input of a reader: a file, the name of an example, standard input, or a source already read.
+#: Input of a reader: a file, the name of an example, standard input, or a source that is already loaded.
 Input = str | Path | StandardInput | Source
 
 
@@ -26,7 +26,7 @@ def _reader(place: str) -> Callable[..., Part]:
 
 
 def _refusal(text: Message) -> Callable[..., Part]:
-    """Return the reader of a format that has no holes to drill; it raises `ReadError`."""
+    """Return a reader that always raises `ReadError`, for a format without holes."""
 
     def refuse(source: Source, options: ReadOptions) -> Part:
         raise ReadError(source.path, text)
@@ -168,12 +168,12 @@ def _format_of(name: str, entry: Any) -> Format:
     return entry
 
 
-#: Packages add a format with an entry point that names a `Format`.
+#: Plug-in formats. A package adds a format with an entry point that refers to a `Format`.
 READERS = PluginKind("reader", "leafcut.readers", _own_names, _format_of, lambda format_: format_.help)
 
 
 def formats() -> tuple[Format, ...]:
-    """Return all formats, plug-ins last; an unusable plug-in is included with its `error`."""
+    """Return all formats, with plug-ins at the end. An unusable plug-in is included with its `error`."""
     return (*BUILT_IN, *(plugin.adds or _unusable_format(plugin) for plugin in READERS.plugins()))
 
 
@@ -183,9 +183,10 @@ def _unusable_format(plugin: Plugin[Format]) -> Format:
 
 
 def read_source(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tuple[Format, Source]:
-    """Return the format of an input, and its bytes.
+    """Detect the format of an input, and read its bytes.
 
-    An input that is already a `Source` is not read again. It keeps its own `on_progress` unless another is given.
+    If the input is already a `Source`, the function does not read it again. The source keeps its own `on_progress`
+    unless the caller passes another callback.
 
     Raises
     ------
@@ -205,17 +206,18 @@ def read_source(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tup
 
 
 def read_once(source: Input) -> Source:
-    """Return an input with its bytes and a cache, so that several readers open and parse it only once.
+    """Read an input into memory, so that several readers can share its bytes and its cache.
 
-    Raises like `read_source`.
+    Raises the same errors as `read_source`.
     """
     _, loaded = read_source(source)
     return loaded if loaded.cache is not None else replace(loaded, cache={})
 
 
 def format_name(path: str | Path) -> str:
-    """Return the name of the format of a file, recognised by its first bytes, or "" if the file is unreadable or its
-    format unknown.
+    """Return the name of the format of a file, based on its first bytes.
+
+    Return "" if the file is unreadable or has an unknown format.
     """
     try:
         with Path(path).open("rb") as stream:
@@ -225,8 +227,9 @@ def format_name(path: str | Path) -> str:
 
 
 def choose_format(known: tuple[Format, ...], source: Source) -> Format:
-    """Return the format of a file. A certain match by content comes first, then the extension, then a likely match by
-    content.
+    """Choose the format of a file.
+
+    A certain match by content comes first, then the extension, and then a likely match by content.
     """
     extension = Path(source.path).suffix.lower()
     head = source.data[:SNIFF_BYTES]
@@ -256,14 +259,14 @@ def _sniff(format_: Format, head: bytes) -> Match:
 
 
 def run_reader(format_: Format, source: Source, options: ReadOptions) -> Part:
-    """Read a file with a format.
+    """Run the reader of a format.
 
     Raises
     ------
     ReadError
         The file cannot be read, or a third-party parser raises any exception.
     OptionError
-        A solid is chosen, turned or lifted, but the format has no solids.
+        The options choose, turn or lift a solid, but the format has no solids.
     """
     if format_.name != "step":
         for name in ("solid", "up", "z_zero"):

@@ -1,7 +1,7 @@
-"""Read sheets of the Sirius CAM system in JSON (``*.dbs.json``). Parts are paths of (x, y, bulge), and one path is the
-outline of the sheet.
+"""Read sheets of the Sirius CAM system in JSON (``*.dbs.json``).
 
-Bulges are defined as in DXF (LWPOLYLINE, group code 42). Units are mm.
+The file stores parts as paths of (x, y, bulge). One path is the outline of the sheet. Bulges are defined as in DXF
+(LWPOLYLINE, group code 42), and lengths are in mm.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ CLOSED = 1e-6
 
 
 def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
-    """Return the parts of a sheet as contours, including the outline of the sheet, in mm.
+    """Read the parts of a sheet and the outline of the sheet as contours, in mm.
 
     The first path is the outline of the sheet if its name starts with LIST, or if it encloses all other paths.
 

@@ -1,5 +1,6 @@
-"""Read STEP files: the holes, pockets, outlines and triangles of a solid, with OpenCASCADE (extra `step`) in a
-subprocess.
+"""Read STEP files: the holes, pockets, outlines and triangles of a solid.
+
+A subprocess reads the file with OpenCASCADE (extra `step`).
 """
 
 from __future__ import annotations
@@ -32,19 +33,20 @@ from leafcut.read.step_shapes import ONLY
 
 #: Maximum size of a file, bytes. OpenCASCADE needs about twenty times as much memory.
 LARGEST = 100 * 1024 * 1024
-#: Horizontal hole directions, as reported by the subprocess → number of the axis.
+#: Maps a horizontal hole direction, as reported by the subprocess, to the number of its axis.
 _AXES = {"1, 0, 0": 0, "0, 1, 0": 1}
-#: Time limit of the subprocess, s; `step_solid.MEMORY` is its memory limit.
+#: Time limit of the subprocess, s. `step_solid.MEMORY` limits its memory.
 SECONDS = 300
-#: Selection of a solid in a file: its number, ``all``, or None for the only solid.
+#: Selects a solid in a file: its number, ``all``, or None for the only solid.
 WhichSolid = int | Literal["all"] | None
 #: Maximum number of triangles of a solid.
 MOST_TRIANGLES = 2_000_000
 
 
 class Pose(NamedTuple):
-    """Orientation of a solid: the direction that points up (`model.part.TURNS`), and the level of Z0
-    (`ProgramZero.level`).
+    """The orientation of a solid.
+
+    It consists of the direction that points up (`model.part.TURNS`), and the level of Z0 (`ProgramZero.level`).
     """
 
     up: str = "z"
@@ -52,7 +54,10 @@ class Pose(NamedTuple):
 
     @classmethod
     def of(cls, options: ReadOptions) -> Pose:
-        """Return the orientation of a part for machining: upright, with its top at Z0, unless the options differ."""
+        """Return the orientation of a part for machining.
+
+        By default, the part stands upright and its top is at Z0. The options can change both.
+        """
         return cls(options.up or "z", options.z_zero or "top")
 
 
@@ -60,7 +65,10 @@ AS_DRAWN = Pose()
 
 
 class ChosenSolid(NamedTuple):
-    """The solid of a file that is the stock of a program, and its orientation: as drawn, unless options change it."""
+    """The solid in a file that a program uses as its stock, with its orientation.
+
+    The solid keeps the orientation of the drawing unless options change it.
+    """
 
     which: WhichSolid = None
     pose: Pose = AS_DRAWN
@@ -72,14 +80,14 @@ class ChosenSolid(NamedTuple):
 
 
 def read_step(source: Source, options: ReadOptions) -> Part:
-    """Return the holes of a solid that can be drilled from above, with their heights and depths.
+    """Read the holes of a solid that can be drilled from above, with their heights and depths.
 
     Raises
     ------
     ReadError
-        The file is damaged, has no solid, or has several and `options.solid` chooses none.
+        The file is damaged or has no solid, or it has several solids and `options.solid` does not choose one of them.
     OptionError
-        OpenCASCADE is not installed, or the options state a unit although the file states its own.
+        OpenCASCADE is not installed, or the options state a unit although the file already states a unit.
     """
     _check_units(options)
     data = _read_solid(source, options, "holes")
@@ -104,10 +112,10 @@ def read_step(source: Source, options: ReadOptions) -> Part:
 def read_pockets_of_step(
     source: Source, options: ReadOptions, drawing: PocketDrawingOptions, joining: SheetOptions
 ) -> Part:
-    """Return the closed pockets of a solid with level floors and vertical walls, with their depths.
+    """Read the closed pockets of a solid, with their depths. A pocket needs a level floor and vertical walls.
 
-    Depths count from the highest point of the solid, because the tool has to pass everything above the floor. Other
-    pockets are reported as issues.
+    Depths are measured from the highest point of the solid, because the tool has to pass everything above the floor.
+    Other pockets are reported as issues.
 
     Raises
     ------
@@ -153,10 +161,10 @@ def _pockets(data: dict[str, Any], name: str) -> tuple[Pocket, ...]:
 
 
 def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
-    """Return the outlines of a flat sheet in top view: its edge and all its through-openings.
+    """Read the outlines of a flat sheet in top view: its edge and all its through-openings.
 
-    An issue reports pockets and other features, which are not cut. For a process that clears pockets, the part also
-    contains the pockets, and its `besides` are the issues about all other features.
+    An issue reports pockets and other features that are not cut. For a process that clears pockets, the part also
+    contains the pockets. Its `besides` are then the issues about all other features.
 
     Raises
     ------
@@ -193,7 +201,7 @@ def _with_zero(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
 
 
 def _is_quarter(angle: float) -> bool:
-    """Return whether an angle, rad, is a multiple of 90°. A rotation by such an angle keeps a bounding box exact."""
+    """Return whether an angle, rad, is a multiple of 90°. Such a rotation keeps a bounding box exact."""
     return abs(math.remainder(angle, 0.5 * math.pi)) < 1e-9
 
 
@@ -210,7 +218,7 @@ def _oriented_path(vertices: list[list[float]], clockwise: bool) -> Polyline:
 def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_DRAWN) -> NDArray[np.float64]:
     """Return the surface of a solid as triangles, float64[n, 3, 3], mm, accurate to 0.05 mm.
 
-    The errors are those of `read_step`.
+    Raises the same errors as `read_step`.
     """
     return _run_step_reader(path, data, "mesh", which, pose)[1]
 
@@ -268,7 +276,7 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
 
 
 def _issues_of_plate(data: dict[str, Any]) -> tuple[Issue, ...]:
-    """Return the issues about the features of a plate that are neither openings nor pockets."""
+    """Report the features of a plate that are neither openings nor pockets."""
     issues = tuple(_issues_of_pockets({**data, "openings": []}))
     if issues or not data["other"]:
         return issues
@@ -346,10 +354,9 @@ def _centre(outline: Polyline) -> tuple[float, float]:
 
 
 def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
-    """Return issues about missing work (L219): the features of a solid that drills cannot make, such as pockets and
-    openings.
+    """Report the features of a solid that drills cannot make, such as pockets and openings, as missing work (L219).
 
-    The errors are those of `read_step`.
+    Raises the same errors as `read_step`.
     """
     data = _read_solid(source, options, "pockets")
     issues = _issues_of_pockets(data)
@@ -367,8 +374,9 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
 def _run_step_reader(
     path: str, data: bytes, features: str, which: WhichSolid, pose: Pose, boxed: bool = False
 ) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Run the subprocess that reads a solid. Return the features of the solid, and its triangles. `boxed` adds the
-    exact bounding box.
+    """Run the subprocess that reads a solid, and return the features and the triangles of the solid.
+
+    With `boxed`, the features include the exact bounding box.
     """
     if importlib.util.find_spec("OCP") is None:
         raise OptionError("reading STEP needs OpenCASCADE: pip install 'leafcut[step]'")

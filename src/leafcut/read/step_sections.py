@@ -1,7 +1,8 @@
-"""Pockets and outlines of a solid from its sections by level planes; part of the subprocess `step_solid`.
+"""Compute the pockets and outlines of a solid from horizontal sections, as part of the subprocess `step_solid`.
 
-A section just above the floor of a closed pocket shows the pocket as a hole in the material, and the islands in this
-hole, as exact lines and arcs. Faces and triangles show whether walls are vertical, and whether there are overhangs.
+In a section just above the floor, a closed pocket appears as a hole in the material. Islands appear inside this hole.
+The curves are exact lines and arcs. Faces and triangles show whether walls are vertical, and whether the part has
+overhangs.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ CHORD = 0.005
 ENDS = 1e-4
 #: Largest Z component of the normals of a vertical face.
 UPRIGHT = 1e-5
-#: Overhangs over a pocket that are smaller than this, mm, are chords of the pocket's own walls.
+#: Overhangs over a pocket that are smaller than this, mm, come from the chords of the pocket's own walls.
 HANGS = 0.12
 #: Maximum number of heights of level faces.
 MOST_HEIGHTS = 200
@@ -39,19 +40,19 @@ MOST_HEIGHTS = 200
 NARROWEST = 0.05
 #: Minimum roundness 4 π A / P² of a circle made of chords.
 ROUND = 0.98
-#: Tolerance between the sections of a flat sheet: mm² per mm of outline.
+#: Tolerance between the sections of a flat sheet: area, mm², per mm of outline.
 SAME_EDGE = 0.02
 
 
 class SectionRing(NamedTuple):
-    """A closed curve of a section. `leans` is true if any of its faces is not vertical."""
+    """A closed curve in a section. `leans` is true if at least one of its faces is not vertical."""
 
     path: Polyline
     leans: bool
 
     @property
     def diameter(self) -> float:
-        """Diameter of the ring, mm, if it is a circle; 0 for other shapes."""
+        """Diameter of the ring, mm, or 0 if the ring is not a circle."""
         bulges = self.path.bulges
         if not len(bulges) or not (bulges != 0.0).all() or np.ptp(np.sign(bulges)):
             return 0.0
@@ -63,7 +64,7 @@ class SectionRing(NamedTuple):
 
 @dataclass(frozen=True)
 class LevelSection:
-    """The rings of a section, the nesting depth of each ring, and the index of its parent or −1."""
+    """The rings of a section. Each ring has its nesting depth, and the index of its parent or −1."""
 
     rings: list[SectionRing]
     shapes: NDArray[Any]
@@ -80,13 +81,13 @@ class LevelSection:
         return np.flatnonzero(self.parent == ring).tolist()
 
     def region(self, ring: int) -> Any:
-        """Return the area inside a ring, without the rings directly inside it."""
+        """Return the area inside a ring. The rings directly inside this ring are cut out."""
         inner = [self.shapes[k].exterior for k in self.rings_within(ring)]
         return shapely.Polygon(self.shapes[ring].exterior, inner)
 
     @property
     def material(self) -> Any:
-        """The cross-section of the material at the height of the section."""
+        """The cross-section of the material at this height."""
         return shapely.union_all([self.region(k) for k in np.flatnonzero(self.depth % 2 == 0).tolist()])
 
 
@@ -103,7 +104,7 @@ def pockets_of(
 ) -> dict[str, Any]:
     """Return the closed pockets with level floors and vertical walls, and the numbers of other pockets by reason.
 
-    `seen` returns whether a point is visible from above.
+    The function `seen` returns whether a point is visible from above.
     """
     highest = float(triangles[:, :, 2].max())
     floors = [face for face in _level_faces(faces) if face.z < highest - OVER]
@@ -140,7 +141,7 @@ def pockets_of(
 
 
 def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
-    """Return the outline of each through-opening in top view, and its diameter; 0 if it is not round.
+    """Return the outline of each through-opening in top view, with its diameter, or 0 if the opening is not round.
 
     An opening at any height is a hole in the shadow of the solid.
     """
@@ -159,11 +160,11 @@ def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
 def outlines_of(
     shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
 ) -> dict[str, Any]:
-    """Return the outlines of a solid in top view, from a level section that equals its shadow.
+    """Find the outlines of a solid in top view, using a level section that equals the shadow of the solid.
 
-    The result contains a `problem` if there is no such section. It is `uneven` if sections at other heights differ.
-    Then it also contains the pockets, and `other` states whether the solid has further features. `seen` returns whether
-    a point is visible from above.
+    If no section equals the shadow, the result contains a `problem`. If sections at other heights differ, the result is
+    `uneven`. It then also contains the pockets, and `other` states whether the solid has further features. The function
+    `seen` returns whether a point is visible from above.
     """
     highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
     steps = sorted({round(face.z, 3) for face in (*_level_faces(faces), *_level_faces(faces, down=True))})
@@ -210,7 +211,7 @@ def _region_of(pocket: dict[str, Any]) -> Any:
 
 
 def section_at(shape: Any, z: float) -> LevelSection:
-    """Return the section of a solid by a horizontal plane."""
+    """Cut a solid with a horizontal plane, and return the section."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
     from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
     from OCP.TopAbs import TopAbs_EDGE
@@ -243,7 +244,7 @@ def section_at(shape: Any, z: float) -> LevelSection:
 
 
 def is_overhung(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
-    """Return whether a surface above a height overhangs a region, not counting the edge of the region."""
+    """Return whether any surface above a height overhangs a region. The edge of the region does not count."""
     inner = region.buffer(-HANGS)
     if inner.is_empty:
         inner = region.representative_point()
@@ -301,7 +302,7 @@ def _middle(face: Any) -> tuple[float, float, float]:
 
 
 def _count_sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) -> int:
-    """Count the visible faces that face up and are not level, vertical, or cones of holes."""
+    """Count the visible sloping faces that face up. Level faces, vertical faces and cones of holes do not count."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Cone
 
@@ -321,7 +322,7 @@ def _count_sloping(faces: Sequence[Any], seen: Callable[[float, float, float], b
 
 
 def _is_vertical(face: Any) -> bool:
-    """Return whether a face is vertical, judged by its normals on a grid of points."""
+    """Return whether a face is vertical. The function tests the normals on a grid of points."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepLProp import BRepLProp_SLProps
     from OCP.BRepTools import BRepTools
@@ -343,7 +344,7 @@ def _is_vertical(face: Any) -> bool:
 
 
 def _curve(edge: Any) -> NDArray[np.float64] | None:
-    """Return the vertices of an edge as x, y and bulge, float64[n, 3], or None if the length of the edge is 0."""
+    """Return the vertices of an edge as x, y and bulge, float64[n, 3], or None if the edge has no length."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GCPnts import GCPnts_QuasiUniformDeflection
     from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line

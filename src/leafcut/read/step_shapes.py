@@ -1,4 +1,4 @@
-"""Functions on OpenCASCADE shapes that `step_solid` and its modules share."""
+"""Functions for OpenCASCADE shapes. The module `step_solid` and its submodules share them."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Which solid to read: the only one or all of them; otherwise a number.
+#: Which solid to read: the only solid or all solids. A number selects a single solid.
 ONLY, ALL = "only", "all"
-#: Largest difference of parallel unit vectors.
+#: Two unit vectors are parallel if they differ by at most this.
 PARALLEL = 1e-6
 
 
@@ -40,7 +40,7 @@ def edge_of(shape: Any) -> Any:
 
 
 def triangles_of(face: Any) -> NDArray[np.float64]:
-    """Return the triangles of a meshed face, float64[n, 3, 3], counter-clockwise seen from outside."""
+    """Return the triangles of a meshed face, float64[n, 3, 3]. They are counter-clockwise when seen from outside."""
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_REVERSED
     from OCP.TopLoc import TopLoc_Location
@@ -61,7 +61,7 @@ def triangles_of(face: Any) -> NDArray[np.float64]:
 
 
 def clip_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Clip a flat convex polygon to the part above a height. The order of the corners is kept."""
+    """Clip a flat convex polygon to the part above a height, and keep the order of the corners."""
     clipped = []
     for start, stop in pairwise((*corners, corners[0])):
         if start[2] > height:

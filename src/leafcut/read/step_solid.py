@@ -35,12 +35,15 @@ DEFLECTION, ANGLE = 0.05, 0.3
 SAME = 1e-3
 #: Maximum number of solids listed in a message.
 MOST_NAMED = 8
-#: Maximum gap in a round wall that counts as a full turn, degrees.
+#: Maximum gap, degrees, up to which a round wall still counts as a full turn.
 WHOLE = 1
 
 
 class RoundWall(NamedTuple):
-    """A round wall around a vertical axis: its lower and upper height, and its radius at each of them, mm."""
+    """A round wall around a vertical axis.
+
+    It has a lower and an upper height, and a radius at each of these heights, mm.
+    """
 
     x: float
     y: float
@@ -48,7 +51,7 @@ class RoundWall(NamedTuple):
     high: float
     low_radius: float
     high_radius: float
-    #: The whole degrees of a turn that it covers, in top view.
+    #: The whole degrees that the wall covers in top view.
     covers: frozenset[int]
 
     @property
@@ -58,7 +61,7 @@ class RoundWall(NamedTuple):
 
     @property
     def taper(self) -> float:
-        """Increase of the radius per mm of height."""
+        """How much the radius increases per mm of height."""
         return 0.0 if self.straight else (self.high_radius - self.low_radius) / (self.high - self.low)
 
 
@@ -71,9 +74,9 @@ class SolidHole:
     x, y, top, diameter
         Axis and diameter of the narrowest cylinder, and the height at which the hole starts, mm.
     depth
-        Distance from the top of the hole to the lower end of that cylinder, mm.
+        Distance from the top of the hole to the lower end of the narrowest cylinder, mm.
     pointed
-        For a blind hole: whether the hole ends in a cone, like the point of a drill; otherwise its floor is flat.
+        For a blind hole, whether the hole ends in a cone, like the point of a drill. Otherwise its floor is flat.
     """
 
     x: float
@@ -87,8 +90,9 @@ class SolidHole:
 
 
 def cluster_labels(values: list[float]) -> list[int]:
-    """Return a label for each value. Values have equal labels if they differ by at most `SAME`, or are connected by a
-    chain of such differences.
+    """Return a label for each value.
+
+    Two values have the same label if they differ by at most `SAME`, or if a chain of such differences connects them.
     """
     order = np.argsort(values, kind="stable")
     steps = np.diff(np.asarray(values, dtype=np.float64)[order]) > SAME
@@ -100,8 +104,8 @@ def cluster_labels(values: list[float]) -> list[int]:
 def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
     """Join the pieces of each wall, and return the walls that cover a full turn. Other walls do not belong to holes.
 
-    The pieces of a wall lie on the same cylinder or cone, and overlap or touch in height. Under a sloping surface, they
-    end at different heights.
+    The pieces of a wall lie on the same cylinder or cone, and overlap or touch in height. Under a sloping surface, the
+    pieces end at different heights.
     """
     level = [wall.low_radius - wall.taper * wall.low for wall in walls]
     keys = zip(
@@ -133,9 +137,10 @@ def _merge(pieces: list[RoundWall]) -> RoundWall:
 
 
 def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall], bool]) -> Iterator[list[RoundWall]]:
-    """Yield the walls of each hole, from top to bottom: the walls around the same axis without material between them.
+    """Yield the walls of each hole, from top to bottom.
 
-    A gap between walls means that another feature, such as a cross hole or a groove, opens into the hole.
+    A hole consists of the walls around the same axis without material between them. If two walls have a gap between
+    them, another feature, such as a cross hole or a groove, opens into the hole.
     """
     by_axis: dict[tuple[int, int], list[RoundWall]] = {}
     for x, y, wall in zip(
@@ -153,9 +158,9 @@ def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall],
 
 
 def hole_of(column: list[RoundWall]) -> SolidHole | None:
-    """Return the hole that a column of walls forms, or None if the column contains no cylinder.
+    """Convert a column of walls to a hole, or return None if the column contains no cylinder.
 
-    The hole is assumed to be open at the bottom.
+    The function assumes that the hole is open at the bottom.
     """
     straight = [wall for wall in column if wall.straight]
     if not straight:
@@ -171,7 +176,7 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
 
 
 def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
-    """Return a wide part of a hole, such as a counterbore.
+    """Convert a wide wall to a step of a hole, such as a counterbore.
 
     The step is `open` if a tool can reach it from above, with clearance below the point of the tool.
     """
@@ -193,8 +198,9 @@ def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
 
 
 class Surface(NamedTuple):
-    """The triangles of a solid, float64[n, 3, 3], and the lower and the upper corner of the bounding box of each,
-    float64[n, 3], mm.
+    """The triangles of a solid, float64[n, 3, 3], mm.
+
+    The surface also stores the lower and the upper corner of each triangle's bounding box, float64[n, 3], mm.
     """
 
     triangles: NDArray[np.float64]
@@ -203,14 +209,12 @@ class Surface(NamedTuple):
 
     @classmethod
     def of(cls, triangles: NDArray[np.float64]) -> Surface:
-        """Return a surface with the bounding boxes of its triangles."""
+        """Create a surface, and compute the bounding boxes of its triangles."""
         return cls(triangles, triangles.min(axis=1), triangles.max(axis=1))
 
 
 def enters_cylinder(surface: Surface, x: float, y: float, radius: float, low: float, high: float) -> bool:
-    """Return whether a surface enters a vertical cylinder of the given axis and radius between two heights,
-    exclusive.
-    """
+    """Return whether a surface enters a vertical cylinder between two heights, exclusive."""
     triangles, lower, upper = surface
     close = (upper[:, 2] > low) & (lower[:, 2] < high)
     close &= (
@@ -227,7 +231,7 @@ def enters_cylinder(surface: Surface, x: float, y: float, radius: float, low: fl
 
 
 def main(arguments: list[str]) -> int:
-    """Read a STEP file and write the result, within the memory limit `MEMORY`."""
+    """Read a STEP file within the memory limit `MEMORY`, and write the result."""
     _limit_memory()
     file, out, max_triangles, features, which, up, level, boxed = arguments
     result, triangles = _read_solid(file, int(max_triangles), features, which, up, level, bool(boxed))
@@ -329,7 +333,7 @@ def _box_of(shape: Any) -> list[list[float]]:
 
 
 def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
-    """Return the lowest and the highest corner of the bounding box of a shape, mm."""
+    """Return the lowest and the highest corner of a shape's bounding box, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
@@ -364,7 +368,10 @@ def _triangles(faces: Sequence[Any]) -> NDArray[np.float64]:
 
 
 def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole], dict[str, int], dict[str, int]]:
-    """Return the holes that are open at the top, and the numbers of other holes by reason and by direction."""
+    """Return the holes that are open at the top.
+
+    The other two results are the numbers of all other holes, by reason and by direction.
+    """
     walls, aside, free = _walls(shape)
     surface = Surface.of(triangles)
 
@@ -416,7 +423,7 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
     by_direction
         Number of full concave cylinders in each other direction.
     free
-        Number of free-form faces. Holes in such faces are not found.
+        Number of free-form faces. The function does not detect holes in such faces.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools
@@ -468,7 +475,7 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
 
 
 def _covered_degrees(axes: Any, start_angle: float, stop_angle: float) -> frozenset[int]:
-    """Return the whole degrees, in top view, that a piece of a round wall covers."""
+    """Return the whole degrees that a piece of a round wall covers in top view."""
     angle = np.linspace(start_angle, stop_angle, max(int(math.degrees(stop_angle - start_angle) * 4.0), 2))
     along, across = axes.XDirection(), axes.YDirection()
     x = along.X() * np.cos(angle) + across.X() * np.sin(angle)
@@ -477,14 +484,14 @@ def _covered_degrees(axes: Any, start_angle: float, stop_angle: float) -> frozen
 
 
 def _direction(axis: Any) -> tuple[float, float, float]:
-    """Return the direction of an axis with a canonical sign."""
+    """Return the direction of an axis. Opposite directions get the same sign."""
     x, y, z = axis.X(), axis.Y(), axis.Z()
     sign = next((math.copysign(1.0, value) for value in (x, y, z) if abs(value) > PARALLEL), 1.0)
     return sign * x + 0.0, sign * y + 0.0, sign * z + 0.0
 
 
 def _axis_foot(axis: Any, location: Any) -> tuple[float, float, float]:
-    """Return the point of an axis nearest to the origin, which identifies the axis."""
+    """Return the point on an axis that is nearest to the origin, which identifies the axis."""
     along = location.X() * axis.X() + location.Y() * axis.Y() + location.Z() * axis.Z()
     return location.X() - along * axis.X(), location.Y() - along * axis.Y(), location.Z() - along * axis.Z()
 

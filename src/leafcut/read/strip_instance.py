@@ -21,7 +21,7 @@ MAX_ITEMS, MAX_POINTS = 2_000, 100_000
 
 
 def is_strip_instance(file: str) -> bool:
-    """Return whether the name of a file marks it as a strip-packing instance, and not as a Sirius sheet."""
+    """Return whether the file name indicates a strip-packing instance rather than a Sirius sheet."""
     name = file.lower()
     return name.endswith(".json") and not name.endswith(".dbs.json")
 
@@ -29,10 +29,16 @@ def is_strip_instance(file: str) -> bool:
 def read_strip_instance(
     source: Source, quantity: int, angles: tuple[float, ...] | None, turned: bool, unit: float = 1.0
 ) -> list[NestPart]:
-    """Return the items of an instance as parts. The quantity of each part is `quantity` times the demand of the item.
+    """Read the items of an instance as parts. The quantity of each part is `quantity` times the demand of the item.
 
-    With `turned`, the rotations of the parts are `angles` (rad, None for any), otherwise those of the file. `unit` is
-    the length of the unit of the file, mm, because the file does not state it.
+    Parameters
+    ----------
+    angles
+        Rotations of all parts, rad, or None for any rotation. They apply only if `turned` is true.
+    turned
+        Whether `angles` override the rotations in the file.
+    unit
+        Length of the unit of the file, mm, because the file does not state it.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Read SVG drawings for sheet cutting: paths, basic shapes, transforms, units and uses, but no texts or pictures.
 
-The files are untrusted: entities and external references are refused (defusedxml), and no other file is opened. The y
-axis of SVG points down; the part is flipped to look as on the screen.
+The files are untrusted. The reader refuses entities and external references (defusedxml), and opens no other file. The
+y axis of SVG points down, so the reader flips the part to look the same as on the screen.
 """
 
 from __future__ import annotations
@@ -61,9 +61,10 @@ SILENT = ("style", "title", "desc", "metadata", "namedview", "script")
 
 
 def read_svg_contours(source: Source, options: ReadOptions) -> Part:
-    """Return the paths and shapes of an SVG drawing as contours, one per subpath, in mm.
+    """Read the paths and shapes of an SVG drawing as contours, in mm. Each subpath becomes one contour.
 
-    The layer of a contour is the name of its Inkscape layer, or else its class, or else its stroke colour.
+    The layer of a contour is the name of its Inkscape layer. Without an Inkscape layer, the layer is the class of the
+    element, or else its stroke colour.
 
     Raises
     ------
@@ -102,9 +103,9 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
 def read_svg_pockets(
     source: Source, options: ReadOptions, pocket_options: PocketDrawingOptions, joining: SheetOptions
 ) -> Part:
-    """Return the outlines of an SVG drawing as pockets with islands, in mm.
+    """Read the outlines of an SVG drawing as pockets with islands, in mm.
 
-    The errors are those of `read_svg_contours` and `pockets_of_drawing`.
+    Raises the same errors as `read_svg_contours` and `pockets_of_drawing`.
     """
     from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
 
@@ -112,7 +113,7 @@ def read_svg_pockets(
 
 
 class _Page(NamedTuple):
-    """The transform from user units to mm, with y pointing up, and the size to which percentages refer."""
+    """The transform from user units to mm with y pointing up, and the reference size for percentages."""
 
     matrix: Affine
     frame: ViewSize
@@ -136,7 +137,7 @@ def _tag(element: Any) -> str:
 
 
 def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
-    """Return the page of a drawing, and whether the file states its physical size."""
+    """Return the page of a drawing, and whether the file states a physical size."""
     try:
         box = view_box(root.get("viewBox", ""))
         sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
@@ -157,10 +158,10 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
 
 
 class _Attributes(NamedTuple):
-    """The attributes of an element that do not depend on where it is drawn."""
+    """The attributes of an element that stay the same wherever the element is drawn."""
 
     shown: bool
-    #: Empty if the element does not state it.
+    #: Empty if the element does not set the visibility.
     visibility: str
     matrix: Affine | None
     layer: str
@@ -176,13 +177,13 @@ class _Context(NamedTuple):
     css: str = ""
     stroke: str = ""
     clipped: bool = False
-    #: Unlike `display`, shapes inherit the visibility of their groups, but may be visible in a hidden group.
+    #: Shapes inherit the visibility of their groups. Unlike `display`, a shape may be visible in a hidden group.
     visibility: str = ""
 
 
 @dataclass
 class _Walk:
-    """Visits every drawn element, including each `use`, and counts what is left out."""
+    """Visits every drawn element, including each `use`, and counts skipped elements."""
 
     path: str
     page: _Page
@@ -199,11 +200,12 @@ class _Walk:
     _by_id: dict[str, Any] = field(default_factory=dict)
     _rules: dict[str, dict[str, str]] = field(default_factory=dict)
     _segments: int = 0
-    #: Results for elements drawn by a `use`, or the exception raised; copies are only placed.
+    #: Results for elements that a `use` draws, or the exceptions raised for them. Further copies only need to be
+    #: placed.
     _cache: dict[tuple[str, int], Any] = field(default_factory=dict)
 
     def index_elements(self, root: Any) -> None:
-        """Index the ids and the style rules. Raise an error if the nesting exceeds `MAX_DEPTH`."""
+        """Index the ids and the style rules. Raise an error if elements are nested deeper than `MAX_DEPTH`."""
         waiting = [(root, 0)]
         while waiting:
             element, depth = waiting.pop()
@@ -247,14 +249,14 @@ class _Walk:
             self.broken.setdefault(Message("<{}>: {}", tag, reason), []).append(printable(element.get("id", "?"), 30))
 
     def _style(self, element: Any) -> dict[str, str]:
-        """Return the style of an element: classes override attributes, and the style attribute overrides classes."""
+        """Return the style of an element. Classes override attributes, and the style attribute overrides classes."""
         properties = {n: element.get(n) for n in _STYLED if element.get(n)}
         for name in element.get("class", "").split():
             properties.update(self._rules.get(name, {}))
         return {**properties, **declarations(element.get("style", ""))}
 
     def _cached(self, what: str, element: Any, make: Callable[[Any], Any], trail: tuple[str, ...]) -> Any:
-        """Return `make(element)`, from a cache if a `use` draws the element.
+        """Return `make(element)`, and cache the result if a `use` draws the element.
 
         Without the cache, a few thousand copies of a long path would take hours.
         """
@@ -301,7 +303,7 @@ class _Walk:
         )
 
     def _viewport(self, element: Any, context: _Context) -> _Context:
-        """Return the context inside a nested drawing or a symbol, which has its own corner and view box."""
+        """Return the context inside a nested drawing or a symbol, which has its own origin and view box."""
         frame = self.page.frame
         x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
         w = length(element.get("width", "100%"), frame.width)

@@ -15,13 +15,13 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.read.svg_transform import Affine, length, numbers
 
-#: Characters of path data; svgelements skips unknown ones silently.
+#: Characters that path data may contain. svgelements silently skips unknown characters.
 _PATH_DATA = re.compile(r"[MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]*")
 _FULL = 2.0 * math.pi
 
 
 class EllipseArc(NamedTuple):
-    """The curve centre + u·cos(t) + v·sin(t), for t from `start` over `sweep`."""
+    """The curve centre + u·cos(t) + v·sin(t). The parameter t runs from `start` over the angle `sweep`."""
 
     center: Point
     u: Point
@@ -31,14 +31,14 @@ class EllipseArc(NamedTuple):
 
 
 class SvgSubpath(NamedTuple):
-    """A subpath in user units: lines and Bézier curves as control points, and elliptical arcs."""
+    """A subpath in user units: lines and Bézier curves, stored as control points, and elliptical arcs."""
 
     pieces: list[list[Point] | EllipseArc]
     closed: bool
 
 
 class ViewSize(NamedTuple):
-    """The size to which percentages refer: the width and height of the view, in user units."""
+    """The reference size for percentages: the width and height of the view, in user units."""
 
     width: float
     height: float
@@ -173,7 +173,7 @@ def _pair(point: Any) -> Point:
     return (x, y)
 
 
-#: Every shape element → function that returns its subpaths.
+#: Maps the tag of each shape element to the function that returns its subpaths.
 SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]] = {
     "path": _path,
     "rect": _rectangle,
@@ -188,8 +188,9 @@ SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]]
 def placed_outline(
     outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = allow_any_number
 ) -> Polyline | None:
-    """Return an outline in mm, with curves approximated by arcs to within `tolerance` mm; None if its length is
-    zero.
+    """Place an outline, and approximate curves by arcs to within `tolerance` mm.
+
+    The result is in mm, or None if the outline has no length.
     """
     first = outline.pieces[0]
     if len(outline.pieces) == 1 and isinstance(first, EllipseArc):

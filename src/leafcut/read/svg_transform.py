@@ -35,16 +35,16 @@ class Affine(NamedTuple):
     f: float = 0.0
 
     def of(self, inner: Affine) -> Affine:
-        """Return the transform that applies `inner` first, then this transform."""
+        """Combine two transforms. The result applies `inner` first, and then this transform."""
         x, y = self.place(inner.e, inner.f)
         return Affine(*self.turn(inner.a, inner.b), *self.turn(inner.c, inner.d), x, y)
 
     def turn(self, x: float, y: float) -> tuple[float, float]:
-        """Return the image of a direction."""
+        """Transform a direction."""
         return (self.a * x + self.c * y, self.b * x + self.d * y)
 
     def place(self, x: float, y: float) -> tuple[float, float]:
-        """Return the image of a point."""
+        """Transform a point."""
         return (self.a * x + self.c * y + self.e, self.b * x + self.d * y + self.f)
 
 
@@ -63,7 +63,7 @@ def numbers(text: str) -> list[float]:
 
 
 def length(text: str, reference: float) -> float:
-    """Return a length in user units; `reference` is the length to which percentages refer."""
+    """Parse a length, and return it in user units. Percentages refer to the length `reference`."""
     value, unit = parts_of_length(text)
     if unit == "%":
         return 0.01 * value * reference
@@ -71,8 +71,9 @@ def length(text: str, reference: float) -> float:
 
 
 def parts_of_length(text: str) -> tuple[float, str]:
-    """Split a length into its number and its unit. Raise ValueError for invalid text, and for units that need a
-    font.
+    """Split a length into its number and its unit.
+
+    Raise ValueError for invalid text, and for units that depend on a font.
     """
     match = _LENGTH.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     unit = match.group(2).lower() if match else "?"
@@ -137,13 +138,13 @@ def viewport_transform(box: list[float], width: float, height: float, aspect: st
 
 
 def declarations(style: str) -> dict[str, str]:
-    """Return the properties in a style attribute or a style rule, with names in lower case."""
+    """Parse the properties in a style attribute or a style rule. Names are converted to lower case."""
     pairs = (item.partition(":") for item in style.split(";"))
     return {name.strip().lower(): value.replace("!important", "").strip() for name, _, value in pairs if name.strip()}
 
 
 def class_rules(sheet: str) -> dict[str, dict[str, str]]:
-    """Return the rules of a style sheet for single classes (``.cut { stroke: red }``). Imports are not loaded."""
+    """Parse the rules of a style sheet that apply to a single class (``.cut { stroke: red }``), ignoring imports."""
     first, *others = sheet.split("/*")
     plain = first + "".join(text.partition("*/")[2] for text in others)
     rules: dict[str, dict[str, str]] = {}

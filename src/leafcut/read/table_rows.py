@@ -10,8 +10,10 @@ from leafcut.message import Message
 
 
 def separator_of(lines: list[str]) -> str | None:
-    """Return the field separator: the first of ``;``, tab and ``,`` that occurs in at least half of the lines. Return
-    None if fields are separated by blanks.
+    """Detect the field separator of a table.
+
+    The separator is the first of ``;``, tab and ``,`` that occurs in at least half of the lines. The function returns
+    None if blanks separate the fields.
     """
     for sign in (";", "\t", ","):
         if lines and 2 * sum(sign in line for line in lines) >= len(lines):
@@ -20,7 +22,6 @@ def separator_of(lines: list[str]) -> str | None:
 
 
 def split_row(line: str, separator: str | None) -> list[str]:
-    """Split a row into fields."""
     if separator is None:
         return line.split()
     if '"' not in line:
@@ -32,8 +33,9 @@ def split_row(line: str, separator: str | None) -> list[str]:
 
 
 def cell_number(text: str, separator: str | None) -> float:
-    """Parse the number in a field. If fields are separated by semicolons or tabs, a comma in the number is a decimal
-    comma.
+    """Parse the number in a field.
+
+    If semicolons or tabs separate the fields, a comma in the number is a decimal comma.
 
     Raises
     ------

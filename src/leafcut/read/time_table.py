@@ -1,4 +1,4 @@
-"""Stop-watch times: parse a typed time, and read a CSV table of programs and times."""
+"""Parse stop-watch times, and read a CSV table of programs and times."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _CLOCK = re.compile(r"\s*(?:(\d{1,3}):)?(\d{1,4}):(\d{1,2}(?:\.\d{1,6})?)\s*\Z")
 
 
 def parse_stopwatch_time(text: str) -> float:
-    """Parse a stop-watch time (``12:34``, ``1:02:03``) or a quantity (``754 s``), and return seconds.
+    """Convert a stop-watch time (``12:34``, ``1:02:03``) or a quantity (``754 s``) to seconds.
 
     Raises
     ------
     OptionError
-        The text is neither of these, or the time is not above 0.
+        The text has neither form, or the time is not above 0.
     """
     match = _CLOCK.match(text)
     if match:
@@ -40,8 +40,9 @@ def parse_stopwatch_time(text: str) -> float:
 
 
 def read_times(path: str | Path) -> list[tuple[str, float]]:
-    """Return the program of each row, as a path relative to the folder of the table, and its time in seconds.
+    """Read a table of programs and times.
 
+    Each row of the result contains the path of a program, relative to the folder of the table, and its time in seconds.
     The separator is a semicolon if the first line contains a semicolon, otherwise a comma. If the first row contains no
     time, it is a header.
 

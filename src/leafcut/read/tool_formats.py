@@ -1,9 +1,9 @@
-"""Convert tool libraries of other programs to rows that have the keys of leafcut's own libraries.
+"""Convert the tool libraries of other programs to rows with the same keys as leafcut's own libraries.
 
-* LinuxCNC table (``tool.tbl``; user manual, "Tool Table Format"): in the units of the machine. It has no tool kinds,
-  but its comments may name them.
-* Fusion library (``.json``, or zipped as ``.tools``): each tool has a unit; feeds are in presets, one per material.
-* FreeCAD library (``.fctl``, with one ``.fctb`` per tool): lengths with units, no feeds.
+* LinuxCNC table (``tool.tbl``; user manual, "Tool Table Format"): lengths are in the units of the machine. The table
+  has no tool kinds, but its comments may name them.
+* Fusion library (``.json``, or zipped as ``.tools``): each tool has a unit. Feeds are in presets, one per material.
+* FreeCAD library (``.fctl``, with one ``.fctb`` per tool): lengths have units, and tools have no feeds.
 * Tables (``.csv``): see `leafcut.read.tool_table`.
 """
 
@@ -32,7 +32,7 @@ MAX_BYTES = 16 * 1024 * 1024
 #: Exceptions of `zipfile` and its decompressors for invalid or damaged files.
 _TORN = (zipfile.BadZipFile, zlib.error, LZMAError, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
 
-#: Extensions of libraries that may have several presets per tool.
+#: Extensions of libraries in which a tool may have several presets.
 WITH_PRESETS = (".json", ".tools", ".csv")
 _FUSION_UNITS = {"millimeters": "mm", "inches": "in"}
 #: Keys of a segment of a shaft or of a holder.
@@ -42,7 +42,7 @@ _FREECAD_KINDS = {
     "drill": "drill", "endmill": "end-mill", "bullnose": "end-mill", "ballend": "ball-mill", "chamfer": "chamfer-mill",
     "v-bit": "v-bit", "vbit": "v-bit", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill",
 }  # fmt: skip
-#: Words that show that a preset is named after a material: 'Softwood', but not 'Roughing'.
+#: Words that identify a preset for a material: 'Softwood' does, but 'Roughing' does not.
 _MATERIALS = frozenset(
     {
         "abs", "acetal", "acrylic", "alloy", "alu", "aluminium", "brass", "bronze", "carbon", "ceramic", "composite",
@@ -57,11 +57,21 @@ _MILLS, _CONES = tuple(kind.value for kind in MILLS), tuple(kind.value for kind 
 
 
 def read_foreign_library(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], bool] | None:
-    """Return the tools in the library of another program, and whether the library lacks feeds. Return None for other
-    files.
+    """Read the tools in the library of another program. Return None if the file is not such a library.
 
-    `units` is the unit of lengths that are stated without a unit: ``mm``, ``in``, or "" if unknown. `material` selects
-    a preset of each tool.
+    Parameters
+    ----------
+    units
+        Unit of lengths without a unit in the file: ``mm``, ``in``, or "" if unknown.
+    material
+        Selects a preset of each tool.
+
+    Returns
+    -------
+    list of ToolRow
+        The tools.
+    bool
+        Whether the library lacks feeds.
 
     Raises
     ------
@@ -82,10 +92,10 @@ def read_foreign_library(path: Path, units: str, material: str = "") -> tuple[li
 
 
 def _for_material(values: dict[str, Any] | str | list[Preset], material: str) -> dict[str, Any] | str:
-    """Return the values of a tool with its preset for a material, or the reason why it has no such preset.
+    """Choose the preset of a tool for a material, and return the values of the tool.
 
-    A preset fits if its words contain all words of the material, or vice versa. A tool with a single preset needs no
-    material, unless the preset is named after a material.
+    If no preset fits, the function returns the reason instead. A preset fits if its words contain all words of the
+    material, or vice versa. A tool with a single preset needs no material, unless the preset is named after a material.
     """
     if not isinstance(values, list):
         return values
@@ -180,7 +190,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
 
 
 def _fusion_presets(tool: dict[str, Any]) -> Iterator[Preset]:
-    """Yield the presets of a tool. Libraries from 2016 to 2018 have a single preset, ``*``."""
+    """Yield the presets of a tool. Libraries from 2016 to 2018 have a single preset called ``*``."""
     start = _subtable(tool, "start-values")
     presets = start.get("presets")
     for preset in presets if isinstance(presets, list) else [start.get("*")]:
@@ -216,9 +226,9 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object, pres
 
 
 def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> dict[str, str | None]:
-    """Return the shape of a tool above its flutes, as far as it is known.
+    """Return the known shape of a tool above its flutes.
 
-    A shaft starts above the shoulder, a holder at the stickout (LB). A holder has its own unit.
+    A shaft starts above the shoulder, and a holder starts at the stickout (LB). A holder has its own unit.
     """
     flutes, shoulder, wide, stickout = (
         _positive_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB")
@@ -239,7 +249,7 @@ def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> d
 
 
 def _segments(body: dict[str, Any], unit: str) -> list[str]:
-    """Return the segments of a tool body as texts, or no segments if any of them is invalid."""
+    """Format the segments of a tool body as texts. Return no segments if any segment is invalid."""
     segments = body.get("segments")
     texts = []
     for segment in segments if isinstance(segments, list) else []:
@@ -253,7 +263,7 @@ def _segments(body: dict[str, Any], unit: str) -> list[str]:
 
 
 def _positive_length(value: object) -> float:
-    """Return the value as a number, or 0 if it is not a positive number."""
+    """Return the value if it is a positive number, otherwise 0."""
     plain = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
     return float(value) if plain and isinstance(value, int | float) else 0.0
 
@@ -316,7 +326,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
 
 
 def _above_0(text: object) -> bool:
-    """Return whether a length is above 0. FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
+    """Return whether a length is above 0. FreeCAD stores the tip of a sharp V-bit as ``0.00 mm``."""
     return bool(re.search(r"[1-9]", str(text or "")))
 
 
@@ -347,7 +357,7 @@ def _subtable(table: dict[str, Any], key: str) -> dict[str, Any]:
 
 
 def _with_unit(value: Any, unit: str) -> str | None:
-    """Return a value with its unit as text, or None for 0 and for values that are not numbers."""
+    """Format a value with its unit. Return None for 0 and for values that are not numbers."""
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{value!r} {unit}" if plain and value else None
 

@@ -7,7 +7,7 @@ from leafcut.model.tool import ToolKind
 from leafcut.options import CYCLES
 from leafcut.read.machine_keys import ProfileKey
 
-#: Kinds that are not in tool libraries: a cut chart has their data.
+#: Kinds of tools that a tool library never contains, because their data come from a cut chart.
 NO_TOOLS = (ToolKind.TORCH,)
 _POSITIVE = "above 0"
 _LENGTH = "above 0 and at most 1000 mm"

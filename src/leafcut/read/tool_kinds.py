@@ -1,18 +1,19 @@
-"""Recognise the kinds of tools that other programs name."""
+"""Recognise the kinds of tools in the libraries of other programs."""
 
 from __future__ import annotations
 
 import re
 from typing import Any
 
-#: Name of a preset (feeds and speeds for one material), and the values of a ``[[tool]]`` with this preset.
+#: Name of a preset (feeds and speeds for one material), and the values of a ``[[tool]]`` that uses the preset.
 Preset = tuple[str, dict[str, Any]]
-#: Name of a tool, and its values or the reason why it is left out.
+#: Name of a tool, and either its values or the reason why it is left out.
 ToolRow = tuple[str, dict[str, Any] | str]
-#: The same before a preset is chosen.
+#: The same as `ToolRow`, but the tool may still have several presets.
 RawRow = tuple[str, dict[str, Any] | str | list[Preset]]
 
-#: Patterns for each kind in a comment; the first match counts. A size and "HSS" alone mean a drill, flutes a mill.
+#: Patterns for each kind of tool in a comment. The first match wins. A size or "HSS" alone means a drill, and flutes
+#: mean a mill.
 _IN_WORDS = (
     ("centre-drill", r"\b(centre|center|spot)[\s-]*drill|\bspot(ting)?\b"),
     ("reamer", r"\bream"),
@@ -34,17 +35,17 @@ _CONES = (
     ("v-bit", r"\bv-?bit|\bengrav"),
 )
 _TAP = re.compile(r"\btap\b", re.IGNORECASE)
-#: Words that, next to "tap", name another tool than a right-hand tap: a tap drill, a thread mill, a left-hand tap.
+#: Words that turn "tap" into a different tool: a tap drill, a thread mill, or a left-hand tap.
 _NO_TAP = re.compile(r"drill|mill|\blh\b|\bleft\b", re.IGNORECASE)
-#: Sizes of threads: M6, M6x1, and 1/4-20 or #10-32, with the threads per inch.
+#: Sizes of threads: M6, M6x1, and 1/4-20 or #10-32 with the threads per inch.
 _METRIC = re.compile(r"\bM([0-9]{1,2}(?:\.[0-9])?)(?:\s*[x×*-]\s*([0-9]?\.?[0-9]{1,3}))?(?![\w./])", re.IGNORECASE)
 _PER_INCH = re.compile(r"(?:[0-9]/[0-9]{1,2}|#[0-9]{1,2})\s*-\s*([1-9][0-9])\b")
-#: Coarse pitches, mm, by nominal diameter: a thread without a stated pitch has them. Source: ISO 261, ISO 965-1.
+#: Coarse pitches, mm, by nominal diameter. They apply to a thread without a stated pitch. Source: ISO 261, ISO 965-1.
 _COARSE = {
     "1.6": 0.35, "2": 0.4, "2.5": 0.45, "3": 0.5, "4": 0.7, "5": 0.8, "6": 1.0, "8": 1.25, "10": 1.5, "12": 1.75,
     "14": 2.0, "16": 2.0, "18": 2.5, "20": 2.5, "22": 2.5, "24": 3.0,
 }  # fmt: skip
-#: An angle of a chamfer mill or countersink below this, degrees, is probably the half angle.
+#: If the angle of a chamfer mill or countersink is below this, degrees, it is probably the half angle.
 SMALLEST_CHAMFER = 60
 _ANGLE = re.compile(r"\b([1-9][0-9]{1,2})\s*(deg\b|degrees?\b|°)", re.IGNORECASE)
 FUSION_KINDS = {
@@ -55,15 +56,16 @@ FUSION_KINDS = {
 
 
 def kind_in(comment: str) -> str | None:
-    """Return the kind of tool named in a comment, or None."""
+    """Return the kind of tool that a comment mentions, or None."""
     if _OTHER_WORDS.search(comment):
         return None
     return next((kind for kind, pattern in _IN_WORDS if re.search(pattern, comment, re.IGNORECASE)), None)
 
 
 def tap_in(comment: str) -> str | None:
-    """Return the pitch of the right-hand tap that a comment names, as text. Return "" if the pitch is missing, and None
-    for other tools.
+    """Return the pitch of the right-hand tap that a comment mentions, as text.
+
+    Return "" if the comment does not state the pitch, and None if the tool is not a right-hand tap.
     """
     if _TAP.search(comment) is None or _NO_TAP.search(comment):
         return None
@@ -75,9 +77,10 @@ def tap_in(comment: str) -> str | None:
 
 
 def cone_in(comment: str) -> tuple[str, str] | None:
-    """Return the kind of conical tool that a comment names, and its full angle as text, or "" if the angle is missing.
+    """Return the kind of conical tool that a comment mentions, and its full angle as text.
 
-    A small angle of a chamfer mill is usually the half angle, so it counts only if the comment contains "included".
+    The angle is "" if the comment does not state it. A small angle of a chamfer mill is usually the half angle, so the
+    function uses it only if the comment contains "included".
     """
     kind = next((kind for kind, pattern in _CONES if re.search(pattern, comment, re.IGNORECASE)), None)
     if kind is None:

@@ -1,8 +1,8 @@
 """Read tables of tools (CSV), such as Fusion exports.
 
-The first row names the columns, in any order: leafcut's own keys, common words, or Fusion's names (``Diameter
-(tool_diameter)``). The unit of a length is in its cell, in the header (``Diameter [in]``) or in the column ``unit``;
-otherwise the caller gives it. Fusion writes one row per preset of a tool.
+The first row names the columns, in any order. The names can be leafcut's own keys, common words, or Fusion's names
+(``Diameter (tool_diameter)``). The unit of a length is in its cell, in the header (``Diameter [in]``) or in the column
+``unit``. Otherwise the caller provides the unit. Fusion writes one row per preset of a tool.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
     Raises
     ------
     DataError
-        The file is not text, has too many rows, has no column for number or diameter, or has a length without a unit
-        while `units` is "".
+        The file is not text, has too many rows, or has no column for number or diameter. The error is also raised if a
+        length has no unit and `units` is "".
     """
     if b"\0" in data:
         raise DataError("{}: is a binary file; a table of tools was expected", path)
@@ -149,8 +149,9 @@ def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict
 
 
 def _set_quantity(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
-    """Store a quantity of a tool. The header or `unit` states the unit of a bare number. The value 0 means that the
-    quantity is missing.
+    """Store a quantity of a tool.
+
+    A number without a unit uses the unit in the header, or else `unit`. The value 0 means that the quantity is missing.
     """
     cell, head = cells.get(key, ("", ""))
     if _PLAIN.fullmatch(cell):
@@ -172,7 +173,7 @@ def _kind(word: str, name: str) -> str | None:
 
 
 def _without_foreign_keys(row: dict[str, Any], kind: ToolKind) -> dict[str, Any]:
-    """Remove the keys that other programs write for every tool although this kind of tool does not have them."""
+    """Remove the keys that other programs write for every tool, but that do not apply to this kind of tool."""
     mill = kind in MILLS
     unused = {"plunge_feed", "teeth"} if not mill else {"cycle", "peck", "dwell", "pitch"}
     if kind is not ToolKind.TAP:

@@ -16,9 +16,9 @@ from leafcut.read.tools import foreign_rows
 
 
 def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str, ToolLibrary]:
-    """Return the tool library of another program as TOML, and its tools.
+    """Convert the tool library of another program to TOML, and return the TOML text and the tools.
 
-    `units` (``mm`` or ``in``) applies to lengths without a unit; `material` selects a preset of each tool.
+    `units` (``mm`` or ``in``) applies to lengths without a unit. `material` selects a preset of each tool.
 
     Raises
     ------

@@ -25,27 +25,28 @@ _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS
 _HIGHEST_NUMBER = 99_999_999  # eight digits: the longest T word (Fanuc)
 _LARGEST = 1000.0
 
-#: Keys for mills only, keys not for mills, and keys for certain kinds.
+#: Keys that only mills have, keys that mills never have, and keys for certain kinds of tools.
 _MILL_KEYS, _NO_MILL_KEYS = ("plunge_feed", "teeth"), ("cycle", "peck", "dwell", "pitch")
 _SOME_MILLS = {"corner_radius": (ToolKind.END_MILL,), "tip_diameter": CONES}
 _MOST_TEETH = 100
 
-#: Default of the full point angle: 118° is the common twist drill; other tools end flat.
+#: Default of the full point angle. The common twist drill has 118°, and other tools end flat.
 _POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.radians(118)}
 
-#: Maximum number of segments of the body of a tool, each of which is checked for collisions.
+#: Maximum number of segments in the body of a tool. Each segment is checked for collisions.
 _MOST_SEGMENTS = 40
 
-#: Relative tolerance between the feed of a tap and pitch × speed: rounding in catalogues.
+#: Relative tolerance between the feed of a tap and pitch × speed. It allows for rounding in catalogues.
 _TAP_FEED = 0.005
 
 
 def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolLibrary:
-    """Return the tool library of a TOML file, with one ``[[tool]]`` per tool and one ``[[hole]]`` per recipe.
+    """Load the tool library of a TOML file, with one ``[[tool]]`` per tool and one ``[[hole]]`` per recipe.
 
-    A tap gets the cycle G84. A tap without a feed gets the feed pitch × speed. `leafcut.read.tool_formats` reads
-    libraries of other programs: `units` applies to lengths without a unit, and `material` selects a preset of each
-    tool.
+    A tap always uses the cycle G84. If a tap has no feed, its feed becomes pitch × speed.
+
+    `leafcut.read.tool_formats` reads the libraries of other programs. For these, `units` applies to lengths without a
+    unit, and `material` selects a preset of each tool.
 
     Raises
     ------
@@ -53,7 +54,7 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
         The file does not exist.
     DataError
         The file cannot be read, or a table is invalid: an unknown key, a duplicate number, a tap without a pitch, a
-        recipe with a missing tool … The message names the file and the table by its number.
+        recipe with a missing tool … The message contains the file and the number of the table.
     """
     place = str(path)
     foreign = read_foreign_library(Path(path), units, material)
@@ -80,7 +81,7 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
 
 
 def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
-    """Return the usable tools in the library of another program, as values of ``[[tool]]`` and as a library.
+    """Read the usable tools in the library of another program, both as values of ``[[tool]]`` and as a library.
 
     Raises
     ------
@@ -94,7 +95,7 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
 
 
 def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
-    """Return the rows of the usable tools, and the library. The library lists the unusable tools with the reasons."""
+    """Return the rows of the usable tools, and the library. The library lists unusable tools with the reasons."""
     tools: dict[int, Tool] = {}
     kept: list[dict[str, Any]] = []
     left_out: list[Message] = []
@@ -243,7 +244,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 
 
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
-    """Return a tap with the cycle G84 and the feed pitch × speed."""
+    """Return a copy of a tap that uses the cycle G84 and the feed pitch × speed."""
     if tool.pitch is None:
         raise DataError("{}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6", table.place).at(
             *table.section, "pitch"

@@ -1,6 +1,8 @@
-"""TSPLIB: read symmetric ``.tsp`` problems, and write ``.tour`` files.
+"""Read symmetric ``.tsp`` problems of TSPLIB, and write ``.tour`` files.
 
-Source: G. Reinelt, TSPLIB 95 (Heidelberg 1995), sections 1.1 and 1.2. Numbers are taken as mm.
+Numbers are interpreted as mm.
+
+Source: G. Reinelt, TSPLIB 95 (Heidelberg 1995), sections 1.1 and 1.2.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from leafcut.options import ReadOptions
 from leafcut.read.format import MAX_HOLES, Source, load, too_many_holes
 
 WEIGHT_TYPES = ("EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D", "EXPLICIT")
-#: Number of entries of a matrix of n nodes, by format.
+#: Maps each matrix format to the number of entries for n nodes.
 MATRIX_FORMATS: dict[str, Callable[[int], int]] = {
     "FULL_MATRIX": lambda n: n * n,
     "UPPER_ROW": lambda n: n * (n - 1) // 2,
@@ -31,23 +33,23 @@ MATRIX_FORMATS: dict[str, Callable[[int], int]] = {
     "UPPER_DIAG_ROW": lambda n: n * (n + 1) // 2,
     "LOWER_DIAG_ROW": lambda n: n * (n + 1) // 2,
 }
-#: Equivalent formats: columns of one triangle are rows of the other, as the matrix is symmetric.
+#: Equivalent formats. The matrix is symmetric, so the columns of one triangle are the rows of the other triangle.
 SAME_FORMAT = {
     "UPPER_COL": "LOWER_ROW",
     "LOWER_COL": "UPPER_ROW",
     "UPPER_DIAG_COL": "LOWER_DIAG_ROW",
     "LOWER_DIAG_COL": "UPPER_DIAG_ROW",
 }
-#: File of best known lengths beside the instance: columns name, n, optimal_length.
+#: File with the best known lengths, in the same folder as the instance. Its columns are name, n, and optimal_length.
 OPTIMA_FILE = "optima.csv"
 
 _KEY = re.compile(r"\s*([A-Za-z][A-Za-z_0-9]*)\s*(?::\s*(.*))?\Z")
 
 
 def read_tsp(source: Source, options: ReadOptions) -> Part:
-    """Return the nodes of a TSPLIB problem as holes of diameter 0, with its distance function.
+    """Read the nodes of a TSPLIB problem as holes of diameter 0, with the distance function of the problem.
 
-    Nodes that are given only by their distances (EXPLICIT) are placed on a circle for display.
+    If the file only gives distances (EXPLICIT), the nodes are placed on a circle for display.
 
     Raises
     ------
@@ -107,7 +109,7 @@ def split_file(source: Source) -> tuple[SpecificationKeys, Sections]:
 
 
 def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[str]) -> None:
-    """Raise an error for a kind of problem or a distance function that is not supported."""
+    """Raise an error if the kind of problem or the distance function is not supported."""
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
         expected = Message("TSP (symmetric)") if kinds == ("TSP",) else ", ".join(kinds)
@@ -122,7 +124,7 @@ def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[
 
 
 def node_count(path: str, keys: SpecificationKeys) -> int:
-    """Return the number of nodes."""
+    """Return the number of nodes in the problem."""
     if "DIMENSION" not in keys:
         raise ReadError(path, "DIMENSION is missing")
     text, line = keys["DIMENSION"]
@@ -134,7 +136,7 @@ def node_count(path: str, keys: SpecificationKeys) -> int:
 
 
 def section_numbers(path: str, section: DataSection) -> NDArray[np.float64]:
-    """Return all numbers of a section, float64. Raise an error for the first line with other text."""
+    """Parse all numbers of a section, float64. Raise an error for the first line that contains other text."""
     first, lines = section
     try:
         values = np.array(list(map(float, " ".join(lines).split())), dtype=np.float64)
@@ -154,8 +156,9 @@ def section_numbers(path: str, section: DataSection) -> NDArray[np.float64]:
 
 
 def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues: list[Issue]) -> NDArray[np.float64]:
-    """Return the positions of the nodes, float64[n, 2]. If the distances are `explicit` and there are no positions,
-    place the nodes on a circle.
+    """Return the positions of the nodes, float64[n, 2].
+
+    If the distances are `explicit` and the file contains no positions, place the nodes on a circle.
     """
     if "NODE_COORD_SECTION" in sections:
         return _coordinates(path, sections["NODE_COORD_SECTION"], n, issues)
@@ -167,7 +170,7 @@ def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues
 
 
 def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
-    """Return the coordinates of the nodes, float64[n, 2], in the order of the node numbers."""
+    """Return the coordinates of the nodes, float64[n, 2], sorted by node number."""
     values = section_numbers(path, section)
     last = section[0] + len(section[1]) - 1
     if len(values) != 3 * n:
@@ -194,7 +197,7 @@ def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -
 def distance_matrix(
     path: str, keys: SpecificationKeys, sections: Sections, n: int, symmetric: bool = True
 ) -> NDArray[np.float64]:
-    """Return the distances of an EXPLICIT problem, float64[n, n]; only a full matrix may be asymmetric."""
+    """Return the distances of an EXPLICIT problem, float64[n, n]. Only a full matrix may be asymmetric."""
     form, line = keys.get("EDGE_WEIGHT_FORMAT", ("", 0))
     form = SAME_FORMAT.get(form.upper(), form.upper())
     if form not in MATRIX_FORMATS:
@@ -230,7 +233,10 @@ def _nodes_on_circle(n: int) -> NDArray[np.float64]:
 
 
 def _optimum(source: Source, name: str, n: int) -> float | None:
-    """Return the length of the optimal tour from the `OPTIMA_FILE` next to the instance, or None."""
+    """Look up the length of the optimal tour in the `OPTIMA_FILE` next to the instance.
+
+    Return None if it is not listed.
+    """
     names = {name.casefold().removesuffix(".tsp"), source.name.casefold()}
     with contextlib.suppress(LeafcutError, csv.Error, ValueError, TypeError):
         text = load(Path(source.path).with_name(OPTIMA_FILE)).text()
@@ -242,7 +248,7 @@ def _optimum(source: Source, name: str, n: int) -> float | None:
 
 
 def tour_text(name: str, order: Sequence[int] | NDArray[np.integer], every: bool = True) -> str:
-    """Return a tour (node numbers from 0 in visiting order) as the text of a TSPLIB ``.tour`` file.
+    """Write a tour as the text of a TSPLIB ``.tour`` file. `order` contains the node numbers from 0, in visiting order.
 
     `every` states whether the tour must visit all nodes. A tour through sets of nodes visits only some of them.
 

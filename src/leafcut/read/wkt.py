@@ -1,4 +1,7 @@
-"""Read well-known text (OGC 06-103r4, section 7). Polygons and collections of polygons become pockets with islands."""
+"""Read well-known text (OGC 06-103r4, section 7).
+
+Polygons and collections of polygons become pockets with islands.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ from leafcut.read.format import (
 MAX_BYTES = 64 * 1024 * 1024
 #: Maximum nesting depth of collections, to protect the stack of the parser.
 MAX_DEPTH = 20
-#: Points of the smallest ring: three corners and the first again.
+#: Number of points in the smallest ring: three corners, and the first corner again.
 _RING = 4
 
 _PREFIX = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
@@ -44,15 +47,16 @@ _BRACKET_OR_EMPTY = re.compile(r"[()]|\bEMPTY\b", re.IGNORECASE)
 
 
 def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptions, joining: SheetOptions) -> Part:
-    """Return the polygons of a text as pockets, in mm; their interior rings are islands.
+    """Read the polygons of a text as pockets, in mm. The interior rings of a polygon become islands.
 
     A file may contain several geometries in sequence.
 
     Raises
     ------
     ReadError
-        The text is too large, nested too deeply, or damaged (the message names the line), or contains no polygon. Or a
-        polygon crosses itself, touches or overlaps another polygon, or has corners that are not finite.
+        The text is too large, nested too deeply, or damaged (the message names the line), or contains no polygon. The
+        error is also raised if a polygon crosses itself, touches or overlaps another polygon, or has corners that are
+        not finite.
     """
     from leafcut.read.pocket_outlines import as_pockets  # start-up
 
@@ -82,7 +86,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
 
 
 def _geometries(source: Source) -> Iterator[tuple[int, str]]:
-    """Yield each geometry with its first line; a geometry ends where its brackets close."""
+    """Yield each geometry with its first line. A geometry ends at its closing bracket."""
     text = source.text()
     piece_start = depth = counted = 0
     line = 1
@@ -116,14 +120,14 @@ def _parse_geometry(path: str, line: int, text: str) -> Any:
 
 
 class _Ring(NamedTuple):
-    """A wall or an island of a pocket. Its corners are in mm, and the last corner repeats the first."""
+    """A wall or an island of a pocket. Corners are in mm, and the last corner repeats the first corner."""
 
     points: Points
     kind: str
 
 
 class _RingCollector:
-    """Collects the rings of all polygons, in mm, and counts other geometries."""
+    """Collects the rings of all polygons, in mm, and counts all other geometries."""
 
     def __init__(self, path: str, factor: float) -> None:
         self.path = path

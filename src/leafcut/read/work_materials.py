@@ -1,6 +1,6 @@
 """Read work materials: convert TOML to a `WorkMaterial`.
 
-Shipped materials are loaded by name or synonym, other materials by path.
+A shipped material is loaded by its name or a synonym, and any other material by its path.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _SOURCE_KEYS = (
 
 #: Largest exponent of a tool life law.
 _STEEPEST = 4.0
-#: Conversion of Taylor's C from m/min at 1 min (handbooks) to mm/s at 1 s: multiply by this × 60^m.
+#: Conversion of Taylor's C from m/min at 1 min, as in handbooks, to mm/s at 1 s: multiply by this value and by 60^m.
 _MM_PER_S = 1000.0 / SECONDS_PER_MINUTE
 
 
@@ -43,14 +43,14 @@ def material_names() -> list[str]:
 
 
 def load_material(name_or_path: str) -> WorkMaterial:
-    """Return a material by its name, a synonym, or the path of its ``.toml`` file.
+    """Load a material by its name, a synonym, or the path of its ``.toml`` file.
 
     Raises
     ------
     OptionError
         The material or the file does not exist (the message suggests the nearest name).
     DataError
-        The file cannot be read; or a key is unknown, missing, of the wrong kind or out of range.
+        The file cannot be read, or a key is unknown, missing, of the wrong kind or out of range.
     """
     if name_or_path.lower().endswith(".toml"):
         return _material(read_toml(Path(name_or_path), MATERIAL), name_or_path)
@@ -67,15 +67,15 @@ def load_material(name_or_path: str) -> WorkMaterial:
 
 
 def material_list() -> list[tuple[str, str]]:
-    """Return the name of each shipped material, and its description with its synonyms."""
+    """Return the name of each shipped material, and a description that includes its synonyms."""
     materials = [_shipped(name) for name in material_names()]
     return [(material.name, f"{material.description} ({', '.join(material.also)})") for material in materials]
 
 
 def material_text(name_or_path: str) -> str:
-    """Return the text of a material file, with the source of every value, for editing.
+    """Return the text of a material file for editing. The text states the source of every value.
 
-    The errors are those of `load_material`.
+    Raises the same errors as `load_material`.
     """
     material = load_material(name_or_path)
     if name_or_path.lower().endswith(".toml"):

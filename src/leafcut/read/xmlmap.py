@@ -31,7 +31,7 @@ from leafcut.read.format import (
 from leafcut.read.recognition import POINT_TAGS
 from leafcut.units import MM_PER_UNIT
 
-#: Attribute or element name → field of a point; the last five are Spanish.
+#: Maps the name of an attribute or element to a field of a point. The last five names are Spanish.
 FIELDS = {
     "x": "x",
     "y": "y",
@@ -115,7 +115,7 @@ class _Map:
 
 
 def read_xml(source: Source, options: ReadOptions) -> Part:
-    """Return the points of an XML map as holes, in mm.
+    """Read the points of an XML map as holes, in mm.
 
     Raises
     ------

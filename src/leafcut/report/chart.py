@@ -1,4 +1,4 @@
-"""Charts: the best cost during a search, and bar charts."""
+"""Draw charts of the best cost during a search, and bar charts."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 480.0, 230.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 10.0, 12.0, 40.0
 _MAX_POINTS = 600
-#: Minimum improvement for a visible curve, as a share of the cost.
+#: Minimum improvement for drawing a curve, as a share of the cost. A smaller improvement would be invisible.
 _FLAT = 1e-5
-#: Ratio of the last to the first time above which the time axis is logarithmic.
+#: The time axis is logarithmic if the ratio of the last to the first time exceeds this.
 _LOG_FROM = 20.0
 _LINE_HEIGHT = 14.0
 #: Space for the label at the end of the curve.
@@ -29,7 +29,7 @@ _EMPTY = 1e-9
 _MARGIN = 0.08
 _SPACE_UNDER_BOUND = 0.14
 
-#: Kinds of motion in stacking order, with their displayed names.
+#: Maps each kind of motion to its displayed name, in stacking order.
 TIME_KINDS: dict[str, Message] = {
     "rapid": Message("rapids"),
     "feed": Message("cutting"),
@@ -40,7 +40,7 @@ TIME_KINDS: dict[str, Message] = {
 
 
 def time_kinds(method: str | None) -> dict[str, Message]:
-    """Return the name of each kind of motion for a cutting method; `method` is None for a spindle."""
+    """Return the names of the kinds of motion for a cutting method. For a spindle, `method` is None."""
     if method is None:
         return TIME_KINDS
     beam = Message("beam on, off") if method == CutMethod.LASER else Message("piercing")
@@ -49,7 +49,7 @@ def time_kinds(method: str | None) -> dict[str, Message]:
 
 @dataclass(frozen=True)
 class _Axes:
-    """Ranges of the axes. `log` states whether the time axis is logarithmic."""
+    """The ranges of the axes. `log` states whether the time axis is logarithmic."""
 
     seconds: tuple[float, float]
     costs: tuple[float, float]
@@ -67,9 +67,10 @@ class _Axes:
 
 
 def convergence(solution: Solution, nearest: float | None, words: str) -> str:
-    """Return a chart of the best cost over time; "" if the search did not improve the cost.
+    """Draw the best cost over time. Return "" if the search did not improve the cost.
 
-    `nearest` is the cost of the nearest-neighbour order, drawn as a dashed line if known. `words` is the title.
+    `nearest` is the cost of the nearest-neighbour order. If it is known, the chart shows it as a dashed line. `words`
+    is the title of the chart.
     """
     history = [(max(s, 0.0), c) for s, c in solution.history if math.isfinite(s) and math.isfinite(c)]
     if len(history) < 2 or history[0][1] - history[-1][1] <= _FLAT * abs(history[0][1]):
@@ -178,7 +179,10 @@ def _level_line(axes: _Axes, name: str, level: float) -> str:
 
 
 def _level_labels(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
-    """Return the labels of the level lines. A label is below its line, or above the line if there is no space below."""
+    """Return the labels of the level lines.
+
+    A label is below its line, or above the line if there is no space below.
+    """
     words = []
     for name, level in levels.items():
         y = axes.y(level)
@@ -189,7 +193,7 @@ def _level_labels(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]
 
 
 def stacked_bar(times: dict[str, float], longest: float) -> str:
-    """Return a stacked bar of the seconds by kind of motion. A bar of `longest` seconds has the full width."""
+    """Draw the seconds of each kind of motion as a stacked bar. A bar of `longest` seconds has the full width."""
     x, parts = 0.0, []
     for kind in TIME_KINDS:
         width = 100.0 * max(times.get(kind, 0.0), 0.0) / longest if longest > 0 else 0.0
@@ -200,7 +204,7 @@ def stacked_bar(times: dict[str, float], longest: float) -> str:
 
 
 def bar(part: float, kind: str = "plain") -> str:
-    """Return a bar that is filled to the fraction `part`, 0 to 1."""
+    """Draw a bar that is filled to the fraction `part`, 0 to 1."""
     part = min(max(part, 0.0), 1.0) if math.isfinite(part) else 0.0
     track = element("rect", x=0.0, y=0.0, width=100.0, height=10.0, class_="track")
     fill = element("rect", x=0.0, y=0.0, width=100.0 * part, height=10.0, class_=f"fill {kind}")

@@ -1,4 +1,4 @@
-"""Report of speeds and feeds, for the terminal and as JSON."""
+"""Report speeds and feeds on the terminal and as JSON."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 
 _MM_PER_M = 1000.0
-#: Objective → label of its best point.
+#: Maps each objective to the label of its best point.
 _BEST = {"time": "quickest", "cost": "cheapest", "life": "longest life"}
 
 
 def cutting_data_as_json(data: CuttingData, save: str | None = None, plot: str | None = None) -> dict[str, Any]:
     """Return the answer of `leafcut tools speeds --json`.
 
-    Units are mm, s, kW, N·m and N; cutting speeds are in m/min and feeds in mm/min.
+    Cutting speeds are in m/min and feeds in mm/min. All other values are in mm, s, kW, N·m and N.
     """
     return {
         **({"input": data.source} if data.source else {}),
@@ -72,7 +72,10 @@ def _point_as_json(point: CuttingPoint) -> dict[str, float]:
 
 
 def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, console: Console) -> None:
-    """Print the fastest, the cheapest and the longest-lasting speed and feed of each tool, and those of the library."""
+    """Print the fastest, the cheapest and the longest-lasting speed and feed of each tool.
+
+    The table also shows the speed and feed from the tool library.
+    """
     from rich.table import Table
 
     def show(words: str, style: str = "") -> None:
@@ -113,7 +116,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
 
 
 def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
-    """Return the best speed and feed for each objective, and those of the library or the options, by name."""
+    """Return the points of the front to show: the best point for each objective, and the given point, by name."""
     points = front.points
     shown = {
         "quickest": min(points, key=lambda p: (p.time, p.cost)),
@@ -123,7 +126,7 @@ def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
     return shown | ({"as given": front.given} if front.given else {})
 
 
-#: Row names of a tool's table.
+#: Names of the rows in a tool's table.
 _NAMES = (
     "spindle speed", "feed rate", "cutting speed", "chip load", "time", "cost", "tool life",
     "worn tools", "power", "torque", "thrust",

@@ -1,4 +1,4 @@
-"""Drawing of a tool path over its holes. The drawings before and after the search have the same scale and frame."""
+"""Draw a tool path over its holes. The drawings before and after the search use the same scale and frame."""
 
 from __future__ import annotations
 
@@ -22,31 +22,36 @@ if TYPE_CHECKING:
     from leafcut.model.issue import Issue
     from leafcut.model.outcome import Outcome, Which
 
-#: Maximum number of numbered stops; with more, the colour of the path shows the order.
+#: Maximum number of stops with a number. In a longer path, the colour shows the order.
 MAX_NUMBERS = 120
-#: Number of colours in the ramp along a path, number of tool colours, and number of line styles for repeated colours.
+#: Number of colours in the ramp along a path, number of tool colours, and number of line styles for tools that share a
+#: colour.
 RAMP = 24
 TOOL_COLOURS = 8
 TOOL_STYLES = 3
 
-#: Minimum drawn size of holes, user units, with few and with many holes.
+#: Minimum size of a drawn hole, user units: in drawings with few holes, and in drawings with many holes.
 _SMALLEST_OF_FEW = 3.6
 _SMALLEST_HOLE = 1.6
-#: Drawn size of holes of unknown diameter: share of the mean spacing, and maximum, user units.
+#: Drawn size of holes with an unknown diameter: share of the mean spacing, and maximum, user units.
 _UNSIZED_PART = 0.3
 _LARGEST_UNSIZED = 5.0
 _RING = 1.1
 _MAX_GROUPS = 64
-#: The stops of cuts have numbers if there are at most this many, or if their spacing is at least this, user units.
+#: Stops of cuts are numbered if there are at most this many, or if their spacing is at least this, user units.
 _FEW_NUMBERS = 24
 _SPACE_FOR_NUMBERS = 20.0
-#: Rapids are shown up to this distance beyond the work, as a share of its size; a distant park position is not shown.
+#: Rapids are shown up to this distance beyond the work, as a share of the size of the work. A distant park position is
+#: not shown.
 _BEYOND = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Dots:
-    """Holes with the same tool and size: the drawn size, and the centres, float64[n, 2], both in user units."""
+    """Holes with the same tool and the same drawn size.
+
+    The size and the centres, float64[n, 2], are in user units.
+    """
 
     tool: int
     size: float
@@ -55,21 +60,21 @@ class Dots:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Data shared by all drawings of an outcome.
+    """Data that all drawings of an outcome share.
 
     Attributes
     ----------
     tools
         Tool numbers in the order of use.
     dots, slots
-        Holes, and slots as (tool, width, centre line), in user units. A hole has the colour of its last tool; its tool
-        number is -1 if it has no tool.
+        Holes, and slots as (tool, width, centre line), in user units. A hole has the colour of its last tool. The tool
+        number is -1 for a hole without a tool.
     numbered
         Whether the stops of the tool have numbers.
     discs
         Centre and drawn radius of each hole, float64[n, 3], user units.
     enlarged, unsized
-        Whether some holes are drawn too large, and whether some diameters are unknown.
+        Whether some holes are drawn larger than they are, and whether some diameters are unknown.
     extent
         Size of the work, mm.
     edge
@@ -94,7 +99,7 @@ class Scene:
 
 
 def build_scene(outcome: Outcome) -> Scene:
-    """Return the scene of an outcome; an empty part gives an empty frame."""
+    """Create the scene of an outcome. An empty part gives an empty frame."""
     part = outcome.part
     before, after = (plan_view(path, outcome.process in BEAMS) for path in (outcome.path_before, outcome.path_after))
     diameters = part.diameters
@@ -156,7 +161,10 @@ def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
 
 
 def _size_of_unknown_diameters(frame: Frame, holes: int, smallest: float) -> float:
-    """Return a drawn size for holes of unknown diameter that is visible and avoids overlaps, user units."""
+    """Return the drawn size for holes with an unknown diameter, user units.
+
+    The size is large enough to be visible, and small enough to avoid overlaps.
+    """
     apart = math.sqrt(frame.width * frame.height / max(holes, 1))
     return min(max(_UNSIZED_PART * apart, smallest), _LARGEST_UNSIZED)
 
@@ -170,7 +178,7 @@ def _median_spacing(places: NDArray[np.float64]) -> float:
 
 
 def _group_holes(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArray[np.int64]) -> tuple[Dots, ...]:
-    """Group the holes by tool and size, the largest first, so that no hole hides a smaller one."""
+    """Group the holes by tool and size. The largest holes come first, so that they never hide a smaller hole."""
     if len(np.unique(sizes)) > _MAX_GROUPS:  # too many sizes: round them to steps of 5 %
         sizes = 1.05 ** np.rint(np.log(sizes) / math.log(1.05))
     keys, group = np.unique(np.stack([-sizes, tools], axis=1), axis=0, return_inverse=True)
@@ -179,7 +187,10 @@ def _group_holes(points: NDArray[np.float64], sizes: NDArray[np.float64], tools:
 
 
 def tool_class(scene: Scene, tool: int) -> str:
-    """Return the CSS class for the colour of a tool: ``only`` for the only tool, ``idle`` for holes without a tool."""
+    """Return the CSS class for the colour of a tool.
+
+    The class is ``only`` if the scene has a single tool, and ``idle`` for holes without a tool.
+    """
     if tool < 0:
         return "idle"
     if len(scene.tools) == 1:
@@ -189,11 +200,11 @@ def tool_class(scene: Scene, tool: int) -> str:
 
 
 def toolpath_drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
-    """Return the drawing of the path ``before`` or ``after`` as an SVG element with the title `words`.
+    """Draw the path ``before`` or ``after`` as an SVG element with the title `words`.
 
     With ``holes="=name"``, this SVG defines the holes as a group with an id. With ``holes="#name"``, it reuses the
-    group of another SVG on the page, so that a hundred thousand holes are stored only once. With `size`, the element
-    has a width and height.
+    group from another SVG on the page, so that the page stores a hundred thousand holes only once. With `size`, the
+    element has a width and height.
     """
     frame, path = scene.frame, scene.before if which == "before" else scene.after
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
@@ -234,7 +245,7 @@ def _holes(scene: Scene, name: str) -> str:
 
 
 def _rapids(scene: Scene, path: PlanView) -> str:
-    """Draw the rapids in one colour if the stops have numbers, otherwise in a colour ramp from first to last."""
+    """Draw the rapids, in a single colour if the stops have numbers, otherwise in a colour ramp from first to last."""
     segments = scene.frame.place(path.rapids)
     width = 1.25 if len(segments) <= 400 else 0.9 if len(segments) <= 4000 else 0.55
     if scene.numbered:
@@ -246,7 +257,7 @@ def _rapids(scene: Scene, path: PlanView) -> str:
 
 
 def cut_tools(scene: Scene) -> dict[int, int]:
-    """Return the colour index of each tool that cuts, by tool number; empty if there is only one tool."""
+    """Return the colour index of each tool that cuts, by tool number. The result is empty for a single tool."""
     if len(scene.tools) < 2:
         return {}
     cutting = set(np.unique(scene.after.cut_tool).tolist())
@@ -291,7 +302,7 @@ def _end_marks_and_numbers(scene: Scene, path: PlanView) -> list[str]:
 def _numbers(scene: Scene, path: PlanView, stops: NDArray[np.float64], words: list[str]) -> str:
     """Draw the numbers of the stops.
 
-    `stops`, float64[k, 4], has x, y, the radius to keep clear, and the radius of the hole, user units.
+    A row of `stops`, float64[k, 4], contains x, y, the radius to keep clear, and the radius of the hole, user units.
     """
     frame, font = scene.frame, _font_size(stops[:, :2])
     lines = np.concatenate([frame.place(np.concatenate([path.rapids, path.cuts])), scene.edge])
@@ -302,7 +313,7 @@ def _numbers(scene: Scene, path: PlanView, stops: NDArray[np.float64], words: li
 
 
 def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the radius of the largest hole at each position, user units; 0 at the end of a slot."""
+    """Return the radius of the largest hole at each position, user units. The radius is 0 at the end of a slot."""
     sizes: dict[tuple[int, int], float] = {}
     for x, y, radius in scene.discs.tolist():
         key = (round(x * STEPS), round(y * STEPS))
@@ -319,7 +330,10 @@ def _font_size(places: NDArray[np.float64]) -> float:
 
 
 def _mark_ends(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:
-    """Mark the first stop with a ring and the last stop with a square, and enlarge their `radii` accordingly."""
+    """Mark the first stop with a ring and the last stop with a square.
+
+    The function also enlarges the `radii` of these stops, so that labels avoid the marks.
+    """
     radii[0] = ring = max(radii[0] + 3.0, 4.5)
     (x0, y0), (x1, y1) = places[[0, last]].tolist()
     half = max(radii[last] + 3.0, 4.5)

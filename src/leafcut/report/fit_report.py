@@ -1,4 +1,4 @@
-"""Report of a fit to measured times: the time of each program before and after the fit, and the quality of the fit."""
+"""Report a fit to measured times: the time of each program before and after the fit, and the quality of the fit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from leafcut.model.simulation import Simulation
     from leafcut.timing.fitting import MachineFit
 
-#: Tool changes with more than this share of the time are reported, because their time in the profile may be wrong.
+#: If tool changes take more than this share of the time, the report mentions them, because the profile may have a wrong
+#: tool change time.
 _LARGE_SHARE = 0.1
 
 
@@ -38,7 +39,7 @@ def print_fit(
 
 
 def fit_lines(fitted: MachineFit, simulations: Sequence[Simulation], measured: Sequence[float]) -> list[str]:
-    """Return the lines that are printed below the table of a fit to measured times."""
+    """Return the lines below the table of a fit to measured times."""
     lines = []
     if len(measured) > 1:
         lines.append(

@@ -1,4 +1,4 @@
-"""Frame of a drawing: the shown range in mm, its scale, axes, and a scale bar."""
+"""The frame of a drawing: the visible range in mm, its scale, its axes, and a scale bar."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
 
-#: Width of a drawing in one column and in both columns of the page, user units. A unit is about a pixel of a screen.
+#: Width of a drawing in one column and in both columns of the page, user units. A unit is about one screen pixel.
 WIDTH = 480.0
 WIDE = 960.0
 _WIDE_FROM = 2.4
@@ -24,10 +24,18 @@ _WIDEST_NUMBERS = 120.0
 
 @dataclass(frozen=True)
 class Frame:
-    """A window on the part that maps mm (y up) to user units (y down).
+    """A window on the part. It maps mm (y up) to user units (y down).
 
-    `low` and `high` are the corners of the window in mm, and `scale` is the number of user units per mm. `left` is the
-    space for the numbers of the y axis. `width` and `height` are the size of the window, user units.
+    Attributes
+    ----------
+    low, high
+        Corners of the window, mm.
+    scale
+        Number of user units per mm.
+    left
+        Space for the numbers of the y axis, user units.
+    width, height
+        Size of the window, user units.
     """
 
     low: tuple[float, float]
@@ -39,9 +47,9 @@ class Frame:
 
     @classmethod
     def around(cls, low: tuple[float, float], high: tuple[float, float], wide_from: float = _WIDE_FROM) -> Frame:
-        """Return the frame around two corners, in mm, with a margin.
+        """Create the frame around two corners, in mm, with a margin.
 
-        A frame that is more than `wide_from` times as wide as high takes both columns of the page.
+        If the frame is more than `wide_from` times as wide as high, it spans both columns of the page.
         """
         span = max(high[0] - low[0], high[1] - low[1])
         margin = _MARGIN * span if span > 0 else 10.0
@@ -81,10 +89,18 @@ class Frame:
         return (self.left, _TOP)
 
     def drawing(self, words: str, window: str, inside: tuple[str, ...], kind: str, size: bool) -> str:
-        """Return the SVG element of a drawing with its axes.
+        """Draw a complete drawing with its axes as an SVG element.
 
-        `inside` are elements in user units relative to the window, `window` is the id of the clip path, and `kind` is
-        the CSS class. With `size`, the SVG states its width and height, which a separate file needs.
+        Parameters
+        ----------
+        window
+            Id of the clip path.
+        inside
+            Elements to draw, in user units relative to the window.
+        kind
+            CSS class of the drawing.
+        size
+            Whether the SVG states its width and height, which a separate file needs.
         """
         (width, height), (x, y) = self.size, self.upper_left
         edge = element("rect", x=0.0, y=0.0, width=self.width, height=self.height)
@@ -103,7 +119,7 @@ class Frame:
         )
 
     def axes(self) -> str:
-        """Return the edge of the frame, ticks in mm on the left and below, and a scale bar."""
+        """Draw the edge of the frame, ticks in mm on the left and at the bottom, and a scale bar."""
         step = nice_step(max(self.high[0] - self.low[0], self.high[1] - self.low[1]), 6)
         marks, numbers = [], []
         x0, y0 = self.upper_left
@@ -127,7 +143,7 @@ class Frame:
         return f"rotate(-90 {svg_number(x)} {svg_number(y)})"
 
     def _bar(self, step: float) -> str:
-        """Return a scale bar as long as a tick step. Unlike a ratio, a bar stays correct if the page is scaled."""
+        """Draw a scale bar as long as a tick step. Unlike a ratio, a bar stays correct when the page is scaled."""
         length = step * self.scale
         x, y = self.left + self.width - length, _TOP + self.height + 33
         path = f"M{svg_number(x)} {svg_number(y - 3)}v6m0 -3h{svg_number(length)}m0 -3v6"

@@ -1,4 +1,4 @@
-"""Chart of the Pareto front of each tool (time, cost, tool life), with its speeds and feeds."""
+"""Draw the Pareto front of each tool (time, cost, tool life) with its speeds and feeds."""
 
 from __future__ import annotations
 
@@ -25,9 +25,11 @@ _FOOT = 58.0
 #: Margin around the data, as a share of its range.
 _MARGIN = 0.07
 _MAX_POINTS = 600
-#: Maximum distance of the given point from the front, in ranges of the front; a farther point is not drawn.
+#: Maximum distance between the given point and the front, as a multiple of the front's range. A point farther away is
+#: not drawn.
 _MAX_DISTANCE = 2.0
-#: Positions of labels relative to their marks, the best first: (on the right or not, vertical shift), user units.
+#: Positions of a label relative to its mark, the best first, as (whether it is on the right, vertical shift in user
+#: units).
 _LABEL_POSITIONS = tuple((right, float(up)) for up in (0, -13, 13, -26, 26) for right in (True, False))
 #: Distance of labels from their marks, and width of a letter, user units.
 _OFF, _LETTER = 11.0, 6.3
@@ -48,7 +50,7 @@ svg.front { background: var(--page); }
 
 
 def check_extension(file: str | Path | None) -> None:
-    """Raise OptionError if the name of a file does not end in ``.svg``."""
+    """Raise OptionError unless the file name ends in ``.svg``."""
     if file is not None and Path(file).suffix.lower() != ".svg":
         raise OptionError(
             "--plot: '{}' is not a picture that can be written; name a file ending in .svg", Path(file).name
@@ -59,7 +61,7 @@ def check_extension(file: str | Path | None) -> None:
 _Box = tuple[float, float, float, float]
 
 
-#: Values on the axes of the panels.
+#: Functions that return the values on the axes of the panels.
 _AXIS_VALUES: tuple[Callable[[CuttingPoint], float], ...] = (
     lambda point: point.time,
     lambda point: point.cost,
@@ -79,7 +81,7 @@ class _Axis:
 
     @classmethod
     def over(cls, values: Sequence[float], start: float, end: float) -> _Axis:
-        """Return the axis over non-negative values, with a margin."""
+        """Create an axis that covers non-negative values and a margin."""
         low, high = min(values), max(values)
         margin = _MARGIN * ((high - low) or abs(high) or 1.0)
         return cls(max(low - margin, 0.0), high + margin, start, end)
@@ -93,10 +95,10 @@ class _Axis:
 
 
 def front_svg(data: CuttingData) -> str:
-    """Return the Pareto fronts of all tools as a stand-alone SVG with two panels for each tool.
+    """Draw the Pareto fronts of all tools as a stand-alone SVG with two panels for each tool.
 
-    The left panel shows the cost of a part over its time, and the right panel the feed rate over the spindle speed. The
-    colour stands for the tool life, from violet (shortest) to teal (longest).
+    The left panel plots the cost of a part against its time. The right panel plots the feed rate against the spindle
+    speed. The colour stands for the tool life, from violet (shortest) to teal (longest).
     """
     lives = [point.life for tool in data.tools for point in tool.points]
     shade = _colour_index(min(lives), max(lives))
@@ -128,7 +130,7 @@ def front_svg(data: CuttingData) -> str:
 
 
 def _colour_index(shortest: float, longest: float) -> Callable[[float], int]:
-    """Return a function that maps a tool life to the index of a ramp colour on a logarithmic scale."""
+    """Return a function that maps a tool life to a colour of the ramp on a logarithmic scale."""
     span = math.log(longest / shortest) if longest > shortest else 1.0
     return lambda life: round((RAMP - 1) * math.log(life / shortest) / span)
 
@@ -224,7 +226,10 @@ def _panel(
 
 
 def _given_point(front: ToolFront) -> CuttingPoint | None:
-    """Return the given speed and feed, or None if they are so far from the front that it would be drawn too small."""
+    """Return the given speed and feed.
+
+    Return None if the point is so far from the front that the front would become too small.
+    """
     if front.given is None:
         return None
     for value_of in _AXIS_VALUES:

@@ -1,4 +1,4 @@
-"""JSON answers of the commands as plain values. The keys must not change, because scripts rely on them."""
+"""Convert results to the JSON answers of the commands. Scripts rely on the keys, so the keys must not change."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 
 def as_json(report: PathReport[Any]) -> dict[str, Any]:
-    """Return an outcome as plain values; unknown values are None.
+    """Convert an outcome to plain values. Unknown values are None.
 
     Lengths are in mm, times in s, and feeds in mm/min. `lower_bound` is the lower bound of the travel, summed over the
-    operations, in the unit of the objective, s or mm. Each operation starts at the end of the previous operation.
-    `gap_percent` is the maximum excess of the travel over the optimum, based on this bound.
+    operations, in the unit of the objective, s or mm. It assumes that each operation starts at the end of the previous
+    operation. `gap_percent` is the maximum excess of the travel over the optimum, based on this bound.
     """
     outcome = report.outcome
     gap = plain_number(outcome.gap)
@@ -78,7 +78,7 @@ def _set_nested(answer: dict[str, Any], key: Sequence[str], value: Any) -> None:
 
 
 def solved_as_json(solved: Solved) -> dict[str, Any]:
-    """Return the answer of `leafcut solve --json`; lengths are in the unit of the map's metric."""
+    """Return the answer of `leafcut solve --json`. Lengths are in the unit of the map's metric."""
     part, solution, gap = solved.part, solved.solution, solved.gap
     grouped = {} if part.grouping is None else {"clusters": part.grouping.n_clusters}
     return {
@@ -105,7 +105,10 @@ def solved_as_json(solved: Solved) -> dict[str, Any]:
 
 
 def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
-    """Return the answer of `leafcut simulate --json`: lengths in mm, times in s; None for an axis without position."""
+    """Return the answer of `leafcut simulate --json`, with lengths in mm and times in s.
+
+    An axis without a known position is None.
+    """
     known = {axis.lower(): [low, high] for axis, low, high in moved_axes(simulation.path)}
     return {
         "program": simulation.program,
@@ -123,7 +126,7 @@ def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
 
 
 def verification_as_json(proof: Certificate) -> dict[str, Any]:
-    """Return the answer of `leafcut verify --json`: the proof, and the message of each difference."""
+    """Return the answer of `leafcut verify --json`. It contains the proof, and the message of each difference."""
     answer = proof.as_json()
     for row, difference in zip(answer["differences"], proof.differences, strict=True):
         row["words"] = str(difference)
@@ -131,12 +134,12 @@ def verification_as_json(proof: Certificate) -> dict[str, Any]:
 
 
 def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
-    """Return issues as plain values."""
+    """Convert issues to plain values."""
     return [{"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place} for i in issues]
 
 
 def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
-    """Return missing work as plain values: kind, number, positions in program coordinates, mm, and reason."""
+    """Convert missing work to plain values: kind, number, positions in program coordinates (mm), and reason."""
     return [
         {
             "what": i.missing.what,
@@ -164,9 +167,10 @@ def _measure(measure: Measure) -> dict[str, float | None]:
 
 
 def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
-    """Return the JSON entry of an operation. A tool for holes and slots has two entries.
+    """Return the JSON entry of an operation.
 
-    The entry of a laser or torch (`beam`) has a power instead of a spindle speed.
+    A tool for holes and slots has two entries. For a laser or torch (`beam`), the entry has a power instead of a
+    spindle speed.
     """
     tool = operation.tool
     return {
@@ -199,9 +203,9 @@ def _workers(number: int, operation: OperationOutcome) -> list[dict[str, Any]]:
 
 
 def overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
-    """Return figures and tables of an outcome for the studio.
+    """Return the figures and tables of an outcome for the studio.
 
-    Texts to translate have the form ``{"words": template, "values": {…}}``.
+    The studio can translate texts of the form ``{"words": template, "values": {…}}``.
     """
     tables = {"parts": {"rows": [], "feet": []}, "norms": {"rows": []}, **report.tables()}
     times = {

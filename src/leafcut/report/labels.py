@@ -1,4 +1,4 @@
-"""Place the numbers of holes so that they cover no other holes and numbers and, if possible, no paths."""
+"""Place the numbers of holes. A number must not cover holes or other numbers, and should not cover paths."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-#: Width of a digit and height of a capital, in font sizes, for common sans-serif fonts.
+#: Width of a digit and height of a capital letter, in font sizes. The values suit common sans-serif fonts.
 DIGIT_WIDTH = 0.56
 CAP_HEIGHT = 0.72
 
-#: Penalties for a number outside the drawing, and for covering another number, a hole, or a line.
+#: Penalties for a number that lies outside the drawing, or that covers another number, a hole, or a line.
 _OUTSIDE = _ON_NUMBER = 1000.0
 _ON_HOLE = 60.0
 _ON_LINE = 4.0
@@ -27,8 +27,14 @@ _DIAGONAL = 0.72
 class Surroundings:
     """Objects that numbers should not cover, in user units (y down).
 
-    `holes`, float64[n, 3], has x, y and radius. `lines`, float64[m, 2, 2], are segments. `size` is the width and height
-    of the drawing.
+    Attributes
+    ----------
+    holes
+        x, y and radius of each hole, float64[n, 3].
+    lines
+        Segments, float64[m, 2, 2].
+    size
+        Width and height of the drawing.
     """
 
     holes: NDArray[np.float64]
@@ -39,10 +45,12 @@ class Surroundings:
 def place_labels(
     stops: NDArray[np.float64], words: list[str], font: float, around: Surroundings
 ) -> list[tuple[float, float] | None]:
-    """Return the centre of each number, user units, or None if the number would cover another number everywhere.
+    """Find a position for each number, user units.
 
-    `stops`, float64[n, 4], has x, y, the radius to keep clear, and the radius of the hole. A number may be inside a
-    large hole.
+    The result is None if the number would cover another number everywhere.
+
+    A row of `stops`, float64[n, 4], contains x, y, the radius to keep clear, and the radius of the hole. A number may
+    be inside a large hole.
     """
     placed: list[NDArray[np.float64]] = []
     centres: list[tuple[float, float] | None] = []
@@ -63,9 +71,9 @@ def place_labels(
 def _candidates(
     centre: tuple[float, float], free: float, hole: float, half: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the positions where a hole number can be drawn, float64[k, 2], best first.
+    """Return possible centres for a hole number, float64[k, 2], best first.
 
-    The first is inside the hole, if the hole is large enough. The others are around the hole.
+    If the hole is large enough, the first position is inside the hole. The others are around the hole.
     """
     (x, y), reach = centre, free + _GAP
     around = []
@@ -104,7 +112,10 @@ def _costs(
 def segments_crossing_box(
     lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Return a mask of the segments, float64[m, 2, 2], that intersect the box from `low` to `high` (slab test)."""
+    """Return a mask of the segments that intersect the box from `low` to `high`, using a slab test.
+
+    `lines` is float64[m, 2, 2].
+    """
     if not len(lines):
         return np.zeros(0, dtype=bool)
     start, along = lines[:, 0], lines[:, 1] - lines[:, 0]

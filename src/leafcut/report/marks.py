@@ -1,4 +1,4 @@
-"""Marks on the paths of a drawing: arrow heads, and the first and the last position."""
+"""Draw marks on paths: arrow heads, and the first and last position."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ _ARROW = 4.2
 #: Minimum distance between arrow heads, user units.
 _ARROWS_APART = 13.0
 _GOLDEN = 0.618034
-#: Space for a word to the right of a mark, user units. With less space, the word is on the left of the mark.
+#: Space for a word to the right of a mark, user units. If there is less space, the word moves to the left of the mark.
 _WORD = 50.0
 
 
 def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
-    """Draw arrow heads in the middle of some long rapids, spread over the path; `reach` is half their length."""
+    """Draw arrow heads in the middle of some long rapids, spread over the path.
+
+    `reach` is half the length of an arrow head.
+    """
     along = segments[:, 1] - segments[:, 0]
     length = np.hypot(along[:, 0], along[:, 1])
     long = np.flatnonzero(length >= min(_SHORTEST_ARROWED, length.max(initial=0.0) * 0.9))
@@ -42,7 +45,10 @@ def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
 
 
 def arrow_head(middle: tuple[float, float], along: tuple[float, float], reach: float) -> str:
-    """Return the path data of an arrow head, given its centre, its direction (unit vector) and half its length."""
+    """Return the path data of an arrow head.
+
+    The caller passes its centre, its direction (unit vector) and half its length.
+    """
     (mx, my), (dx, dy) = middle, along
     wings = [(mx + s * dy * reach * 0.62 - dx * reach, my - s * dx * reach * 0.62 - dy * reach) for s in (1, -1)]
     tip = (mx + dx * reach, my + dy * reach)
@@ -52,9 +58,10 @@ def arrow_head(middle: tuple[float, float], along: tuple[float, float], reach: f
 def end_marks(
     first: tuple[float, float, float], last: tuple[float, float, float], size: tuple[float, ...]
 ) -> list[str]:
-    """Draw a ring around the first position and a square around the last, each given as x, y and radius, user units.
+    """Draw a ring around the first position and a square around the last position.
 
-    If `size` has the width and height of the drawing, the words "start" and "end" are added.
+    Each position is given as x, y and radius, user units. If `size` contains the width and height of the drawing, the
+    function adds the words "start" and "end".
     """
     (x0, y0, ring), (x1, y1, half) = first, last
     side = svg_number(2 * half)
@@ -67,7 +74,7 @@ def end_marks(
 
 
 def word_side(x: float, width: float) -> float:
-    """Return the side of the word next to a mark at x: 1 for right, -1 for left."""
+    """Return on which side of a mark at x its word fits: 1 for right, -1 for left."""
     return -1.0 if x > width - _WORD else 1.0
 
 

@@ -1,4 +1,4 @@
-"""Missing work in drawings: red hatching, or crosses if outlines are unknown."""
+"""Draw missing work as red hatching, or as crosses if its outlines are unknown."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 _HATCH, _CROSS = 6.0, 4.5
 #: Chord error of arcs, user units.
 _CHORDS = 0.06
-#: Maximum number of marked positions. The issue states the number of all positions.
+#: Maximum number of marked positions. The issue always states the total number.
 _MAX_MARKS = 2_000
 #: Maximum number of hatch lines per area.
 _MAX_LINES = 300
 
 
 def missing_points(issues: Iterable[Issue]) -> Points:
-    """Return the points of missing work that the frame of a drawing must contain, float64[n, 2], mm."""
+    """Return the points of missing work that must be visible in the drawing, float64[n, 2], mm."""
     points: list[tuple[float, float]] = []
     for issue in issues:
         if issue.missing is not None:
@@ -38,7 +38,7 @@ def missing_points(issues: Iterable[Issue]) -> Points:
 
 
 def missing_drawing(frame: Frame, issues: Iterable[Issue]) -> str:
-    """Draw missing work as SVG, in user units relative to the window of the frame; "" if no work is missing."""
+    """Draw missing work as SVG, in user units relative to the window of the frame. Return "" if no work is missing."""
     return "".join(
         _draw_missing_work(frame, issue.missing, issue.message) for issue in issues if issue.missing is not None
     )
@@ -62,7 +62,7 @@ def _draw_missing_work(frame: Frame, work: MissingWork, reason: str) -> str:
 
 
 def _hatch_lines(ring: Points) -> str:
-    """Return the path data of hatch lines at 45° inside a ring, user units."""
+    """Return the path data of hatch lines inside a ring, user units. The lines are at 45°."""
     area = shapely.make_valid(shapely.Polygon(ring))
     x0, y0, x1, y1 = shapely.bounds(area).tolist()
     first = _HATCH * math.ceil((x0 + y0) / _HATCH)

@@ -1,4 +1,4 @@
-"""Facts about new speeds and heights: the savings, and the change of the feeds of each tool."""
+"""Describe new speeds and heights: the savings, and the change in the feeds of each tool."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 if TYPE_CHECKING:
     from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 
-#: Feed limit → displayed name, unit, and conversion factor.
+#: Maps each feed limit to its displayed name, its unit, and a conversion factor.
 _LIMITS = {
     "power": ("power", "kW", 0.001),
     "torque": ("torque", "N·m", 0.001),
@@ -22,7 +22,7 @@ _LIMITS = {
 
 
 def pace_facts(pace: PaceChange) -> list[Fact]:
-    """Return the savings of new heights and speeds, and the change of the feeds of each tool."""
+    """Return facts about the savings from new heights and speeds, and about the change in the feeds of each tool."""
     facts = [Fact("pace", plain(pace))]
     if pace.retracts_s is not None:
         lower = Message("saved; heights unchanged")
@@ -57,7 +57,7 @@ def _tool_words(tool: ToolPace) -> str:
 
 
 def _limit_words(limit: FeedLimit) -> str:
-    """Return a feed limit as text: ``power 1.2 → 0.9 kW, at most 0.9``."""
+    """Format a feed limit with the loads: ``power 1.2 → 0.9 kW, at most 0.9``."""
     words, unit, scale = _LIMITS[limit.name]
     before, after, limit_text = (f"{scale * value:.3g}" for value in limit[1:])
     return f"{words} {before} → {after} {unit}, at most {limit_text}"

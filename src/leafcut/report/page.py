@@ -1,4 +1,4 @@
-"""The report page as a self-contained HTML file, and drawings as separate files."""
+"""Write the report page as a self-contained HTML file, and drawings as separate files."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ if TYPE_CHECKING:
 _FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
 #: Tolerance for equal heights of the stock, mm.
 _TOLERANCE = 0.01
-#: Number of colours in a picture of the stock; more would only enlarge the page.
+#: Number of colours in a picture of the stock. More colours would only make the page larger.
 _COLOURS = 160
 
 
 def write_page(report: PathReport[Any]) -> str:
-    """Return the report as a self-contained HTML page with styles and pictures, without scripts and external files.
+    """Write the report as a self-contained HTML page with styles and pictures. It needs no scripts or external files.
 
-    The template or `svg.element` escapes all text from files, and a content security policy blocks scripts.
+    The template and `svg.element` escape all text from files, and a content security policy blocks scripts.
     """
     from markupsafe import Markup, escape
 
@@ -57,12 +57,12 @@ def write_page(report: PathReport[Any]) -> str:
 
 
 def _whole_flags(html: str) -> str:
-    """Keep options in escaped text on one line, because browsers break lines after dashes."""
+    """Keep each option in escaped text on one line. Browsers would otherwise break the line after a dash."""
     return _FLAG.sub(r'<span class="flag">\g<0></span>', html)
 
 
 def path_svg(report: PathReport[Any], which: Which) -> str:
-    """Return a drawing of the path ``before`` or ``after`` the search, with the work, as a stand-alone SVG."""
+    """Draw the path ``before`` or ``after`` the search, with the work, as a stand-alone SVG."""
     return embed_styles(report.drawing(which), drawing_css() + _own_css(report))
 
 
@@ -118,10 +118,10 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
 
 
 def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
-    """Return the pictures of the remaining stock for the page; None if the stock is unknown.
+    """Return the pictures of the remaining stock for the page, or None if the stock is unknown.
 
-    ``pictures`` lists title, data URL and size. ``same`` is a sentence about the difference between the stock before
-    and after the search.
+    ``pictures`` contains the title, data URL and size of each picture. ``same`` is a sentence about the difference
+    between the stock before and after the search.
     """
     outcome, stock = report.outcome, report.stock()
     try:
@@ -141,7 +141,7 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
 
 
 def _picture(title: str, solid: Solid, *, with_travel: bool = False) -> tuple[str, str, str]:
-    """Return title, data URL and size of a picture of the remaining stock."""
+    """Return the title, data URL and size of a picture of the remaining stock."""
     from PIL import Image
 
     x, y = solid.origin

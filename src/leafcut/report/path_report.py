@@ -1,4 +1,4 @@
-"""Facts and pictures of work along one path, such as holes and slots. This is the base class of all reports."""
+"""The base class of all reports: facts and pictures of work along a path, such as holes and slots."""
 
 from __future__ import annotations
 
@@ -40,20 +40,22 @@ D = TypeVar("D")
 
 
 class PathReport(Generic[D]):
-    """Facts and pictures of an outcome, drawn as paths over holes. Reports of processes override some methods.
+    """Facts and pictures of an outcome. The pictures show paths over holes.
+
+    Reports for other processes override some of the methods.
 
     Attributes
     ----------
     came_in
-        Origin of the first order: ``drawing``, ``plan`` file or ``program``.
+        Where the first order comes from: ``drawing``, ``plan`` file or ``program``.
     proof, found
         Text of the badge on the page, and result of the proof for the summary.
     ordered
         Whether a search ordered the work.
     package, template
-        Package and name of the template of the page. The package of a process also has a style sheet of that name.
+        Package and name of the page template. The package of a process also has a style sheet of that name.
     travel
-        Heading of the column of travel lengths.
+        Heading of the column with travel lengths.
     cleared
         Width that the tool clears along its path, mm; 0 if drawings show lines.
     """
@@ -68,16 +70,16 @@ class PathReport(Generic[D]):
     cleared = 0.0
 
     def __init__(self, outcome: Outcome[D], counts: Sequence[Fact] = ()) -> None:
-        """Create the report of an outcome; `counts` replace the counts of holes, slots and tools."""
+        """Create the report of an outcome. `counts` replaces the counts of holes, slots and tools."""
         self.outcome = outcome
         self._counts = counts
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the measures of the three orders: before, nearest neighbour, and written."""
+        """Return the measures of the original order, the nearest-neighbour order, and the written order."""
         return self.outcome.before, self.outcome.nearest, self.outcome.after
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the name and the measure of each known order, from the original order to the written order."""
+        """Return the name and the measure of each known order, from the original to the written order."""
         measures = zip(self.order_names(), self.stated(), strict=True)
         return [(name, measure) for name, measure in measures if measure is not None]
 
@@ -120,11 +122,11 @@ class PathReport(Generic[D]):
         return [*time_facts(self.outcome), *self.savings()]
 
     def savings(self) -> list[Fact]:
-        """Return facts about the time that is saved by changes other than the order."""
+        """Return facts about the time saved by changes other than the order."""
         return []
 
     def bound_words(self) -> str:
-        """Return the proved gap, such as ``travel time at most 1.24 % above the least possible``; "" without a bound.
+        """Describe the proved gap: ``travel time at most 1.24 % above the least possible``. Return "" without a bound.
 
         With several tools, the text adds that each tool starts at the end of the previous tool's path.
         """
@@ -139,7 +141,10 @@ class PathReport(Generic[D]):
     # -- tables ------------------------------------------------------------------------------------------------------
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the rows of the summary's table, titles first: the cells, and whether the row is the written order."""
+        """Return the rows of the summary's table, starting with the titles.
+
+        Each row has its cells, and a flag that marks the written order.
+        """
         rows: list[tuple[tuple[str, ...], bool]] = [(("order", self.travel, "cutting", "time", "saved"), False)]
         for row in self.order_rows():
             cells = (row[key] for key in ("travel", "cut", "time", "saved"))
@@ -167,22 +172,22 @@ class PathReport(Generic[D]):
     def tables(self) -> dict[str, Any]:
         """Return the tables that the report page and the studio share, by name.
 
-        ``times`` contains the seconds by kind of motion.
+        The table ``times`` contains the seconds by kind of motion.
         """
         from leafcut.report import views
 
         return {"times": views.time_rows(self.outcome, self.orders())}
 
     def search_name(self, number: int) -> str:
-        """Return the tool and the work of an operation: ``T1 drill Ø6.35, 70 holes``."""
+        """Describe the tool and the work of an operation: ``T1 drill Ø6.35, 70 holes``."""
         operation = self.outcome.operations[number]
         return f"{tool_words(operation.tool)}, {work_words(operation)}"
 
     def nearest_cost(self) -> float | None:
         """Return the cost of the nearest-neighbour order in the unit of the solver, or None if it is unknown.
 
-        Orders of the same work differ only in their travel, so the difference of their measures is the difference of
-        their costs. With several operations, the cost of a single operation is unknown.
+        Orders of the same work differ only in their travel, so the measures differ by the same amount as the costs.
+        With several operations, the cost of a single operation is unknown.
         """
         outcome = self.outcome
         if len(outcome.operations) != 1 or outcome.nearest is None:
@@ -195,7 +200,7 @@ class PathReport(Generic[D]):
     # -- page and pictures -------------------------------------------------------------------------------------------
 
     def page(self) -> dict[str, Any]:
-        """Return the values for the template of the page: the drawings before and after, and the tools."""
+        """Return the values for the page template: the drawings before and after, and the tools."""
         from leafcut.report import views
         from leafcut.report.drawing import build_scene, toolpath_drawing
 
@@ -225,34 +230,34 @@ class PathReport(Generic[D]):
         return views.savings_headline(self.outcome, self.came_in, self.bound_words())
 
     def staying(self) -> list[str]:
-        """Return lines about tasks that keep their position, with reasons; empty for drawings."""
+        """Return lines that explain why tasks keep their position. The result is empty for drawings."""
         return []
 
     def size(self, scene: Scene) -> str:
-        """Return the size of the work as text."""
+        """Describe the size of the work."""
         x0, y0, x1, y1 = self.outcome.part.extents
         return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm between centres"
 
     def drawing(self, which: Which) -> str:
-        """Return the drawing of a path as a stand-alone SVG without styles."""
+        """Draw a path as a stand-alone SVG without styles."""
         from leafcut.report.drawing import build_scene, toolpath_drawing
 
         return toolpath_drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
 
     def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
-        """Yield the name and the path of each strategy that was tried; processes without strategies yield nothing."""
+        """Yield the name and the path of each strategy that was tried. Processes without strategies yield nothing."""
         yield from ()
 
     def norms(self) -> str:
-        """Return time and consumption per part as CSV; "" if the process has no such table."""
+        """Return time and consumption per part as CSV, or "" if the process has no such table."""
         return ""
 
     def plan(self, which: Which) -> CutPlan | None:
-        """Return the plan of the cuts of a sheet; None for other processes."""
+        """Return the plan of the cuts of a sheet, or None for other processes."""
         return None
 
     def stock(self) -> ShownStock:
-        """Return the tools and the stock, which is a block around the cuts."""
+        """Return the tools and the stock. The stock is a block around the cuts."""
         return ShownStock({o.tool.number: o.tool for o in self.outcome.operations})
 
     def _path_words(self, which: Which) -> str:

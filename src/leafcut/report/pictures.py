@@ -1,4 +1,4 @@
-"""Pictures of results without a report page: the path of a program, a tour, a nest, and the remaining stock."""
+"""Draw results that have no report page: the path of a program, a tour, a nest, and the remaining stock."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from leafcut.report.wording import count, replace_unprintable
 if TYPE_CHECKING:
     from leafcut.material.stock_cut import StockCut
 
-#: Maximum number of sheets in the drawing of a nest; more sheets would be too small to see.
+#: Maximum number of sheets in the drawing of a nest. More sheets would be too small to see.
 MAX_SHEETS = 6
-#: Gap between two sheets, as a share of the width of the first one.
+#: Gap between two sheets, as a share of the width of the first sheet.
 _APART = 0.06
 _NO_LINES = np.zeros((0, 2, 2))
 
@@ -77,7 +77,7 @@ def stock_picture(stock_cut: StockCut) -> str:
 
 
 def _picture(words: str, lines: dict[str, NDArray[np.float64]]) -> str:
-    """Draw segments as a stand-alone SVG; `lines` maps a CSS class to segments, float64[n, 2, 2], mm."""
+    """Draw segments as a stand-alone SVG. `lines` maps a CSS class to segments, float64[n, 2, 2], mm."""
     points = np.concatenate([segments.reshape(-1, 2) for segments in lines.values()])
     (x0, y0), (x1, y1) = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 2))
     frame = Frame.around((float(x0), float(y0)), (float(x1), float(y1)))

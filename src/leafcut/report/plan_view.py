@@ -1,4 +1,4 @@
-"""Plan view of a toolpath: rapids, cuts, and the positions where the tool starts to cut."""
+"""Show a toolpath from above: rapids, cuts, and the positions where the tool starts to cut."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class PlanView:
     Attributes
     ----------
     rapids, cuts
-        Straight segments (from, to) in order, float64[n, 2, 2]; arcs are divided into chords.
+        Straight segments (from, to) in order, float64[n, 2, 2]. Arcs are divided into chords.
     stops
         Positions where the tool starts to cut after a travel move, float64[k, 2], in order.
     cut_tool
-        Tool number of each segment of `cuts`, int64[n], 0 before the first tool change.
+        Tool number of each segment in `cuts`, int64[n]; 0 before the first tool change.
     """
 
     rapids: NDArray[np.float64]
@@ -47,9 +47,9 @@ class PlanView:
 
 
 def plan_view(path: Toolpath, beam: bool = False) -> PlanView:
-    """Return the plan view of a toolpath; moves from or to an unknown position are omitted.
+    """Project a toolpath to the plan view. Moves from or to an unknown position are omitted.
 
-    For a `beam`, feed moves with the beam off count as rapids.
+    With `beam`, feed moves with the beam off count as rapids.
     """
     machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
     rows = np.flatnonzero(np.isin(path.kind, [*_RAPIDS, *_ARCS, Kind.FEED]) | machine)
@@ -76,14 +76,17 @@ def plan_view(path: Toolpath, beam: bool = False) -> PlanView:
 
 
 def spindle_speed(path: Toolpath) -> NDArray[np.float64]:
-    """Return the spindle speed or the power of a beam in each row. If the path never sets it, return 1 in all rows."""
+    """Return the spindle speed, or the power of a beam, in each row.
+
+    If the path never sets a speed, the result is 1 in all rows.
+    """
     if not (path.value[path.kind == Kind.SPINDLE] != 0.0).any():
         return np.ones(len(path))
     return path.latest(Kind.SPINDLE, path.value)
 
 
 def stop_rows(drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the rows of drill cycles, and the first cut after each travel move. All pecks of a hole are one stop.
+    """Return the rows of drill cycles, and the first cut after each travel move. All pecks of a hole count as one stop.
 
     `travels`, int64[n], is the number of travel moves up to each row.
     """

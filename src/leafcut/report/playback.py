@@ -1,4 +1,4 @@
-"""Playback of a toolpath: action, tool position, time and program line of each row, in the order of execution."""
+"""Play back a toolpath: the action, tool position, time and program line of each row, in the order of execution."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
     from leafcut.model.measure import Measure
     from leafcut.model.outcome import Outcome, Which
 
-#: Number of chords of an arc outside the XY plane, which is no circle when seen from above.
+#: Number of chords for an arc outside the XY plane, because such an arc is not a circle when seen from above.
 _CHORDS = 24
 _SMALLEST_MOVE = 1e-9
 
 #: Tolerance of positions, mm. Each rounding error is at most half of 0.0001 inch, but the errors may add up.
 _ROUNDING = 0.01
-#: Number of rows of the program that are searched for the next row of the plan.
+#: Number of program rows to search for the next row of the plan.
 _AHEAD = 40
 _RAPIDS = (Kind.RAPID, Kind.MACHINE)
 
 
 class Activity(IntEnum):
-    """The action of a row, seen from above."""
+    """The action of a row, as seen from above."""
 
     RAPID = 0
     CUT = 1
@@ -46,16 +46,16 @@ class Activity(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Playback:
-    """Rows in the order of execution, with canned cycles expanded; mm, s, mm/s.
+    """Rows in the order of execution, with canned cycles expanded, in mm, s and mm/s.
 
     Attributes
     ----------
     activity
-        Action of each row, uint8[n] of `Activity`; ``DARK`` is a feed move with the beam off.
+        Action of each row, uint8[n] of `Activity`. ``DARK`` is a feed move with the beam off.
     place
-        Position of the tool after each row, float64[n, 3], NaN for unknown coordinates.
+        Position of the tool after each row, float64[n, 3]; NaN for unknown coordinates.
     seconds
-        Time of each row, float64[n]; the sum is the machine time of the toolpath.
+        Time of each row, float64[n]. The sum is the machine time of the toolpath.
     line
         Line of the program, int32[n], from 1; 0 if no program is known.
     source
@@ -70,7 +70,7 @@ class Playback:
         Centre x and y, radius, mm, start angle and signed sweep, rad, of each arc, float64[k, 5]. A sweep may have
         several turns.
     stops
-        Rows at which the tool starts to cut after a travel move, int64[m]; the tool is then at the end of the previous
+        Rows at which the tool starts to cut after a travel move, int64[m]. The tool is then at the end of the previous
         row.
     """
 
@@ -88,7 +88,7 @@ class Playback:
 
 
 def outcome_playback(outcome: Outcome, which: Which) -> Playback:
-    """Return the playback of the path ``before`` or ``after`` on the machine of the outcome.
+    """Play back the path ``before`` or ``after`` on the machine of the outcome.
 
     The playback of the path ``after`` has the line numbers of the written program.
 
@@ -110,10 +110,16 @@ def playback(
     written: Toolpath | None = None,
     measured: Measure | None = None,
 ) -> Playback:
-    """Return the playback of a toolpath; for a `beam`, feed moves with the beam off are ``DARK``.
+    """Play back a toolpath.
 
-    `written` is the program written from a planned path, read back, which supplies the line numbers. If `measured` is
-    given, the seconds add up to its time.
+    Parameters
+    ----------
+    beam
+        Whether the machine has a beam. Feed moves with the beam off are then ``DARK``.
+    written
+        The toolpath read back from the program, which supplies the line numbers of a planned path.
+    measured
+        Measure of the path. If it is given, the seconds add up to its time.
 
     Raises
     ------
@@ -152,7 +158,7 @@ def playback(
 
 
 def _final_position(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the position of the tool after the last row, float64[1, 3]; an empty path has no such row."""
+    """Return the position of the tool after the last row, float64[1, 3]. For an empty path, return no rows."""
     if not len(path):
         return before
     end = path.end[-1:]
@@ -174,7 +180,7 @@ def _activities(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
 
 
 def _flat_arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the rows of known arcs in the XY plane, and their centre, radius, start angle and sweep."""
+    """Return the known arcs in the XY plane: their rows, and their centre, radius, start angle and sweep."""
     turns = turns_of(path)
     flat = (turns.plane == 0) & (turns.length > 0.0)
     arcs = np.column_stack([turns.centre, turns.turn.radius, turns.angle, turns.sweep])
@@ -182,7 +188,7 @@ def _flat_arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
 
 
 def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:
-    """Replace arcs outside the XY plane, and arcs with the beam off, with chords that share the time of the arc."""
+    """Replace arcs outside the XY plane or with the beam off with chords. The chords share the time of the arc."""
     unflat = (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
     unflat[whole.arc_row] = False
     upright = np.flatnonzero(unflat)
@@ -218,10 +224,11 @@ def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -
 
 
 def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
-    """Return the program line of every row of a planned toolpath without canned cycles, int32[n], from 1.
+    """Return the program line of every row in a planned toolpath without canned cycles, int32[n], from 1.
 
-    `written` is the program read back. Moves are matched in order, by kind and end position. A row that is not in the
-    program, such as the descent of a torch, gets the line of the next row. If no row matches, all lines are 0.
+    `written` is the program after reading it back. The function matches moves in order, by kind and end position. A row
+    that is not in the program, such as the descent of a torch, gets the line of the next row. If no row matches, all
+    lines are 0.
     """
     written = expand(written)
     plan_rows, written_rows = _moving_rows(planned), _moving_rows(written)
@@ -242,18 +249,18 @@ def _moving_rows(path: Toolpath) -> NDArray[np.int64]:
 
 
 def _move_keys(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the data by which moves are matched, float64[k, 4]: rapid or not, and end position."""
+    """Return the data that identify a move, float64[k, 4]: a flag for rapids, and the end position."""
     return np.column_stack([np.isin(path.kind[rows], _RAPIDS), path.end[rows]])
 
 
 def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return whether moves match; unknown coordinates match any value."""
+    """Return whether moves match. An unknown coordinate matches any value."""
     near = (np.abs(a - b) <= _ROUNDING) | np.isnan(a) | np.isnan(b)
     return np.asarray(near.all(axis=-1))
 
 
 def _match_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return for every row of `a` the matching row of `b`, or -1; matches are in ascending order."""
+    """Return the matching row of `b` for every row of `a`, or -1. The matches are in ascending order."""
     if len(a) == len(b) and _equal(a, b).all():
         return np.arange(len(a))
     matches = np.full(len(a), -1, dtype=np.int64)
@@ -267,7 +274,7 @@ def _match_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.in
 
 
 def _fill_gaps(line: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Replace missing lines with the next known line, or at the end with the last known line."""
+    """Replace missing lines with the next known line. At the end, use the last known line."""
     rows = np.flatnonzero(line)
     if not len(rows):
         return line

@@ -1,4 +1,4 @@
-"""Facts for the operator who sets up the machine: tools, heights, range of motion, work offset."""
+"""Facts for the operator who sets up the machine: tools, heights, range of motion, and work offset."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from leafcut.model.toolpath import MOTIONS, Toolpath
 from leafcut.report.wording import feed_mm_min, number_words, replace_unprintable, time_words
 from leafcut.units import MM_PER_INCH
 
-#: Maximum number of tools in the summary; the header of the program lists all.
+#: Maximum number of tools in the summary. The header of the program lists all tools.
 MAX_TOOLS = 8
 
 
 def coordinate_words(mm: float, scale: float = 1.0) -> str:
-    """Return a coordinate as text with up to three decimals; `scale` is the number of mm per unit."""
+    """Format a coordinate with up to three decimals. `scale` is the number of mm per unit."""
     return f"{round(mm / scale, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
 
 
 def moved_axes(path: Toolpath) -> list[tuple[str, float, float]]:
-    """Return the name and the lowest and highest position, mm, of each axis that the program moves."""
+    """Return the axes that the program moves, with their names and their lowest and highest positions, mm."""
     moving = np.isin(path.kind, [int(kind) for kind in MOTIONS])
     known = [bool(np.isfinite(path.end[moving, axis]).any()) for axis in range(3)]
     low, high = path.extents
@@ -44,12 +44,12 @@ def range_facts(outcome: Outcome) -> list[Fact]:
 
 
 def time_facts(outcome: Outcome) -> list[Fact]:
-    """Return the time of the written program as text. The table of orders contains the number."""
+    """Return the time of the written program as text. The number itself is in the table of orders."""
     return [Fact(sentence=time_words(outcome.after.time_s), name=Message("Time"))]
 
 
 def tool_facts(operations: Sequence[OperationOutcome]) -> list[Fact]:
-    """Return the number, kind, size, speed, feed and cycle of each tool in the order of use."""
+    """Return facts about each tool in the order of use: its number, kind, size, speed, feed and cycle."""
     rows = list(dict.fromkeys(_tool_words(operation) for operation in operations))
     more = [f"and {len(rows) - MAX_TOOLS} more in the header of the program"] if len(rows) > MAX_TOOLS else []
     words = "; ".join([*rows[:MAX_TOOLS], *more])
@@ -68,6 +68,6 @@ def _tool_words(operation: OperationOutcome) -> str:
 
 
 def height_facts(clearance: float, retract: str) -> list[Fact]:
-    """Return the heights of rapids: the clearance height, mm, and the retract height as text."""
+    """Return the heights of rapids: the clearance height, mm, and the retract height, which is already text."""
     words = Message("clearance Z{}, retract {}", coordinate_words(clearance), retract)
     return [Fact(sentence=words, name=Message("Heights"))]

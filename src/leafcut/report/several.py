@@ -1,4 +1,4 @@
-"""Answers of commands with several inputs: a table on the terminal, or a JSON object."""
+"""Report the results for several inputs, as a table on the terminal or as a JSON object."""
 
 from __future__ import annotations
 
@@ -11,19 +11,22 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-#: Severities that are reported, the worst first.
+#: Severities that the table reports, starting with the worst.
 _SEVERITIES = ("danger", "missing", "warning")
 
 
 def several_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, Any]:
-    """Combine the answers for several inputs: ``runs`` lists the answers, and ``status`` is the worst exit status."""
+    """Combine the answers for several inputs.
+
+    ``runs`` lists the answers, and ``status`` is the worst exit status.
+    """
     return {"runs": list(rows), "failed": sum("error" in row for row in rows), "status": status}
 
 
 def print_programs(
     rows: Sequence[tuple[Mapping[str, Any], dict[str, Any]]], folder: str | None, console: Console
 ) -> None:
-    """Print the result for each of several inputs, and the location of the programs.
+    """Print the result for each of several inputs, and the folder that contains the programs.
 
     Each entry of `rows` contains the row of an input in the batch table, and the ``--json`` answer for the input.
     """
@@ -63,7 +66,7 @@ def print_programs(
 
 
 def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
-    """Print times and dangers of several simulated programs."""
+    """Print the times and dangers of several simulated programs."""
     table = _table("program", "time", "rapid", "feed", "issues")
     total = 0.0
     for row in rows:
@@ -81,7 +84,7 @@ def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
 
 
 def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
-    """Return a line with the defaults that were used for any input. Inputs of different kinds use other defaults."""
+    """Return a line that lists the user's defaults for any of the inputs. Each kind of input uses its own defaults."""
     options = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
     return [f"defaults  {', '.join(options)}"] if options else []
 
@@ -104,7 +107,7 @@ def _add_row(table: Table, name: str, cells: Iterable[str], last: str, style: st
 
 
 def _worst_issues(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
-    """Return the number of the worst issues, such as ``2 dangers`` or ``3 missing``; "" if all are notes."""
+    """Count the worst issues: ``2 dangers`` or ``3 missing``. Return "" if all issues are notes."""
     kinds = [issue["severity"] for issue in issues]
     worst = next((kind for kind in _SEVERITIES if kind in kinds), "")
     if worst == "missing":
@@ -139,7 +142,7 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
 
 
 def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
-    """Return the HTML page of a batch; `rows` are the rows of its table, as dicts."""
+    """Write the HTML page of a batch. `rows` contains the rows of the batch table as dicts."""
     from leafcut.report.styles import drawing_css, page_templates, style_sheet
 
     done = [row for row in rows if row["state"] == "written"]

@@ -1,4 +1,4 @@
-"""Picture of a height field from above, coloured by depth, with shaded walls, axes and a scale."""
+"""Draw a height field from above, coloured by depth, with shaded walls, axes and a scale."""
 
 from __future__ import annotations
 
@@ -31,33 +31,39 @@ DEPTHS: tuple[RGB, ...] = (
 THROUGH, _PAPER, _INK, _EDGE = (255, 190, 84), (255, 255, 255), (40, 44, 48), (150, 154, 158)
 #: Colours of moves over the part, and of its fixture.
 PATH_COLOUR, FIXTURE_COLOUR = (190, 40, 66), (126, 118, 108)
-#: Longer side of the picture of the field, and minimum of its shorter side, pixels.
+#: Length of the longer side of the height field in the picture, and minimum length of the shorter side, pixels.
 LONGER, _SHORTER = 1400, 8
-#: Maximum number of cells along the longer side; more would only take memory.
+#: Maximum number of cells along the longer side. More cells would only use more memory.
 _MAX_CELLS = 2 * LONGER
 #: Margins around the field, pixels. The left margin contains the numbers of Y, the right margin the scale, and the
 #: bottom margin the numbers of X.
 LEFT, RIGHT, TOP, BOTTOM = 96, 190, 30, 76
-#: Maximum length of the scale, and the minimum length for which the page always has space, pixels.
+#: Maximum length of the scale, and a length that always fits on the page, pixels.
 _SCALE, _MIN_SCALE = 460, 220
 #: Strength of slope shading; strength of shadows; radius of shadows as a share of the size; depth at which shadows
 #: reach full strength, as a share of the range of heights.
 _SHADE, _SHADOW, _NEAR, _FULL = 0.4, 0.45, 0.012, 0.35
 _SIZE, _TICK = 22, 8
-#: Cells larger than the first value, pixels, show stairs along slanted walls. Smoothing over the second value, cells,
-#: hides the stairs.
+#: If cells are larger than the first value, pixels, slanted walls look like stairs. Smoothing over the second value,
+#: cells, hides the stairs.
 _STAIRS, _SOFT = 1.5, 0.6
-#: Minimum distance of round numbers from the ends of the scale, and their usual spacing, pixels.
+#: Minimum distance between round numbers and the ends of the scale, and usual spacing of the numbers, pixels.
 _APART, _NUMBER = 30, 70
 #: Number of colours.
 _STEPS = 1024
 
 
 class OverStock(NamedTuple):
-    """Overlays of a height field.
+    """Overlays on a height field.
 
-    `paths`, float64[m, 4], has x and y of both ends of lines, mm. `air` and `held`, bool[rows, columns], mark the cells
-    without material before the first cut, and the cells of the fixture.
+    Attributes
+    ----------
+    paths
+        Lines, float64[m, 4]: x and y of both ends, mm.
+    air
+        Cells without material before the first cut, bool[rows, columns].
+    held
+        Cells of the fixture, bool[rows, columns].
     """
 
     paths: NDArray[np.float64]
@@ -66,7 +72,7 @@ class OverStock(NamedTuple):
 
 
 def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> bytes:
-    """Return a picture of a height field from above as PNG; `top` is the height of the uncut stock, mm."""
+    """Draw a height field from above as PNG. `top` is the height of the uncut stock, mm."""
     from PIL import Image, ImageDraw, ImageFont
 
     step = max(-(-max(field.heights.shape) // _MAX_CELLS), 1)
@@ -124,7 +130,10 @@ def _ramp(steps: int) -> NDArray[np.float64]:
 
 
 def _slope_brightness(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
-    """Return the brightness of each cell by its slope, 1 if flat; the light comes from the upper left."""
+    """Return the brightness of each cell, depending on its slope.
+
+    A flat cell has 1. The light comes from the upper left.
+    """
     if min(heights.shape) < 2:
         return np.ones_like(heights)
     rise_y, rise_x = np.gradient(heights, cell)
@@ -135,7 +144,7 @@ def _slope_brightness(heights: NDArray[np.float32], cell: float) -> NDArray[np.f
 def _shadow_brightness(
     heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float
 ) -> NDArray[np.float32]:
-    """Return the brightness of each cell, 1 in the open and less below higher surroundings."""
+    """Return the brightness of each cell: 1 in the open, and less if the surroundings are higher."""
     high = np.where(through, np.float32(bottom), heights)
     near = max(round(_NEAR * max(heights.shape)), 1)
     around = _moving_average(_moving_average(high, near, 0), near, 1)
@@ -144,7 +153,7 @@ def _shadow_brightness(
 
 
 def _moving_average(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float32]:
-    """Return the moving average along an axis; edge values continue beyond the edges."""
+    """Return the moving average along an axis. Beyond the edges, the edge values continue."""
     wide = [(near + 1, near) if k == axis else (0, 0) for k in range(2)]
     sums = np.cumsum(np.pad(values, wide, mode="edge"), axis=axis, dtype=np.float64)
     count = 2 * near + 1
@@ -154,7 +163,7 @@ def _moving_average(values: NDArray[np.float32], near: int, axis: int) -> NDArra
 
 
 def _draw_paths(picture: Picture, field: HeightField, paths: NDArray[np.float64]) -> None:
-    """Draw each line with a light edge, so that it is visible on dark and on light colours."""
+    """Draw each line with a light outline, so that it is visible on dark and light colours."""
     from PIL import ImageDraw
 
     (width, height), (rows, columns) = picture.size, field.heights.shape
@@ -184,12 +193,12 @@ def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) 
 
 
 def _tick_text(value: float, step: float) -> str:
-    """Return the number of a tick with a hyphen for minus, because the font has no minus sign."""
+    """Format the number of a tick with a hyphen as minus, because the font has no minus sign."""
     return tick_words(value, step).replace("−", "-")
 
 
 def _scale_heights(top: float, bottom: float, length: int) -> list[float]:
-    """Return round heights for a scale of `length` pixels, from the top down, not too close to its ends."""
+    """Return round heights for a scale of `length` pixels, from the top down. They keep a distance from its ends."""
     keeps = _APART * (top - bottom) / length
     rounded = ticks(bottom + keeps, top - keeps, nice_step(top - bottom, max(length // _NUMBER, 1)))
     return sorted((float(height) for height in rounded), reverse=True)

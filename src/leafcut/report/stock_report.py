@@ -1,4 +1,4 @@
-"""Report of the material that a program removes, for the terminal, as JSON, and as a file."""
+"""Report the material that a program removes, on the terminal, as JSON, and as a file."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ _BYTES_PER_MB = 1e6
 #: Maximum number of listed differences.
 _MAX_PLACES = 10
 
-#: Maximum number of cells in the mesh; with four triangles each, the file has about 40 MB.
+#: Maximum number of cells in the mesh. Each cell has four triangles, so the file has about 40 MB.
 MAX_CELLS = 200_000
 _ROW = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def check_extension(output: str | None) -> None:
-    """Raise OptionError unless the name of a file ends in ``.png`` (a picture) or ``.stl`` (a solid)."""
+    """Raise OptionError unless the file extension is ``.png`` (a picture) or ``.stl`` (a solid)."""
     if output is not None and Path(output).suffix.lower() not in _FILES:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
 
 
 def as_file(stock_cut: StockCut, output: str) -> bytes:
-    """Return the remaining stock in the format of the file extension."""
+    """Convert the remaining stock to the format that the file extension selects."""
     if output.lower().endswith(".png"):
         return stock_png(stock_cut.field, stock_cut.block.high[2])
 
@@ -49,7 +49,7 @@ def as_file(stock_cut: StockCut, output: str) -> bytes:
 
 
 def stock_as_json(stock_cut: StockCut, output: str | None = None) -> dict[str, Any]:
-    """Return the answer of `leafcut stock --json`: lengths in mm, times in s."""
+    """Return the answer of `leafcut stock --json`, with lengths in mm and times in s."""
     return {
         "program": stock_cut.program,
         "machine": stock_cut.machine.name,
@@ -91,7 +91,7 @@ def stock_as_json(stock_cut: StockCut, output: str | None = None) -> dict[str, A
 
 
 def print_stock(stock_cut: StockCut, output: str | None, console: Console) -> None:
-    """Print dangers, the material that each tool removes, and its times in the material and in air."""
+    """Print the dangers, and for each tool, the material that it removes and its times in material and in air."""
     from rich.table import Table
 
     for issue in stock_cut.issues:
@@ -150,11 +150,11 @@ def _comparison_lines(stock_cut: StockCut) -> list[str]:
 
 
 def stock_stl(field: HeightField) -> tuple[bytes, int]:
-    """Return a height field as binary STL, mm, and the decimation step.
+    """Convert a height field to a binary STL, mm, and return it with the decimation step.
 
     The vertices are at the cell centres, so the heights can be recovered from the file. The outer cells are repeated at
-    the sides of the stock. Walls and a floor close the surface, and the mesh has a hole where the stock is cut through.
-    If there are more than `MAX_CELLS` cells, only every second, third … cell is used in each direction.
+    the sides of the stock. Walls and a floor close the surface, and through cuts become holes in the mesh. If the field
+    has more than `MAX_CELLS` cells, the function only uses every second, third … cell in each direction.
     """
     step = 1
     while (field.heights.shape[0] // step) * (field.heights.shape[1] // step) > MAX_CELLS:
@@ -182,13 +182,13 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
 
 
 def _corners(start: float, cell: float, step: int, cells: int, count: int) -> NDArray[np.float64]:
-    """Return the centre of every `step`-th cell, mm, with the sides of the stock twice at both ends."""
+    """Return the centre of every `step`-th cell, mm. Both ends also have the side of the stock, twice."""
     places = start + step * cell * np.arange(count, dtype=np.float64)
     low, high = start - 0.5 * cell, start + (cells - 0.5) * cell
     return np.concatenate([[low, low], places, [high, high]])
 
 
 def _triangles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Divide a grid of corners into triangles, two for each quad, float64[m, 3, 3], facing up."""
+    """Divide each quad in a grid of corners into two triangles that face up, float64[m, 3, 3]."""
     a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]
     return np.concatenate([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]).reshape(-1, 3, 3)

@@ -1,4 +1,4 @@
-"""Styles and templates of pages and drawings: colour ramp of paths, style sheets, Jinja templates."""
+"""Styles and templates for pages and drawings: the colour ramp of paths, style sheets, and Jinja templates."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 RGB = tuple[int, int, int]
 
-#: Colours from the first to the last move: violet, blue, teal. They are distinguishable with any colour vision, because
-#: lightness changes with hue, and differ from the orange of cuts. The light ramp has a contrast of 3 to white.
+#: Colours from the first to the last move: violet, blue, teal. Lightness changes with hue, so people with any colour
+#: vision can distinguish them. They also differ from the orange of cuts. The light ramp has a contrast of 3 to white.
 _LIGHT: tuple[RGB, ...] = ((82, 18, 122), (31, 98, 192), (16, 150, 140))
 _DARK: tuple[RGB, ...] = ((176, 120, 235), (106, 165, 255), (120, 235, 210))
 
 
 def ramp_colour(stops: tuple[RGB, ...], part: float) -> str:
-    """Return the colour at `part`, 0 to 1, of a ramp through the colours `stops`, as ``#rrggbb``."""
+    """Interpolate between the colours `stops` at `part`, 0 to 1, and return the result as ``#rrggbb``."""
     place = min(max(part, 0.0), 1.0) * (len(stops) - 1)
     index = min(int(place), len(stops) - 2)
     low, high = stops[index], stops[index + 1]
@@ -43,7 +43,10 @@ def style_sheet(name: str, package: str = "leafcut.report") -> str:
 
 
 def page_templates(*packages: str) -> Environment:
-    """Return the Jinja templates of packages. All values are escaped, except with the filter ``drawn``."""
+    """Return the environment for the Jinja templates in packages.
+
+    It escapes all values, except with the filter ``drawn``.
+    """
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 

@@ -1,4 +1,4 @@
-"""The summary on the terminal: the proof, facts for the operator, times before and after, and issues."""
+"""Print the summary on the terminal: the proof, facts for the operator, times before and after, and issues."""
 
 from __future__ import annotations
 
@@ -27,18 +27,19 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.report.path_report import PathReport
 
-#: Maximum number of different issues, apart from issues of motion and machine. The report page lists all issues.
+#: Maximum number of different issues. Issues about motion and machine do not count. The report page lists all issues.
 MAX_ISSUES = 12
 MAX_CHARACTERS = 219
-#: Tables with more columns have narrower spacing.
+#: Maximum number of columns with normal spacing. Wider tables use a narrower spacing.
 _FEW_COLUMNS = 5
 _WORST = (Severity.DANGER, Severity.MISSING)
 
 
 def summary(report: PathReport[Any]) -> RenderableType:
-    """Return the summary for `rich`: part and machine, facts, a table of the orders, and issues.
+    """Create the summary for `rich`: part and machine, facts, a table of the orders, and issues.
 
-    It fits 80 columns, and it is complete without its colours. Names from files are printed verbatim, never as markup.
+    The summary fits into 80 columns, and does not depend on colours. Names from files are printed verbatim, never as
+    markup.
     """
     from rich.console import Group
 
@@ -55,7 +56,7 @@ def print_summary(report: PathReport[Any], console: Console) -> None:
 
 
 def _worst_issues(outcome: Outcome) -> list[RenderableType]:
-    """Return the lines about dangers and missing work, which come first."""
+    """Return the lines about dangers and missing work, which come before all other issues."""
     from rich.text import Text
 
     issues = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]
@@ -125,14 +126,14 @@ def _facts(report: PathReport[Any]) -> Table:
 
 
 def _sets_search(outcome: Outcome) -> bool:
-    """Return whether the user set an option of the search. Otherwise, the summary omits the facts of the search."""
+    """Return whether the user set an option of the search. If not, the summary omits the facts about the search."""
     groups = (SolveOptions, AcoOptions, FireflyOptions)
     names = {flag_name(name).removeprefix("--") for group in groups for name in group.specs()}
     return any(flag.removeprefix("--").removeprefix("no-") in names for flag in outcome.options)
 
 
 def _row_of(group: IssueGroup) -> tuple[str, str]:
-    """Return the code of an issue and the start of its message. Issues share a row if both are equal."""
+    """Return the code of an issue and the start of its message. Issues with the same values share a row."""
     head, colon, _ = group.message.partition(": ")
     return group.code, head + colon if group.severity is Severity.NOTE and colon else group.message
 

@@ -1,4 +1,4 @@
-"""SVG as text: elements with escaped attributes, and compact path data for up to a hundred thousand points."""
+"""Write SVG as text, with escaped attributes, and with compact path data for up to a hundred thousand points."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from leafcut.report.wording import replace_unprintable
 
-#: Number of integer steps of path data per user unit. The steps are invisible, and the numbers are short.
+#: Number of integer steps of path data per user unit. The steps are too small to see, but keep the numbers short.
 STEPS = 32
 
 
 def element(tag: str, *children: str, **attributes: str | float | None) -> str:
-    """Return ``<tag attributes>children</tag>``; attributes are escaped, children must be SVG already.
+    """Return ``<tag attributes>children</tag>``. Attributes are escaped, but children must already be SVG.
 
-    In the name of an attribute, a trailing underscore is dropped, and other underscores become hyphens. An attribute
-    with the value None is left out.
+    In attribute names, a trailing underscore is dropped, and other underscores become hyphens. An attribute with the
+    value None is left out.
     """
     words = [tag]
     for name, value in attributes.items():
@@ -34,7 +34,7 @@ def text(words: str, x: float, y: float, **attributes: str | float | None) -> st
 
 
 def text_within(words: str, x: float, y: float, width: float) -> str:
-    """Return a text element centred at x, or shifted to the left until it fits into a drawing of the given width."""
+    """Return a text element centred at x. If the text does not fit into the given width, it is shifted to the left."""
     half = 3.6 * len(words)
     return text(words, min(x, width - half), y, text_anchor="middle")
 
@@ -45,22 +45,22 @@ def title(words: str) -> str:
 
 
 def embed_styles(svg: str, css: str) -> str:
-    """Embed styles into a drawing; return the text of an SVG file."""
+    """Embed styles into a drawing, and return the text of an SVG file."""
     head, end_of_title, rest = svg.partition("</title>")
     return f"{head}{end_of_title}{element('style', css)}{rest}\n"
 
 
 def svg_number(value: float) -> str:
-    """Return a finite number with at most two decimals, without trailing zeros."""
+    """Format a finite number with at most two decimals, without trailing zeros."""
     words = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if words == "-0" else words
 
 
 def lines_data(segments: NDArray[np.float64]) -> str:
-    """Return path data, in `STEPS`, of straight segments, float64[n, 2, 2], user units.
+    """Return the path data of straight segments, float64[n, 2, 2], user units, in `STEPS`.
 
     A segment that starts at the end of the previous segment continues its line. Relative numbers are differences of
-    rounded absolute numbers, so that errors do not add up.
+    rounded absolute numbers, so rounding errors do not add up.
     """
     if not len(segments):
         return ""
@@ -77,10 +77,10 @@ def lines_data(segments: NDArray[np.float64]) -> str:
 
 
 def dots_data(points: NDArray[np.float64]) -> str:
-    """Return path data, in `STEPS`, of dots at points, float64[n, 2], user units.
+    """Return the path data of dots at points, float64[n, 2], user units, in `STEPS`.
 
-    A dot is a line of length 0 (``h0``), which round caps turn into a disc. It takes ten characters; a circle element
-    takes fifty.
+    A dot is a line of length 0 (``h0``), which round caps turn into a disc. A dot takes ten characters, and a circle
+    element takes fifty.
     """
     rows = np.rint(points * STEPS).astype(np.int64)
     moves = np.diff(rows, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))
@@ -92,12 +92,12 @@ def _coordinates(x: int, y: int) -> str:
 
 
 def scaled_group(*children: str) -> str:
-    """Return a group that scales path data in `STEPS` to user units."""
+    """Wrap path data in a group that scales the data from `STEPS` to user units."""
     return element("g", *children, transform=f"scale({1 / STEPS:g})")
 
 
 def nice_step(span: float, count: int) -> float:
-    """Return a tick spacing of 1, 2 or 5 times a power of ten that gives about `count` ticks over `span`."""
+    """Return a tick spacing that gives about `count` ticks over `span`. It is 1, 2 or 5 times a power of ten."""
     if not span > 0:
         return 1.0
     rough = span / count
@@ -107,12 +107,12 @@ def nice_step(span: float, count: int) -> float:
 
 
 def ticks(low: float, high: float, step: float) -> list[float]:
-    """Return the multiples of `step` between `low` and `high`, at most a hundred."""
+    """Return the multiples of `step` between `low` and `high`, but no more than a hundred."""
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [i * step for i in range(first, min(last, first + 100) + 1)]
 
 
 def tick_words(value: float, step: float) -> str:
-    """Return the label of a tick, with as many decimals as the tick step."""
+    """Format the label of a tick, with as many decimals as the tick step."""
     places = max(0, -math.floor(math.log10(step) + 1e-9)) if step > 0 else 0
     return f"{value:.{places}f}".replace("-", "−") if abs(value) > step / 2 else "0"

@@ -1,4 +1,4 @@
-"""Rows and texts of the report page, which the template arranges."""
+"""Prepare the rows and texts of the report page. The template arranges them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ MAX_ISSUE_ROWS = 200
 MAX_WORKER_ROWS = 128
 MAX_TOOL_ROWS = 100
 MAX_SEARCHES = 12
-#: A program with fewer lines is shown in full, a longer program by its first `HEAD_LINES`.
+#: Maximum length of a program that the page shows completely, lines. For a longer program, it shows the first
+#: `HEAD_LINES`.
 WHOLE_PROGRAM_LINES = 2000
 HEAD_LINES = 200
 
@@ -54,7 +55,7 @@ _KIND_WORDS = {
 
 
 def order_cards(rows: Sequence[PageRow], measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
-    """Return a card for each order: its row of the summary's table, and a bar of its time."""
+    """Return a card for each order. It combines the row in the summary's table with a bar for the time."""
     longest = max(measure.time_s for _, measure in measures)
     return [
         {**row, "bar": chart.bar(measure.time_s / longest if longest > 0 else 0.0, "ours" if row["ours"] else "plain")}
@@ -63,7 +64,7 @@ def order_cards(rows: Sequence[PageRow], measures: Sequence[tuple[str, Measure]]
 
 
 def savings_headline(outcome: Outcome, came_in: str, bound: str) -> PageRow:
-    """Return the headline figure about the savings, with its text; `bound` is a sentence on the proved gap."""
+    """Return the headline figure about the savings, with its text. `bound` is a sentence about the proved gap."""
     seconds = outcome.before.time_s - outcome.after.time_s
     is_slower = seconds < 0
     percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if is_slower else 'less'} machine time"
@@ -78,14 +79,14 @@ def savings_headline(outcome: Outcome, came_in: str, bound: str) -> PageRow:
 
 
 def time_rows(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
-    """Return stacked bars of the seconds by kind of motion, one for each order. Unused kinds are left out."""
+    """Draw the seconds by kind of motion as a stacked bar for each order. Unused kinds are left out."""
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
     words = chart.time_kinds(outcome.process if outcome.process in BEAMS else None)
     return stacked_bars({k: words[k] for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures])
 
 
 def stacked_bars(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:
-    """Return stacked bars of the seconds by kind, on a common scale. A row is a name, the seconds, and their total."""
+    """Draw stacked bars of the seconds by kind, on a common scale. A row has a name, the seconds, and their total."""
     longest = max(sum(seconds.values()) for _, seconds, _ in rows)
     return {
         "kinds": [{"class": k.replace("_", "-"), "words": words} for k, words in kinds.items()],
@@ -103,7 +104,7 @@ def stacked_bars(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, f
 
 
 def tool_columns(outcome: Outcome) -> PageRow:
-    """Return which optional columns of the tool table have content."""
+    """Return which optional columns of the tool table have any content."""
     rows = outcome.operations[:MAX_TOOL_ROWS]
     return {
         "diameter": any(o.tool.diameter > 0 for o in rows),
@@ -132,7 +133,7 @@ def tool_rows(outcome: Outcome, scene: Scene) -> list[PageRow]:
 
 
 def search_rows(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: float | None) -> list[PageRow]:
-    """Return a description of the search of each operation, with a chart if the search improved the order."""
+    """Describe the search of each operation, with a chart if the search improved the order."""
     rows = []
     by_size = sorted(range(len(outcome.operations)), key=lambda k: -len(outcome.operations[k].solution.nodes))
     for number in sorted(by_size[:MAX_SEARCHES]):
@@ -160,9 +161,10 @@ def search_rows(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: f
 
 
 def worker_rows(outcome: Outcome) -> PageRow:
-    """Return a row with bars of ants and seconds for each worker of each operation, and the number of omitted rows.
+    """Return the work of each search thread, and the number of omitted rows.
 
-    Workers without ants are left out: the optimum was known before they started to search.
+    Each worker of each operation has a row with bars for its ants and its seconds. The function leaves out workers
+    without ants: the optimum was known before they started to search.
     """
     every = [
         (o, w) for o in outcome.operations if o.solution.algorithm != "exact" for w in o.solution.workers if w.ants > 0
@@ -187,7 +189,7 @@ def worker_rows(outcome: Outcome) -> PageRow:
 
 
 def issue_rows(outcome: Outcome) -> PageRow:
-    """Return the groups of issues, and at most `MAX_ISSUE_ROWS` issues, the worst first."""
+    """Return the groups of issues, and at most `MAX_ISSUE_ROWS` issues, starting with the worst."""
     ordered = sorted(outcome.issues, key=lambda i: (SEVERITIES.index(i.severity), i.code))
     rows = [
         {
@@ -206,7 +208,7 @@ def issue_rows(outcome: Outcome) -> PageRow:
 
 
 def program_view(outcome: Outcome) -> PageRow:
-    """Return the text of the program, or its first lines, and a caption."""
+    """Return the text of the program with a caption. For a long program, return only its first lines."""
     lines = clean_lines(outcome.text)
     whole = len(lines) < WHOLE_PROGRAM_LINES
     shown = lines if whole else lines[:HEAD_LINES]
@@ -217,7 +219,7 @@ def program_view(outcome: Outcome) -> PageRow:
 
 
 def legend(outcome: Outcome, scene: Scene) -> PageRow:
-    """Return the marks and colours that the drawings use, with the work of each tool."""
+    """Explain the marks and colours in the drawings, with the work of each tool."""
     # A hole has the colour of its last tool, so a tool that is never the last has no holes in its colour.
     shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
     cutting = cut_tools(scene)
@@ -242,6 +244,6 @@ def legend(outcome: Outcome, scene: Scene) -> PageRow:
 
 
 def _tool_with_work(outcome: Outcome, number: int) -> str:
-    """Return a tool with the work of all its operations: ``T1 drill Ø6.35, 70 holes and 2 slots``."""
+    """Describe a tool and the work of all its operations: ``T1 drill Ø6.35, 70 holes and 2 slots``."""
     operations = [o for o in outcome.operations if o.tool.number == number]
     return f"{tool_words(operations[0].tool)}, {' and '.join(work_words(o) for o in operations[:3])}"

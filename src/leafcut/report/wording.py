@@ -1,4 +1,4 @@
-"""Texts and numbers for people: clean text from files, and figures in the usual form."""
+"""Format texts and numbers for people: clean up text from files, and print figures in the usual form."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 NO_VALUE = "–"
 #: Name of the order that leafcut writes.
 OURS = Message("leafcut")
-#: Maximum gap of a path that counts as optimal.
+#: A path counts as optimal if its gap is at most this.
 MIN_GAP = 1e-4
-#: Reason why a search ended early (`order.stop.PayoffLimit`).
+#: Sentence that explains why a search ended early (`order.stop.PayoffLimit`).
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
 
-#: Unicode categories of unprintable characters, which may mislead: controls, direction overrides, surrogates, private
-#: use.
+#: Unicode categories of unprintable characters that may mislead readers: controls, direction overrides, surrogates,
+#: private use.
 _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 
 
@@ -41,46 +41,46 @@ def replace_unprintable(text: str) -> str:
 
 
 def clean_lines(text: str) -> list[str]:
-    """Return the lines of a text, each sanitised by `replace_unprintable`."""
+    """Split a text into lines, and sanitise each line with `replace_unprintable`."""
     return [replace_unprintable(line.replace("\t", "    ")) for line in text.splitlines()]
 
 
 def plain_number(value: float | None) -> float | None:
-    """Return a finite number, or None for any other value, because JSON has neither NaN nor infinity."""
+    """Return a finite number unchanged, and None for any other value. JSON supports neither NaN nor infinity."""
     return float(value) if value is not None and math.isfinite(value) else None
 
 
 def count(number: int, noun: str) -> Message:
-    """Return a number with its noun: ``1 hole``, ``10,000 holes``."""
+    """Format a number with its noun: ``1 hole``, ``10,000 holes``."""
     return count_of(number, noun, ",")
 
 
 def time_words(seconds: float) -> str:
-    """Return a time like `format_time`, but with a true minus sign and a dash for NaN."""
+    """Format a time like `format_time`, but with a true minus sign, and with a dash for NaN."""
     if not math.isfinite(seconds):
         return NO_VALUE
     return (MINUS if seconds < 0 else "") + format_time(abs(seconds))
 
 
 def clock(seconds: float) -> str:
-    """Return a time in hours, minutes and whole seconds: ``1:02:07``."""
+    """Format a time in hours, minutes and whole seconds: ``1:02:07``."""
     hours, minutes, rest = clock_parts(seconds)
     return f"{hours}:{minutes:02d}:{rest:02d}"
 
 
 def clock_parts(seconds: float) -> tuple[int, int, int]:
-    """Divide a time into hours, minutes and whole seconds."""
+    """Split a time into hours, minutes and whole seconds."""
     minutes, rest = divmod(round(seconds), 60)
     return minutes // 60, minutes % 60, rest
 
 
 def length_words(mm: float) -> str:
-    """Return a length like `format_length`, but with a dash for NaN."""
+    """Format a length like `format_length`, but with a dash for NaN."""
     return format_length(mm) if math.isfinite(mm) else NO_VALUE
 
 
 def cost_words(cost: float, unit: str) -> str:
-    """Return the cost of a search in its unit, ``s`` or ``mm``; four digits distinguish similar costs."""
+    """Format the cost of a search in its unit, ``s`` or ``mm``. Four digits are enough to distinguish similar costs."""
     if not math.isfinite(cost):
         return NO_VALUE
     if unit == "mm":
@@ -89,7 +89,7 @@ def cost_words(cost: float, unit: str) -> str:
 
 
 def percent_words(percent: float | None, places: int = 1) -> str:
-    """Return a percentage with a true minus sign, such as ``42.1 %``; a dash if the number is missing."""
+    """Format a percentage with a true minus sign, such as ``42.1 %``, or return a dash if the number is missing."""
     if percent is None or not math.isfinite(percent):
         return NO_VALUE
     number = f"{abs(percent):.{places}f}"
@@ -97,31 +97,31 @@ def percent_words(percent: float | None, places: int = 1) -> str:
 
 
 def share_words(percent: float) -> str:
-    """Return a percentage with one decimal, or with two below 1 %, so that a small share is not shown as 0."""
+    """Format a percentage with one decimal. Below 1 %, it has two decimals, so that a small share does not become 0."""
     return percent_words(percent, 2 if abs(percent) < 1.0 else 1)
 
 
 def area_words(area: float) -> str:
-    """Return an area in mm², as a whole number from 100 mm² on."""
+    """Format an area in mm². From 100 mm² on, it is a whole number."""
     return f"{area:,.0f} mm²" if area >= 100.0 else f"{area:.3g} mm²"
 
 
 def angle_words(degrees: float) -> str:
-    """Return an angle in whole degrees."""
+    """Format an angle in whole degrees."""
     return f"{degrees:.0f}°"
 
 
 def money_words(cost: float) -> str:
-    """Return a cost in the user's currency with two decimals, or three below 1."""
+    """Format a cost in the user's currency with two decimals, or with three decimals below 1."""
     return f"{cost:,.{2 if cost >= 0.995 else 3}f}"
 
 
 def _gauge_words(mm: float) -> str:
-    """Return a length, with two decimals if it is below 10 mm."""
+    """Format a length. Below 10 mm, it has two decimals."""
     return f"{mm:.2f} mm" if abs(mm) < 10.0 else length_words(mm)
 
 
-#: Unit → function that formats a number.
+#: Maps a unit to the function that formats its numbers.
 _FIGURES: dict[str, Callable[[float], str]] = {
     "s": time_words,
     "mm": _gauge_words,
@@ -133,7 +133,7 @@ _FIGURES: dict[str, Callable[[float], str]] = {
 
 
 def fact_value_text(fact: Fact) -> str:
-    """Return the value of a fact as text; "" for lists, for dicts, and without a value."""
+    """Format the value of a fact. Return "" for lists, for dicts, and for a fact without a value."""
     if isinstance(fact.value, int | float):
         if not math.isfinite(fact.value):
             return NO_VALUE
@@ -142,22 +142,22 @@ def fact_value_text(fact: Fact) -> str:
 
 
 def fact_line(fact: Fact) -> str:
-    """Return the figure and the sentence of a fact in one line."""
+    """Join the figure and the sentence of a fact in one line."""
     return ", ".join(filter(None, (fact_value_text(fact), fact.sentence)))
 
 
 def title_words(facts: Iterable[Fact]) -> str:
-    """Return the facts of the title in one line: ``70 holes · 3 tools``."""
+    """Join the facts of the title in one line: ``70 holes · 3 tools``."""
     return " · ".join(fact.sentence for fact in facts if fact.sentence and not fact.name)
 
 
 def fact_heading(name: str) -> str:
-    """Return the name of a fact as a heading in lower case; abbreviations such as ``T1`` keep their capitals."""
+    """Convert the name of a fact to a heading in lower case. Abbreviations such as ``T1`` keep their capitals."""
     return name[:1].lower() + name[1:] if name[1:2].islower() else name
 
 
 def at_most_words(fraction: float, unit: str) -> str:
-    """Return a gap as text: ``at most 1.24 % above the shortest possible``; for times, ``the least possible``.
+    """Describe a gap: ``at most 1.24 % above the shortest possible``, or for times, ``the least possible``.
 
     The figure is rounded up, because a smaller figure would not be proved.
     """
@@ -167,7 +167,7 @@ def at_most_words(fraction: float, unit: str) -> str:
 
 
 def gap_lines(length: float, optimum: float | None, bound: float | None) -> list[str]:
-    """Return lines about the quality of a tour: its excess over the best known length, and its proved gap."""
+    """Describe the quality of a tour: its excess over the best known length, and its proved gap."""
     lines = []
     if optimum is not None:
         above = percent_words(100.0 * (length / optimum - 1.0), 3)
@@ -179,7 +179,7 @@ def gap_lines(length: float, optimum: float | None, bound: float | None) -> list
 
 
 def number_words(value: float) -> str:
-    """Return a feed or a speed with as many digits as a machine panel shows, or a dash if it is 0 or unknown."""
+    """Format a feed or a speed with as many digits as a machine panel shows. Return a dash if it is 0 or unknown."""
     if not math.isfinite(value) or value <= 0:
         return NO_VALUE
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
@@ -191,36 +191,39 @@ def feed_mm_min(feed: float) -> float:
 
 
 def saved_percent(outcome: Outcome, measure: Measure) -> float:
-    """Return the saved machine time of a measure compared with the original order, percent."""
+    """Return how much machine time a measure saves compared with the original order, percent."""
     before = outcome.before.time_s
     return 100.0 * (1.0 - measure.time_s / before) if before > 0 else 0.0
 
 
 def algorithm_words(outcome: Outcome) -> str:
-    """Return the names of the algorithms of all operations, starting with the operation with the most holes."""
+    """Return the names of the algorithms of all operations. The operation with the most holes comes first."""
     by_size = sorted(outcome.operations, key=lambda o: -len(o.hole_order))
     return ", ".join(dict.fromkeys(o.solution.algorithm for o in by_size))
 
 
-#: Minimum time to load and compile kernels that is reported, s.
+#: Minimum time for loading and compiling kernels that the report mentions, s.
 COMPILED = 1.0
 
 
 def search_seconds(outcome: Outcome) -> float:
-    """Return the total time of the searches whose orders are used, s."""
+    """Return the total time of all searches that contributed an order to the program, s."""
     return sum(o.solution.seconds for o in outcome.operations)
 
 
 def search_words(outcome: Outcome) -> str:
-    """Return the times of the search and of the whole job: ``search 2.10 s of 4.93 s``.
+    """Format the times of the search and of the whole job: ``search 2.10 s of 4.93 s``.
 
-    The time to load and compile kernels is not included.
+    The times do not include loading and compiling kernels.
     """
     return f"search {time_words(search_seconds(outcome))} of {time_words(outcome.seconds)}"
 
 
 def method_words(outcome: Outcome) -> str:
-    """Return the algorithm, the seed, the times of search and job, and the reason if the search ended early."""
+    """Describe the search: the algorithm, the seed, and the times of the search and the job.
+
+    If the search ended early, the text adds the reason.
+    """
     words = f"{replace_unprintable(algorithm_words(outcome))}, seed {outcome.seed}, {search_words(outcome)}"
     if outcome.compile_seconds >= COMPILED:
         words += f" and {time_words(outcome.compile_seconds)} to load and compile kernels"
@@ -228,7 +231,7 @@ def method_words(outcome: Outcome) -> str:
 
 
 def ended_by_payoff(solution: Solution) -> bool:
-    """Return whether a search ended because it no longer paid off, although the optimum was not known."""
+    """Return whether a search ended because it no longer paid off, and not because it reached a proved optimum."""
     return solution.spared and (solution.gap is None or solution.gap > MIN_GAP)
 
 
@@ -237,7 +240,7 @@ def tool_count(outcome: Outcome) -> int:
     return len({o.tool.number for o in outcome.operations})
 
 
-#: Start of the codes of motion issues: dangers, and limits of the machine.
+#: Prefix of the codes for motion issues: dangers, and limits of the machine.
 MOTION = "L8"
 #: All severities, the worst first.
 SEVERITIES = (Severity.DANGER, Severity.MISSING, Severity.WARNING, Severity.NOTE)
@@ -245,7 +248,7 @@ SEVERITIES = (Severity.DANGER, Severity.MISSING, Severity.WARNING, Severity.NOTE
 
 @dataclass(frozen=True)
 class IssueGroup:
-    """Issues of one kind: their number, and the message and position of the first issue."""
+    """Issues of one kind. The group has their number, and the message and position of the first issue."""
 
     code: str
     severity: Severity
@@ -257,17 +260,17 @@ class IssueGroup:
 def verification_limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
     """Return the limits of the verification as pairs (name, text): assumptions, and areas that are not cut.
 
-    All limits are listed, because users would mistake a hidden assumption for a fact.
+    The function lists all limits, because users would mistake a hidden assumption for a fact.
     """
     groups = [group for group in group_issues(issues, by_message=True) if group.code in LIMITS]
     return [(LIMITS[g.code], g.message + (f" ({g.place})" if g.place else "")) for g in groups]
 
 
 def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[IssueGroup]:
-    """Group issues by code, or also by message.
+    """Group issues by code, or by code and message.
 
-    The worst groups come first. Within a severity, issues of motion and machine precede all others, which are sorted by
-    code.
+    The worst groups come first. Within a severity, issues about motion and machine come before all others, which are
+    sorted by code.
     """
     first: dict[tuple[str, Severity, str], Issue] = {}
     numbers: Counter[tuple[str, Severity, str]] = Counter()
@@ -285,19 +288,19 @@ def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[I
 
 
 def number_of(tool: Tool) -> str:
-    """Return the number of a tool, such as ``T3``, or "" for a tool without a number in the program."""
+    """Return the number of a tool, such as ``T3``. Return "" if the tool has no number in the program."""
     return f"T{tool.number}" if tool.number else ""
 
 
 def tool_words(tool: Tool) -> str:
-    """Return the name of a tool: ``T3 drill Ø6.35``, or ``T3 drill`` if the diameter is unknown."""
+    """Describe a tool: ``T3 drill Ø6.35``, or ``T3 drill`` if the diameter is unknown."""
     return replace_unprintable(
         tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip()
     )
 
 
 def work_words(operation: OperationOutcome) -> str:
-    """Return the work of an operation: ``70 holes``, ``3 holes, 12 cuts`` or ``121 holes, 1 in its place``."""
+    """Describe the work of an operation: ``70 holes``, ``3 holes, 12 cuts`` or ``121 holes, 1 in its place``."""
     work = [(len(operation.holes), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
     words = [count(number, noun) for number, noun in work if number] or [count(0, "hole")]
     staying = len(operation.staying)

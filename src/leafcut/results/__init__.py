@@ -1,1 +1,1 @@
-"""Results that the library returns: the results of `model`, with methods that describe, show and save them."""
+"""Results of the library. They extend the results in `model` with methods to describe, show and save them."""

@@ -1,4 +1,4 @@
-"""Methods of all results: describe, show, save."""
+"""Methods that all results share: describe, show, and save."""
 
 from __future__ import annotations
 
@@ -15,17 +15,20 @@ from leafcut.files.schemas import ANSWER, numbered
 from leafcut.files.whole_files import OutputError, check_output, write_together
 from leafcut.model.issue import Issue, Severity
 
-#: Maximum number of issues about dangers and missing work below the picture in a notebook.
+#: Maximum number of issues shown below the picture in a notebook. Only dangers and missing work are shown.
 _MOST_ISSUES = 5
 
-#: File extension ("" for all others) → function that returns the content of the file.
+#: Maps a file extension ("" for all other extensions) to a function that returns the content of the file.
 Kinds = dict[str, Callable[[], str | bytes]]
 R = TypeVar("R", bound="Result")
 
 
 @dataclass(frozen=True, repr=False, eq=False, kw_only=True)
 class Result:
-    """Base class of all results. `inputs` are the files that were read; `save` never overwrites them."""
+    """Base class of all results.
+
+    `inputs` are the files that were read. The method `save` never overwrites them.
+    """
 
     inputs: tuple[str, ...] = ()
 
@@ -34,7 +37,7 @@ class Result:
         return "".join(letter if letter.isprintable() else "?" for letter in line)
 
     def _repr_html_(self) -> str:
-        """Return the display in a notebook: the picture as an image, which cannot run scripts, and the `repr`."""
+        """Show the result in a notebook: the picture as an image, which cannot run scripts, and the `repr`."""
         line, svg = escape(repr(self)), self._picture()
         worst = [issue for issue in self._issues() if issue.severity in (Severity.DANGER, Severity.MISSING)]
         lines = [line, *(escape(f"{issue.severity}: {issue}") for issue in worst[:_MOST_ISSUES])]
@@ -43,7 +46,7 @@ class Result:
         return f"<figure>{image}<figcaption>{'<br>'.join(lines)}</figcaption></figure>"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain values, like the object that the command prints with ``--json``."""
+        """Return the result as plain values, in the same form as the command's ``--json`` output."""
         return dict(numbered(ANSWER, self._answer()))
 
     def save(self, path: str | Path) -> None:
@@ -99,6 +102,9 @@ class Result:
 
 
 def result_of(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
-    """Convert a result of `model` to a result of the library; `inputs` are the files that were read, or None."""
+    """Convert a result from `model` to a result of the library.
+
+    `inputs` are the files that were read, or None.
+    """
     values = {field.name: getattr(found, field.name) for field in fields(found)}
     return kind(**values, inputs=tuple(dict.fromkeys(str(one) for one in inputs if one is not None)))

@@ -17,7 +17,7 @@ from leafcut.results.base import Result
 class NestResult(Result, NestOutcome):
     """Parts nested on sheets.
 
-    `save` writes the best nest as ``.dxf``, ``.svg`` or ``.json``; several DXF files get numbers.
+    `save` writes the best nest as ``.dxf``, ``.svg`` or ``.json``. If it needs several DXF files, it numbers them.
     """
 
     def _line(self) -> str:

@@ -1,4 +1,4 @@
-"""Result of an optimisation: a program."""
+"""Result of an optimisation, which is a program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Result of the simulation of a program."""
+"""Result of simulating a program."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.units import format_time
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SimulationResult(Result, Simulation):
-    """The motion of a program on a machine. `save` writes ``.json``, or a picture of the path as ``.svg``."""
+    """The motion of a program on a machine. `save` writes ``.json``, or draws the path as ``.svg``."""
 
     def _line(self) -> str:
         dangers = sum(issue.severity is Severity.DANGER for issue in self.issues)

@@ -1,4 +1,4 @@
-"""Result of stock removal: the remaining stock of a program."""
+"""Result of stock removal, which is the remaining stock."""
 
 from __future__ import annotations
 

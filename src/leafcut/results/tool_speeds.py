@@ -1,4 +1,4 @@
-"""Result of the choice of speeds and feeds."""
+"""Result of choosing speeds and feeds."""
 
 from __future__ import annotations
 

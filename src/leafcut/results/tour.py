@@ -1,4 +1,4 @@
-"""Result of solving a map: a tour."""
+"""Result of solving a map, which is a tour."""
 
 from __future__ import annotations
 

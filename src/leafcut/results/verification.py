@@ -1,4 +1,4 @@
-"""Result of the comparison of two programs."""
+"""Result of comparing two programs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.results.base import Result
 
 @dataclass(frozen=True, repr=False, eq=False)
 class VerificationResult(Result, Certificate):
-    """The comparison of two programs. `save` writes ``.json``; it has no picture."""
+    """The comparison of two programs. `save` writes ``.json``, but no picture."""
 
     def _line(self) -> str:
         if not self.same:

@@ -23,8 +23,9 @@ _PLACES = ("PathScripts.post", "Path.Post.scripts")
 
 
 def export(objectslist: Any, filename: str, argstring: str) -> str:
-    """Write the program of a job and return its text. Raises RuntimeError, before any write, if leafcut refuses the
-    program.
+    """Write the program of a job and return its text.
+
+    If leafcut refuses the program, the function raises RuntimeError before it writes anything.
     """
     words = shlex.split(argstring or "")
     base = "linuxcnc"

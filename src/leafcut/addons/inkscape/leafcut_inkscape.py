@@ -1,4 +1,4 @@
-"""Inkscape extension: Inkscape calls it with a drawing and reads the program from standard output."""
+"""Inkscape extension. Inkscape calls it with a drawing, and reads the program from standard output."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LEAFCUT = ["leafcut"]
 
 
 def command(arguments: list[str]) -> list[str]:
-    """Return the command line of leafcut for the arguments of Inkscape."""
+    """Convert the arguments from Inkscape to a leafcut command line."""
     parser = argparse.ArgumentParser()
     for name in ("work", "machine", "thickness", "depth", "tool", "more", "tab", "id"):
         parser.add_argument(f"--{name}", default="")
@@ -30,7 +30,7 @@ def command(arguments: list[str]) -> list[str]:
 
 
 def main() -> int:
-    """Write the program to standard output and messages to standard error; return the exit status."""
+    """Write the program to standard output and messages to standard error, and return the exit status."""
     # Inkscape has its own Python, whose environment variables would disturb leafcut.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     try:

@@ -1,1 +1,1 @@
-"""Import controller settings into machine profiles: one module per kind of file."""
+"""Import controller settings into machine profiles. Each kind of settings file has its own module."""

@@ -1,8 +1,10 @@
 """Import the settings of FluidNC from its ``config.yaml``.
 
+FluidNC does not support YAML anchors. The reader refuses a file with anchors, because a few lines can expand to
+gigabytes.
+
 Source: the wiki of FluidNC, "Config file" (axes, homing, spindles, kinematics); bdring/FluidNC, Machine/Axis.h
-(defaults of missing keys) and Machine/Axes.cpp `limitsMinPosition` (position of the travel). FluidNC does not support
-YAML anchors. A file with anchors is refused, because a few lines can expand to gigabytes.
+(defaults of missing keys) and Machine/Axes.cpp `limitsMinPosition` (position of the travel).
 """
 
 from __future__ import annotations
@@ -48,7 +50,8 @@ def read(text: str, file: str) -> Values:
     Raises
     ------
     ReadError
-        The text is not YAML or has anchors, the axis x or y is missing, or a value is implausible or not a number.
+        The text is not YAML, has anchors, or does not define the x or y axis. The error is also raised if a value is
+        implausible or not a number.
     """
     tree = _parse_yaml(text, file)
     values = Values(file, "FluidNC")
@@ -121,7 +124,7 @@ class FluidConfiguration:
 
 
 def configuration_of(text: str, file: str) -> FluidConfiguration:
-    """Return the settings of a board, given its complete configuration (the reply to ``$CD``).
+    """Parse the complete configuration of a board, as sent in reply to ``$CD``.
 
     Raises
     ------
@@ -168,8 +171,16 @@ def _is_on(tree: _Tree, key: str, *, otherwise: bool) -> bool:
 
 
 def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, float, int]:
-    """Return the travel limits of an axis, its home position, and the line number of its travel (0 if it is not
-    stated).
+    """Return the travel of an axis.
+
+    Returns
+    -------
+    float, float
+        Travel limits.
+    float
+        Home position.
+    int
+        Line number of the travel, or 0 if the file does not state the travel.
     """
     entry = part.get("max_travel_mm")
     if not isinstance(entry, _Scalar):
@@ -236,7 +247,7 @@ def _store_process(values: Values, tree: _Tree) -> None:
 
 
 def _store_speeds(values: Values, entry: _Scalar) -> None:
-    """Store the lowest and the highest speed of a speed map such as ``0=0% 6000=25% 24000=100%``."""
+    """Store the lowest and the highest speed in a speed map such as ``0=0% 6000=25% 24000=100%``."""
     speeds = []
     for pair in entry.text.split():
         speed, equals, power = pair.partition("=")
@@ -276,13 +287,13 @@ def _subtree(tree: Mapping[str, Any], key: str) -> _Tree:
 
 
 def _parse_yaml(text: str, file: str) -> _Tree:
-    """Return the mappings and scalars of a YAML text. Lists and tags are skipped."""
+    """Parse the mappings and scalars of a YAML text, and skip lists and tags."""
     import yaml
 
     if len(text.encode()) > MOST_BYTES:
         raise ReadError(file, f"has more than {MOST_BYTES >> 10} KiB, too large for a FluidNC configuration")
     root: _Tree = {}
-    #: Path of the parser: each mapping (None if skipped), and the key whose value comes next.
+    #: Path of the parser. Each entry has a mapping (None if skipped) and the key that is waiting for its value.
     stack: list[tuple[_Tree | None, str | None]] = []
 
     def put(value: _Scalar | _Tree) -> bool:

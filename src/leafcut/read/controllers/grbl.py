@@ -1,4 +1,4 @@
-"""Import the settings of GRBL and grblHAL: the reply to ``$$``, as saved from a terminal.
+"""Import the settings of GRBL and grblHAL from a saved reply to ``$$``.
 
 Source: GRBL 1.1 wiki, "Grbl v1.1 Configuration" (meaning of each number; always in mm, mm/min and mm/s², independent of
 ``$13``); gnea/grbl 1.1, system.c `system_check_travel_limits` (the travel counts down from 0); grblHAL/core, settings.h
@@ -32,7 +32,7 @@ _ALWAYS_ON = 255
 _DEVIATION, _HOMING, _HOME_TO_MIN, _FASTEST_RPM, _SLOWEST_RPM, _LASER, _SPINDLE_ON = 11, 22, 23, 30, 31, 32, 394
 #: grblHAL: bit of ``$22`` that sets machine zero at the switch when homing.
 _ZERO_AT_SWITCH = 8
-#: Minimum number of settings that identifies a text.
+#: Minimum number of settings that identifies a text as GRBL settings.
 _SOME = 3
 
 
@@ -72,8 +72,9 @@ def read(text: str, file: str) -> Values:
 
 
 def is_answer(text: str) -> bool:
-    """Return whether a text contains GRBL settings, as a reply of the controller to $$ or as a file saved by a G-code
-    sender.
+    """Return whether a text contains GRBL settings.
+
+    The text can be the reply of the controller to ``$$``, or a file saved by a G-code sender.
     """
     return sum(1 for _ in SETTING.finditer(text)) >= _SOME or (
         text.lstrip("\ufeff \t\r\n").startswith("{") and sum(1 for _ in _KEPT.finditer(text)) >= _SOME
@@ -81,7 +82,7 @@ def is_answer(text: str) -> bool:
 
 
 def _settings(text: str) -> dict[int, _Setting]:
-    """Return the settings by number, each with its line. If a number occurs twice, its last value counts."""
+    """Parse the settings by number, with the line of each setting. If a number occurs twice, the last value wins."""
     settings = {}
     if text.lstrip("\ufeff \t\r\n").startswith("{"):
         line, position = 1, 0

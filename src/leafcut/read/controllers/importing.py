@@ -1,7 +1,8 @@
-"""Import a settings file of a controller: recognise its kind, read its values, and write a machine profile.
+"""Import the settings file of a controller.
 
-A connected controller sends the same text when it is asked for its settings (`leafcut.sender.firmware.query_settings`);
-`machine_from_settings` accepts this text.
+The module detects the kind of file, reads the values, and writes a machine profile. A connected controller sends the
+same text when `leafcut.sender.firmware.query_settings` asks for its settings, so `machine_from_settings` accepts that
+text too.
 """
 
 from __future__ import annotations
@@ -28,8 +29,9 @@ MOST_BYTES = 4 * 1024 * 1024
 
 @dataclass(frozen=True)
 class SettingsKind:
-    """A kind of settings file: its name, its description, and its reader. The reader converts a text (with its file
-    name and units) to values.
+    """A kind of settings file: its name, its description, and the function that reads it.
+
+    The function converts a text to values. It also takes the file name and the units.
     """
 
     name: str
@@ -63,14 +65,14 @@ _SECTION = re.compile(r"^\s*\[\w[^\]\n]{0,40}\]\s*$", re.MULTILINE)
 _LINUXCNC = re.compile(r"^(\s*\[(TRAJ|KINS|EMC|RS274NGC|JOINT_0|AXIS_X|AXIS_0)\]|#INCLUDE )", re.MULTILINE)
 _MACH4 = re.compile(r"^\s*\[Motor0\]", re.MULTILINE)
 _AXES = re.compile(r"^axes\s*:", re.MULTILINE | re.IGNORECASE)
-#: Words that only Marlin's answer or only a RepRapFirmware file contains. M208 is the travel in RepRapFirmware, and a
-#: filament move in Marlin.
+#: Commands that identify Marlin's reply or a RepRapFirmware file. M208 sets the travel in RepRapFirmware, but moves the
+#: filament in Marlin.
 _MARLIN_WORDS, _RRF_WORDS = {"M205", "M206", "M301"}, {"M453", "M550", "M566", "M584", "M669", "M950"}
 
 
 @dataclass(frozen=True)
 class ImportedMachine:
-    """A machine as described by the settings of its controller."""
+    """A machine that was imported from the settings of its controller."""
 
     kind: str
     title: str
@@ -102,7 +104,7 @@ def read_settings(path: str | Path) -> str:
 
 
 def settings_text(data: bytes, path: str) -> str:
-    """Decode the bytes of a settings file that has already been read; messages name its `path`.
+    """Decode the bytes of a settings file. Error messages use `path` as the name of the file.
 
     Raises
     ------
@@ -123,7 +125,7 @@ def settings_text(data: bytes, path: str) -> str:
 
 
 def settings_kind(text: str, file: str) -> str:
-    """Return the kind of settings in a text, recognised by its contents.
+    """Detect the kind of settings file from its contents.
 
     Raises
     ------
@@ -171,21 +173,22 @@ def _describe_unknown(text: str) -> str:
 
 
 def machine_from_settings(text: str, file: str, kind: str | None = None, units: str | None = None) -> ImportedMachine:
-    """Return the machine that the text of a settings file describes.
+    """Convert the text of a settings file to a machine.
 
     Parameters
     ----------
     file
-        Name of the settings file. It is used in messages, in the profile, and as the name of a machine without a name.
+        Name of the settings file. It appears in messages and in the profile. If the settings contain no machine name,
+        the machine is named after the file.
     kind
-        One of `KINDS`, or None to recognise the kind by the contents.
+        One of `KINDS`, or None to detect the kind from the contents.
 
     Raises
     ------
     ReadError
         The kind is unknown, or a required value is missing or implausible.
     OptionError
-        The kind is invalid, or units are given for a file that states them.
+        The kind is invalid, or the caller passed units for a file that states its units.
     """
     if kind is not None and kind not in KINDS:
         raise OptionError(f"--kind: unknown kind '{printable(kind, 30)}'{name_suggestion(kind[:80], KINDS)}")
@@ -212,8 +215,9 @@ def _machine_of_values(kind: str, values: Values, origin: str) -> ImportedMachin
 
 
 def profile_text(values: tuple[Value, ...], title: str) -> str:
-    """Return a machine profile as TOML. Comments state the origin of each value, and the table ``[sources]`` its
-    source.
+    """Write a machine profile as TOML.
+
+    A comment next to each value explains its origin, and the table ``[sources]`` repeats the source.
     """
     lines = [
         f"# {title}",
@@ -240,7 +244,7 @@ def _comment(text: str) -> str:
 
 
 def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
-    """Return the values of a loaded machine profile, each with its source."""
+    """List the values of a loaded machine profile with their sources."""
     sources = data.get("sources", {})
     values = []
     for key in PROFILE_KEYS:
@@ -261,9 +265,9 @@ def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
 
 
 def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], place: str) -> str:
-    """Return the profile of a machine as TOML with changed values and their sources.
+    """Change values of a machine profile and their sources, and return the new profile as TOML.
 
-    `place` is the file to be written; messages name it.
+    Error messages use `place` as the name of the file to be written.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Read INI files of controllers. Sections and keys are case-sensitive, and each value has its line number."""
+"""Read the INI files of controllers. Section names and keys are case-sensitive, and each value has a line number."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from leafcut.errors import ReadError, printable
 from leafcut.message import Message
 
-#: Limits of included files: depth of nesting, and total size, bytes (a real one has a few kB).
+#: Maximum nesting depth of included files, and their maximum total size, bytes. Real files have a few kB.
 DEEPEST, MOST_INCLUDED = 8, 4 * 1024 * 1024
 #: Maximum number of included files, because files that include each other multiply quickly.
 MOST_FILES = 200
@@ -16,7 +16,7 @@ MOST_FILES = 200
 
 @dataclass(frozen=True)
 class Entry:
-    """A value of an INI file, and its position as text: ``line 12``, or ``limits.inc, line 3``."""
+    """A value in an INI file, with its position as text, such as ``line 12`` or ``limits.inc, line 3``."""
 
     text: str
     place: str
@@ -24,19 +24,22 @@ class Entry:
 
 @dataclass
 class Ini:
-    """The sections of an INI file by name, each with its keys. If a key occurs twice, its first value counts, as in
-    LinuxCNC.
+    """The sections of an INI file by name, each with its keys.
+
+    If a key occurs twice, the first value wins, as in LinuxCNC.
     """
 
     sections: dict[str, dict[str, Entry]] = field(default_factory=dict)
 
     def get(self, key: str, *sections: str) -> Entry | None:
-        """Return the value of a key from the first of the given sections that contains the key."""
+        """Return the value of a key from the first of the given sections that has the key."""
         return next((self.sections[name][key] for name in sections if key in self.sections.get(name, {})), None)
 
 
 def read_ini(text: str, file: str, include: bool = False) -> Ini:
-    """Read an INI file; `include` follows LinuxCNC's ``#INCLUDE name`` to files in its folder or below it.
+    """Read an INI file.
+
+    With `include`, the function follows LinuxCNC's ``#INCLUDE name`` to files in the same folder or its subfolders.
 
     Raises
     ------
@@ -96,5 +99,5 @@ class _Reading:
 
 
 def _is_name(name: str) -> bool:
-    """Return whether a name is a relative path that does not start with a home directory or a drive."""
+    """Return whether a name is a relative path. It must not start with a home directory or a drive."""
     return bool(name) and "\0" not in name and not name.startswith(("/", "~", "\\")) and ":" not in name

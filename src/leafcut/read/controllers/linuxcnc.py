@@ -29,13 +29,15 @@ _NAMES = (
 
 
 def read(text: str, file: str, units: str | None = None) -> Values:
-    """Import the INI file of a machine; `units` (mm or in) applies if the file does not state its units.
+    """Import the INI file of a LinuxCNC machine.
+
+    `units` (mm or in) applies only if the file does not state its units.
 
     Raises
     ------
     ReadError
-        An axis, the units, a velocity or an acceleration is missing; a value is implausible or not a number; or an
-        included file cannot be read or lies outside the folder.
+        An axis, the units, a velocity or an acceleration is missing, or a value is implausible or not a number. The
+        error is also raised if an included file cannot be read or lies outside the folder.
     """
     ini = read_ini(text, file, include=True)
     values = Values(file, "LinuxCNC")
@@ -101,7 +103,7 @@ class _Reader:
     trivial: bool
 
     def motion(self) -> None:
-        """Store the velocities and accelerations of the axes, limited by those of the path."""
+        """Store the velocities and accelerations of the axes. The limits of the path also apply to each axis."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
             axis_values = [self._required(key, axis) for axis in "xyz"]
@@ -156,7 +158,7 @@ class _Reader:
         self.values.store_home(Axes(tuple(homes), self.units, source, assumed=not sources))
 
     def work(self) -> None:
-        """Store the process: a plasma torch if an entry or a section names one, otherwise a spindle."""
+        """Store the process: a plasma torch if an entry or a section mentions a torch, otherwise a spindle."""
         names = [entry for entry in (self.ini.get(*place) for place in _NAMES) if entry is not None]
         qtplasmac = next((entry for entry in names[:2] if _QTPLASMAC.search(entry.text)), None)
         if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or qtplasmac is not None:

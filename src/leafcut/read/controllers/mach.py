@@ -39,7 +39,8 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
     Raises
     ------
     ReadError
-        The text is not XML, has entities, or lacks the tuning of a motor; or a value is implausible or not a number.
+        The text is not XML, declares entities, or does not contain the tuning of a motor. The error is also raised if a
+        value is implausible or not a number.
     """
     tags = _preferences(text, file)
     values = Values(file, "Mach3")
@@ -186,7 +187,17 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
 def _motor_values(
     ini: Ini, values: Values, motors: list[str], key: str, unit: str
 ) -> tuple[tuple[float, ...], str, str]:
-    """Return the value of each motor, converted from counts to `unit`, this unit, and the source of the values."""
+    """Convert a setting of each motor from counts to mm or inches.
+
+    Returns
+    -------
+    tuple of float
+        The converted value of each motor.
+    str
+        The unit of these values.
+    str
+        The source of the values.
+    """
     numbers, sources = [], []
     for motor in motors:
         entry, counts = ini.get(key, motor), ini.get("CountsPerUnit", motor)
@@ -218,7 +229,7 @@ def _resolve_unit(values: Values, stated: str | None, statement: str, given: str
 
 
 def _preferences(text: str, file: str) -> dict[str, str]:
-    """Return the texts of the tags in ``<Preferences>`` by name. If a tag occurs twice, its last text counts."""
+    """Return the text of each tag in ``<Preferences>``. If a tag occurs twice, the last text wins."""
     from defusedxml.common import DefusedXmlException
     from defusedxml.ElementTree import ParseError, fromstring
 

@@ -1,7 +1,8 @@
-"""Create a machine profile from a few questions, for controllers that do not export settings (Haas, Centroid).
+"""Create a machine profile from a few questions.
 
-Each question suggests the value of a known machine with that controller; unanswered questions become estimates. When an
-imported profile is completed, questions are asked only about missing or estimated values.
+This is for controllers that do not export their settings, such as Haas and Centroid. Each question suggests the value
+of a known machine with the same controller, and unanswered questions become estimates. When the user completes an
+imported profile, the dialogue only asks about missing or estimated values.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, UNKNOWN
 from leafcut.units import parse_quantity, with_unit
 
-#: Controller → the machine whose values are suggested.
+#: Maps a controller to the machine that supplies the suggested values.
 _SIMILAR_MACHINES = {
     "haas": "haas-vf2", "fanuc": "haas-vf2", "grbl": "grbl-3018", "linuxcnc": "linuxcnc-mill", "mach3": "mach3-router",
     "mach4": "mach4-router", "fagor8055": "fagor-8055", "qtplasmac": "plasma-table", "plasma": "plasma-table",
@@ -32,11 +33,13 @@ _SIMILAR_MACHINES = {
     "fanuc-laser": "laser-table", "grbl-laser": "grbl-laser-20w", "flame": "flame-table", "waterjet": "water-table",
 }  # fmt: skip
 _DEFAULT_MACHINE = "linuxcnc-mill"
-#: Asks the user a question with a suggestion ("" for none); returns the typed answer.
+#: Function that asks the user a question. It takes the question and a suggestion ("" for none), and returns the typed
+#: answer.
 Ask = Callable[[str, str], str]
-#: If a travel limit is above this, mm, travel counts up from machine zero. A few centimetres are only overtravel.
+#: If a travel limit is above this value, mm, the travel counts up from machine zero. Overtravel is only a few
+#: centimetres.
 _UPWARDS = 50.0
-#: Number of wrong answers to a question after which the dialogue ends.
+#: The dialogue ends after this number of wrong answers to the same question.
 _MOST_TRIES = 5
 
 
@@ -86,7 +89,14 @@ _BY_NAME = {question.name: question for question in QUESTIONS}
 
 
 def read_answers(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """Read a TOML file with answers. Return the answers, and the file and line of each answer by its name.
+    """Read answers from a TOML file.
+
+    Returns
+    -------
+    dict
+        Answers by name.
+    dict
+        File and line of each answer by name.
 
     Raises
     ------
@@ -110,23 +120,23 @@ def ask_machine(
     base: str | None = None,
     places: Mapping[str, str] | None = None,
 ) -> ImportedMachine:
-    """Return the machine that the answers describe.
+    """Create a machine from answers.
 
     Parameters
     ----------
     given
         Answers by the names in `QUESTIONS`, as strings or bools.
     ask
-        Function that asks the user for a missing answer; None to use the suggestions.
+        Function that asks the user for a missing answer. If None, suggestions replace missing answers.
     base
-        Name or path of a profile to complete; only its missing or estimated values are asked for.
+        Name or path of a profile to complete. The dialogue only asks for values that this profile lacks or estimates.
 
     Raises
     ------
     OptionError
         An answer is unknown, wrong or missing, or the base cannot be read.
     DataError
-        An answer in a file is wrong; the message names the line.
+        An answer in a file is wrong; the message includes the line number.
     """
     places = places or {}
     for name in given:
@@ -161,7 +171,7 @@ class _Answers:
         self.similar_machine = ""
 
     def is_answered(self, question: Question) -> bool:
-        """Return whether a question has a given answer, or a value in the base profile, even an estimate."""
+        """Return whether the user answered a question, or the base profile has a value for it, even an estimate."""
         return question.name in self.given or self._has_value(question)
 
     def _is_stated(self, question: Question) -> bool:
@@ -220,8 +230,9 @@ class _Answers:
         return _as_answer(value), f"as {self.similar_machine}" + (f": {source}" if source else "")
 
     def _load_suggestions(self) -> None:
-        """Load the suggestions from a machine with the same controller, or else from a default machine without motion
-        values.
+        """Load the suggestions from a machine with the same controller.
+
+        If no such machine is known, use a default machine without motion values.
         """
         controller = self.values.entries["controller"].value
         self.similar_machine = _SIMILAR_MACHINES.get(controller, _DEFAULT_MACHINE)
@@ -252,8 +263,9 @@ class _Answers:
                 self.values.entries.pop(key, None)
 
     def _travel(self, entries: dict[str, Any]) -> dict[str, Any]:
-        """Return the travel limits for the given lengths. They count up or down from 0, as on the machine of the
-        suggestions.
+        """Convert the given lengths to travel limits.
+
+        The limits count up or down from 0, in the same direction as on the machine that supplies the suggestions.
         """
         lengths = entries.get("travel.max")
         if lengths is None:

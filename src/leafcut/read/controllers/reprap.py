@@ -1,9 +1,10 @@
-"""Import the settings of Marlin (the reply to ``M503``) and of RepRapFirmware on Duet boards (``config.g``), which use
-the same words with different units.
+"""Import the settings of Marlin and RepRapFirmware.
+
+Marlin's settings come from the reply to ``M503``. RepRapFirmware on Duet boards keeps its settings in ``config.g``.
+Both use the same commands with different units: M203 is in mm/s in Marlin, and in mm/min in RepRapFirmware.
 
 Source: Marlin's G-code reference (M201, M203, M204, M205, M211, M503) and Configuration.h (junction deviation
 equivalent to a jerk: 0.4 jerk² / acceleration); Duet3D's G-code dictionary (M201, M203, M208, M550, M566, M669, M950).
-M203 is in mm/s in Marlin, and in mm/min in RepRapFirmware.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class _Line:
 _VARIABLE = re.compile(r"^\s*(global|var|set\s+global|set\s+var)(?:\s+|\.)(\w{1,60})\s*=\s*\{?([-+.0-9]{1,30})\}?\s*$")
 _VARIABLE_USE = re.compile(r"\{\s*(global|var)\.(\w{1,60})\s*\}")
 _CONDITION = re.compile(r"^\s*(if|elif|while)\b")
-#: Limits of files run by a config.g (M98): number, depth of nesting, and bytes per file.
+#: Limits for files that a config.g runs (M98): number of files, nesting depth, and bytes per file.
 _MOST_RUN, _DEEPEST_RUN, _MOST_BYTES_RUN = 100, 8, 262_144
 
 
@@ -104,7 +105,7 @@ def read_marlin(text: str, file: str) -> Values:
 
 
 def _marlin_acceleration(values: Values, settings: _Settings, unit: str) -> Axes:
-    """Return the acceleration of M204 T (S in old versions), limited by the axis limits (M201)."""
+    """Return the acceleration from M204 T (S in old versions), capped at the limits of the axes (M201)."""
     limits = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     path = settings.words.get("M204", {})
     letter = next((candidate for candidate in "TSP" if candidate in path), None)
@@ -124,8 +125,8 @@ def read_rrf(text: str, file: str) -> Values:
     Raises
     ------
     ReadError
-        M203 or M201 is missing or lacks an axis; a value is an expression, implausible, or not a number; or too many
-        files are run.
+        M203 or M201 is missing or lacks an axis, a value is an expression, implausible, or not a number, or config.g
+        runs too many files.
     """
     values = Values(file, "RepRapFirmware")
     lines = _MacroRunner(Path(file), values).lines(text)
@@ -161,7 +162,7 @@ def read_rrf(text: str, file: str) -> Values:
 
 
 def _store_rrf_spindle(values: Values, lines: list[_Line]) -> None:
-    """Store the spindle speeds of M950 R0: ``L24000``, or ``L6000:24000``."""
+    """Store the spindle speeds from M950 R0, such as ``L24000`` or ``L6000:24000``."""
     for line in lines:
         if line.word == "M950" and "R" in line.letters and line.letters.get("L"):
             speeds = [_number(values, part, "M950 L", line.place) for part in line.letters["L"].split(":")]
@@ -170,8 +171,9 @@ def _store_rrf_spindle(values: Values, lines: list[_Line]) -> None:
 
 
 def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
-    """Store the travel of M208: ``X0:200``, or the maximum with S0 and the minimum with S1. Return the limits of each
-    axis.
+    """Store the travel from M208, and return the limits of each axis.
+
+    M208 has either the form ``X0:200``, or the maximum with S0 and the minimum with S1.
     """
     ends: dict[str, list[float]] = {axis: [-math.inf, math.inf] for axis in "XYZ"}
     entries = [(line, axis) for line in lines if line.word == "M208" for axis in "XYZ" if axis in line.letters]
@@ -200,8 +202,10 @@ def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str
 
 
 def _store_rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], unit: str) -> None:
-    """Store the home position of M574: 1 means the lower end of the axis and 2 the upper end (the limits of M208). An
-    axis that homes with a probe (S2) has no home position.
+    """Store the home position from M574.
+
+    The value 1 means the lower end of the axis and 2 the upper end, as set by M208. An axis that homes with a probe
+    (S2) has no home position.
     """
     homes, positions = dict.fromkeys("XYZ", 0.0), []
     for line in lines:
@@ -229,7 +233,7 @@ def _store_steps(values: Values, settings: _Settings, unit: str) -> None:
 
 
 def _store_jerk_corners(values: Values, jerk: float, place: _Source, unit: str, label: str) -> None:
-    """Store the junction deviation that allows the same speed at a 90° corner as the jerk."""
+    """Convert the jerk to a junction deviation that allows the same speed at a 90° corner, and store it."""
     acceleration = values.entries["rapid.acceleration"].value
     text = acceleration if isinstance(acceleration, str) else acceleration[0]
     axis_acceleration = number(values, text, "rapid.acceleration")
@@ -291,12 +295,12 @@ def _location(positions: Iterable[_Source]) -> str:
 
 
 def word_of(line: str) -> re.Match[str] | None:
-    """Match the word at the start of a settings line. Return None for other lines."""
+    """Match the command at the start of a settings line. Return None for other lines."""
     return LINE.match(line[:LONGEST_LINE].partition(";")[0].strip())
 
 
 def has_travel(text: str) -> bool:
-    """Return whether a text contains an M208 of RepRapFirmware, which has an axis letter. M208 of Marlin has none."""
+    """Return whether a text contains RepRapFirmware's M208, which has an axis letter, unlike Marlin's M208."""
     return any(line.word == "M208" and not {"X", "Y", "Z"}.isdisjoint(line.letters) for line in _lines(text))
 
 
@@ -326,9 +330,9 @@ def _settings(lines: list[_Line]) -> _Settings:
 
 @dataclass
 class _MacroRunner:
-    """Collects the lines of a config.g and of the files that M98 runs, in the order of execution.
+    """Collects the lines of a config.g, and of the files that it runs with M98, in the order of execution.
 
-    Conditions are not evaluated.
+    The runner does not evaluate conditions.
     """
 
     root: Path
@@ -372,7 +376,7 @@ class _MacroRunner:
         return lines
 
     def _lines_of_macro(self, name: str, depth: int) -> list[_Line]:
-        """Return the lines of a file that M98 runs. The file must be in the folder of the config.g (``/sys``)."""
+        """Return the lines of a file that M98 runs. The file must be in the same folder as the config.g (``/sys``)."""
         inner = re.sub(r"^(0:)?/sys/", "", name)
         if not self.root.is_file():  # standard input has no folder
             self.missing.append(name)

@@ -1,4 +1,4 @@
-"""Values from the settings of a controller, each with its source."""
+"""The values in the settings of a controller. Each value has a source."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 class ValueOrigin(StrEnum):
-    """Origin of a value: read from the settings, derived, or assumed."""
+    """Where a value comes from: read from the settings, derived from other values, or assumed."""
 
     TAKEN = "taken"
     DERIVED = "derived"
@@ -40,8 +40,12 @@ class ValueOrigin(StrEnum):
 class Value:
     """A value of a machine profile.
 
-    `key` is ``key`` or ``table.key``. `value` has the form that a profile uses: text with a unit, a list of three, a
-    bool, or a number.
+    Attributes
+    ----------
+    key
+        ``key`` or ``table.key``.
+    value
+        The value as written in a profile: text with a unit, a list of three values, a bool, or a number.
     """
 
     key: str
@@ -51,7 +55,7 @@ class Value:
 
     @property
     def words(self) -> str:
-        """The source of the value, as written in the table `[sources]` of a profile."""
+        """Source of the value, formatted for the table `[sources]` of a profile."""
         return f"estimate: {self.source}" if self.how is ValueOrigin.ASSUMED else self.source
 
 
@@ -59,8 +63,12 @@ class Value:
 class Values:
     """The values of a settings file.
 
-    `title` is the kind of the file, such as ``GRBL 1.1``. `notes` are settings that a profile cannot contain, and hints
-    for the user.
+    Attributes
+    ----------
+    title
+        Kind of file, such as ``GRBL 1.1``.
+    notes
+        Hints for the user, and settings that do not fit into a profile.
     """
 
     file: str
@@ -77,7 +85,7 @@ class Values:
         self.entries[key] = Value(key, value, ValueOrigin.DERIVED, source)
 
     def assume(self, key: str, value: Any, source: str) -> None:
-        """Store an estimate for a value that is missing in the settings file."""
+        """Store an estimate for a value that the settings file does not contain."""
         self.entries[key] = Value(key, value, ValueOrigin.ASSUMED, source)
 
     def note(self, text: str) -> None:
@@ -85,11 +93,11 @@ class Values:
         self.notes.append(text)
 
     def refusal(self, reason: str, line: int | None = None) -> ReadError:
-        """Return the error for a settings file that cannot be used."""
+        """Create the error that explains why a settings file cannot be used."""
         return ReadError(self.file, reason, line)
 
     def store_controller(self, name: str, source: str, otherwise: str) -> None:
-        """Store the dialect of a controller, or `otherwise` if leafcut does not support the controller."""
+        """Store the dialect of a controller. If leafcut does not support the controller, store `otherwise` instead."""
         if name in dialects():
             self.derive("controller", name, source)
         else:
@@ -98,8 +106,9 @@ class Values:
             )
 
     def store_motion(self, velocity: Axes, acceleration: Axes) -> None:
-        """Store rapid velocities and accelerations. The maximum feed is the lower of the rapid velocities of x and
-        y.
+        """Store the rapid velocities and accelerations.
+
+        The maximum feed becomes the lower of the x and y rapid velocities.
         """
         for key, axes, limit in (("velocity", velocity, FASTEST), ("acceleration", acceleration, HARDEST)):
             axes.check(self, f"rapid.{key}", limit, above_0=True)
@@ -109,7 +118,7 @@ class Values:
         self.derive("max_feed", with_unit(slower, velocity.unit), "the slower rapid of x and y: axes also limit feeds")
 
     def store_travel(self, lowest: Axes, highest: Axes) -> None:
-        """Store the travel limits; an infinite limit is stored as unknown."""
+        """Store the travel limits. An infinite limit counts as unknown."""
         for low, high, name in zip(lowest.numbers, highest.numbers, "xyz", strict=True):
             if not high > low:
                 raise self.refusal(
@@ -140,7 +149,7 @@ class Values:
         store("home", axis_texts(inside, position.unit), source)
 
     def store_manual_tool_changes(self, why: str) -> None:
-        """Store that tools are changed by hand."""
+        """Store the fact that an operator changes tools by hand."""
         self.assume("tool_change.automatic", False, why)
         self.assume("tool_change.time", *HAND_CHANGE)
 
@@ -163,7 +172,7 @@ class Values:
 
 @dataclass(frozen=True)
 class Axes:
-    """One value per axis, with their common unit and source."""
+    """A value for each axis. All values have the same unit and source."""
 
     numbers: tuple[float, ...]
     unit: str
@@ -192,7 +201,7 @@ class Axes:
 
 
 def number(values: Values, text: str, label: str, line: int | None = None) -> float:
-    """Parse a number; any text after it, such as a comment, is ignored.
+    """Parse a number, and ignore any text after it, such as a comment.
 
     Raises
     ------
@@ -209,18 +218,18 @@ def number(values: Values, text: str, label: str, line: int | None = None) -> fl
 
 
 def with_unit(value: float, unit: str) -> str:
-    """Return a number with its unit as written in a machine profile, or "unknown" if the number is infinite."""
+    """Format a number with its unit for a machine profile. Return "unknown" if the number is infinite."""
     return f"{value:.10g} {unit}" if math.isfinite(value) else "unknown"
 
 
 def axis_texts(numbers: Sequence[float], unit: str) -> Any:
-    """Return one value per axis as written in a machine profile, or a single value if all are equal."""
+    """Format the values of all axes for a machine profile, as a list, or as a single value if all axes are equal."""
     written = [with_unit(value, unit) for value in numbers]
     return written[0] if len(set(written)) == 1 else written
 
 
 def in_lines(lines: Iterable[int]) -> str:
-    """Return line numbers as text: ``line 3`` or ``lines 3, 5 and 7``."""
+    """Format line numbers: ``line 3`` or ``lines 3, 5 and 7``."""
     sorted_lines = sorted(set(lines))
     if len(sorted_lines) == 1:
         return Message("line {}", sorted_lines[0])
