@@ -75,8 +75,7 @@ def o_word_of(line: str) -> Control | None:
 
 @dataclass(slots=True)
 class Construct:
-    """A control structure (sub, if, while, do or repeat), with its kind and the lines of its keywords, counted from 0.
-    """
+    """A control structure (sub, if, while, do or repeat). `parts` contains its keywords with their lines, from 0."""
 
     kind: str
     parts: list[tuple[int, str]]
@@ -107,8 +106,9 @@ class Construct:
 
 @dataclass(slots=True)
 class SubprogramCall:
-    """An active call of a subprogram, with its first line, return line, remaining repeats, and the parameters to
-    restore.
+    """An active call of a subprogram.
+
+    It stores the first line, the return line, the remaining repeats, and the parameters to restore.
     """
 
     start: int
@@ -121,7 +121,7 @@ class SubprogramCall:
 
 
 class Flow:
-    """Executes the O-words of a program; lines are counted from 0."""
+    """Executes the O-words of a program. Lines are counted from 0."""
 
     def __init__(self, lines: Sequence[str], parameters: ProgramParameters) -> None:
         self.parameters = parameters

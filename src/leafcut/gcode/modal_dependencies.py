@@ -43,8 +43,16 @@ _MOVES = _CUTS | {int(Kind.RAPID)}
 
 @dataclass(frozen=True, slots=True)
 class BlockWords:
-    """The words of a block: the fields of `Modal` that they set, the numbers as text by letter, and whether M3 or M4
-    occurs.
+    """The words of a block.
+
+    Attributes
+    ----------
+    states
+        Fields of `Modal` that the words set.
+    letters
+        Numbers as text, by letter.
+    starts_spindle
+        Whether the block contains M3 or M4.
     """
 
     states: frozenset[str]
@@ -88,9 +96,9 @@ class BlockReader:
 
     @cached_property
     def blocks_by_letter(self) -> dict[str, tuple[list[int], list[str]]]:
-        """Map each letter to the blocks that contain it, in order, and to its numbers as text.
+        """Map each letter to its blocks, in order, and to its numbers as text.
 
-        Cycle words count only in cycles.
+        Letters other than F and S count only in blocks that drill.
         """
         found: dict[str, tuple[list[int], list[str]]] = {}
         for block in range(self.program.n_blocks):
@@ -115,7 +123,7 @@ class BlockReader:
         return found
 
     def states(self, begin: int, end: int) -> set[str]:
-        """Return the fields of `Modal` that the words of blocks begin … end - 1 set."""
+        """Return the fields of `Modal` that the words in a half-open range of blocks set."""
         words = (self.words(block) for block in range(begin, end))
         return {field for w in words if w is not None for field in w.states}
 
@@ -144,8 +152,7 @@ class BlockReader:
         return BlockWords(frozenset(states - {""}), letters, spindle, not words, outputs)
 
     def modal_use(self, begin: int, end: int) -> ModalUse:
-        """Return the modes that a half-open range of blocks inherits from earlier blocks, and the modes that it sets.
-        """
+        """Return the modes that a range of blocks inherits from earlier blocks, and the modes that it sets."""
         relies: set[str] = set()
         sets: set[str] = set()
         for block in range(begin, end):

@@ -106,7 +106,7 @@ class OwnPolicy(Policy):
         return dialect.g_codes, dialect.m_codes
 
     def spindle_directions(self, dialect: Dialect) -> dict[int, int]:
-        """Return the spindle directions; M4 may also switch on a beam."""
+        """Return the spindle directions. M4 may also switch on a beam."""
         beam = {} if dialect.torch is None else {dialect.torch.on_code: 1}
         return {**super().spindle_directions(dialect), **beam}
 
@@ -142,8 +142,9 @@ class OwnPolicy(Policy):
         """Do nothing, because the height is known."""
 
     def forget_xy_position(self, state: InterpreterState) -> None:
-        """Mark X and Y as unknown if the marking tool has offsets in X and Y, which only the controller's table
-        contains.
+        """Mark X and Y as unknown if the marking tool has offsets in X and Y.
+
+        Only the controller's table contains these offsets.
         """
         if state.dialect.torch is not None and state.dialect.torch.mark_tool is not None:
             state.path.position[:2] = [UNKNOWN, UNKNOWN]

@@ -1,5 +1,4 @@
-"""`Program`: a program from any CAM system as a sequence of blocks, with motions and the modal state before each block.
-"""
+"""`Program`: a program from any CAM system as a sequence of blocks, with its motions and modal states."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ class Blocks:
 
 
 class Writer:
-    """Writes the rows of a toolpath one after the other, and tracks the state of the controller."""
+    """Writes the rows of a toolpath one after another, and tracks the state of the controller."""
 
     #: Word that ends a modal cycle.
     end_of_cycle = "G80"

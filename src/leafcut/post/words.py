@@ -181,7 +181,7 @@ def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
 
 
 def plain_text(text: str) -> str:
-    """Return a text as one line of printable ASCII, without parentheses and without words on which a controller acts.
+    """Convert a text to a single line of printable ASCII without parentheses that no controller acts on.
 
     >>> plain_text("Ø3 mm (steel)\\nMSG, 20 %")
     'D3 mm [steel] MSG, 20 pct'

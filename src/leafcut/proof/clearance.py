@@ -33,8 +33,9 @@ def check_clearance(
     tops: NDArray[np.float64] | None = None,
     level: bool = True,
 ) -> list[Difference]:
-    """Return every move that could crash, with its line and position. An empty list means that the program obeys these
-    rules:
+    """Return every move that could crash, with its line and position.
+
+    The list is empty if the program obeys these rules:
 
     1. A rapid in x or y has a known z and stays at least `LEAST_CLEARANCE` above `surface_z`. After a move to machine z
        (G53, G28) at or above `safe_z`, z counts as high. A move to machine x or y must not start below the clearance

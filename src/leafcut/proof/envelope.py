@@ -29,7 +29,9 @@ def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
 
 
 def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return every position that the tool reaches, in program coordinates, float64[m, 3], and the row of each position.
+    """Return every position that the tool reaches, and the row of each position.
+
+    Positions are in program coordinates, float64[m, 3].
     """
     moving = np.flatnonzero(np.isin(path.kind, [int(k) for k in MOTIONS]))
     drills = np.flatnonzero(path.kind == Kind.DRILL)

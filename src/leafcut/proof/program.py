@@ -79,8 +79,7 @@ def check_program(
     surface: NDArray[np.float64] | None = None,
     surface_z: float = 0.0,
 ) -> list[Difference]:
-    """Return all errors of a program, whose motion comes from `read_back`. An empty list means that the program is
-    verified.
+    """Return all errors of a program, whose motion comes from `read_back`. Without errors, the program is verified.
 
     The program must match the planned toolpath. If the controller has no cycles, they are expanded before the
     comparison. The program must also stay inside the travel of the machine, above the workpiece, and at or above the

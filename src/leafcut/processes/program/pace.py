@@ -378,8 +378,9 @@ class _PaceSteps:
         return text, self.read(text) if pace.stretches else program
 
     def undo_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
-        """Undo raised speeds that cost time. Dividing a cut changes the look-ahead of the controller, which can slow it
-        down.
+        """Undo raised speeds that cost time.
+
+        Dividing a cut changes the look-ahead of the controller, which can slow the cut down.
 
         Returns
         -------

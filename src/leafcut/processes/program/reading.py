@@ -69,8 +69,8 @@ _CENTRE = re.compile(
     r"centroid|syil)\b",
     re.IGNORECASE,
 )
-#: Range of router spindle speeds, rpm: VFD spindles reach 24000, trim routers 30000. Belt-driven mills and most
-#: machining centres stay below.
+#: Range of router spindle speeds, rpm. VFD spindles reach 24000, and trim routers reach 30000. Belt-driven mills and
+#: most machining centers stay below this range.
 _ROUTER_RPM = (12_000.0, 30_000.0)
 
 
@@ -132,8 +132,9 @@ def read_file(
 
 
 def controller_motion(program: Program, program_dialect: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
-    """Return the motion including the moves that the controller adds at each cut, and a warning about unknown
-    materials.
+    """Return the motion of a program, including the moves that the controller adds at each cut.
+
+    A warning reports unknown materials.
     """
     if program_dialect.torch is None or not program_dialect.torch.material_comment:
         return program.path, []
@@ -407,7 +408,7 @@ def _material_feed(text: str, settings: Settings, program_dialect: Dialect) -> t
 
 
 def _chart_feed(settings: Settings) -> tuple[float, str]:
-    """Return the feed from the cut chart, mm/s, and a text that names its source."""
+    """Look up the feed in the cut chart, mm/s. Return the feed and a text that names its source."""
     from leafcut.read.cutchart import find_cut_data, load_chart
 
     options, job = settings.cut_data, settings.job

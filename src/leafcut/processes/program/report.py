@@ -55,8 +55,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         return [*facts, Fact(sentence=Message("{} reversed", turned) if turned else "")]
 
     def own_facts(self) -> list[Fact]:
-        """Return facts about the proof, fixed work, new moves across avoided areas, savings, and the remaining stock.
-        """
+        """Return facts about the proof, fixed work, moves across avoided areas, savings, and the remaining stock."""
         detail = self.outcome.detail
         head, *reasons = staying_words(detail, MOST_REASONS) or [""]
         stays = f"{head}: {'; '.join(reasons)}" if head else ""

@@ -53,9 +53,7 @@ class RapidCorners:
         self.slow = math.sqrt(2.0 * min(machine.acceleration) * _ROUNDED)
 
     def rounded_ends(self, row: int) -> tuple[bool, bool]:
-        """Return whether the controller may round the corner at the start of a straight move, and the corner at its
-        end.
-        """
+        """Return whether the controller may round the corners at the start and at the end of a straight move."""
         if not self.free[row]:
             return False, False
         at = int(np.searchsorted(self.moving, row))

@@ -268,10 +268,10 @@ def ties_at_edges(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
 def _without_implied(
     pairs: NDArray[np.int64], n: int, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> NDArray[np.int32]:
-    """Remove the pairs that follow from other pairs (transitive reduction). Each pair leads from a lower to a higher
-    number.
+    """Remove the pairs that follow from other pairs (transitive reduction).
 
-    Connected groups of tasks are reduced separately, in blocks of `_BITS` tasks, so that memory grows linearly with n.
+    Each pair leads from a lower to a higher number. Connected groups of tasks are reduced separately, in blocks of
+    `_BITS` tasks, so that memory grows linearly with n.
     """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)

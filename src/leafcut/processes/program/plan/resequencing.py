@@ -786,9 +786,7 @@ class SectionFinder:
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
     def _why_single_task_stays(self, before: int, after: int) -> tuple[str, int]:
-        """Return why a single task between two barriers stays, and which of the two barriers separates it from other
-        work.
-        """
+        """Return why a single task between two barriers stays, and which barrier separates it from other work."""
         last = int(self.cuts[-1])
         if after < self.program.n_blocks and self.cuts[self.first[after]] < last:
             return "alone", after
@@ -1117,9 +1115,7 @@ def stops_before_work(program: Program, rows: Rows, row: int) -> bool:
 
 
 def follows_compensation(program: Program, row: int) -> bool:
-    """Return whether cutter compensation is on in the move before a row, which means that this row ends the
-    compensation.
-    """
+    """Return whether cutter compensation is on in the move before a row, so that it ends in this row."""
     kind = program.path.kind
     before = next((r for r in range(row - 1, -1, -1) if kind[r] <= Kind.DRILL), -1)
     if before < 0:
@@ -1128,9 +1124,7 @@ def follows_compensation(program: Program, row: int) -> bool:
 
 
 def _is_lit_after(program: Program, rows: Rows, low: int, high: int) -> bool:
-    """Return whether the beam is on in the first travel move after a task, but off in the first travel move of the
-    task.
-    """
+    """Return whether the beam is on in the first travel move after a task but off in its own first travel move."""
     if not rows.beam.any():
         return False
     ways = [np.flatnonzero(part) for part in (rows.travel[low:high], rows.travel[high:])]

@@ -54,11 +54,11 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
 
 
 def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], longest: int, was: int) -> list[str]:
-    """Insert words into a line. If the line gets too long for the controller, its modal words move to a block before
-    it.
+    """Insert words into a line, or into two lines if a single line would be too long for the controller.
 
+    In that case, the modal words of the line move to a block before it. Motion words must stay with their coordinates.
     `longest` is the maximum length of a line without its line ending. The length of the original line, `was`, is always
-    permitted. Motion words must stay with their coordinates.
+    permitted.
 
     >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11)
     ['G99 F100', 'G81 X5 Z-3.0 (a hole)']

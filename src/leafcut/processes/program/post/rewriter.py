@@ -552,7 +552,7 @@ class TaskLines:
         return self._lines[self._lines_before(begin) : self._lines_before(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
-        """Return the index of a block's line among the lines of its task, whose first block is `begin`."""
+        """Return the index of a block's line among the lines of its task. The first block of the task is `begin`."""
         return int(self._line[block]) - 1 - self._lines_before(begin)
 
     def _lines_before(self, block: int) -> int:
@@ -845,8 +845,9 @@ class OriginalPositions:
         return bool((np.abs(self.program.path.end[row, :2] - self.before[row, :2]) < _TOLERANCE).all())
 
     def heights_of_first_return(self, rows: range) -> tuple[float, float] | None:
-        """Return the retract height and the R plane of the first hole with G98 in a series, mm, or None without such a
-        hole.
+        """Return the retract height and the R plane of the first hole with G98 in a series, mm.
+
+        Return None if the series has no such hole.
         """
         path = self.program.path
         for row in rows:

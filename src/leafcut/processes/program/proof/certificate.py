@@ -389,10 +389,10 @@ def _counts(work: ProgramWork) -> Counts:
 
 
 class _Mode(NamedTuple):
-    """A mode with its name, the G words that set it (a regular expression for their numbers), and the rows that need
-    it.
+    """A mode with its name, the G words that set it, and the kinds of rows that need it.
 
-    Some controllers do not know a `rare` word, so the new program must not add it.
+    The G words are a regular expression for their numbers. Some controllers do not know a `rare` word, so the new
+    program must not add it.
     """
 
     name: str
@@ -606,8 +606,7 @@ def _vertical_mask(features: Features, rows: Indices) -> Mask:
 
 
 def _is_constant(features: Features, rows: Indices, body: Indices) -> bool:
-    """Return whether the machine state does not change during a run, and the body of the run stays at a single level.
-    """
+    """Return whether the machine state stays the same during a run, and its body is at a single level."""
     steady = features.several(_STEADY, rows)
     kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
     arcs = body[features.kind[body] != Kind.FEED]
@@ -632,8 +631,9 @@ def _reverse_run(new: Features, old: Features, first: int, end: int, body: Indic
 
 
 def reversed_runs(one: DirectedWork, other: DirectedWork, new_of: Indices) -> Indices:
-    """Return the run of each feature that the other program cuts in the opposite direction, and -1 for all other
-    features.
+    """Return the run of each feature that the other program cuts in the opposite direction.
+
+    All other features get -1.
     """
     paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
     differs = paired[one.turned[paired] != other.turned[new_of[paired]]]
@@ -673,8 +673,7 @@ class ChangedOrder:
         self.run: Indices = np.subtract(run, run[:1], dtype=np.int64)
 
     def touching(self, tolerance: float) -> Iterator[Difference]:
-        """Yield touching cuts whose order changed, and features at unknown positions whose place in the order changed.
-        """
+        """Yield touching cuts whose order changed, and features at unknown positions that changed places."""
         if self.unchanged:
             return
         known = np.isfinite(self.features.end[:, :2]).all(axis=1)
@@ -777,8 +776,7 @@ class ChangedOrder:
                 yield int(visits.first[one]), int(visits.first[other]), text
 
     def _detached_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
-        """Yield (feature, last feature of an outline) if the outline is now cut before the feature and detaches a part
-        too early.
+        """Yield (feature, last feature of an outline) if the outline now detaches a part before the feature is cut.
 
         Parts that are detached at the same depth or deeper may be detached in either order.
         """

@@ -1,5 +1,4 @@
-"""Holes, cuts and dwells of a toolpath as features. They are stored in columns with all values that verification
-compares.
+"""Store the holes, cuts and dwells of a toolpath as features, in columns with all values that verification compares.
 
 A million features must fit into memory, so values that rarely change are stored in tables.
 """
@@ -232,8 +231,7 @@ def _history(program: Program) -> TextHistory:
 
 
 def _spindle_started(path: Toolpath, spindle: Indices) -> Indices:
-    """Return 0 for rows in which the spindle turns without a start since the last tool change, and 1 for all other
-    rows.
+    """Return 0 for rows in which the spindle turns but has not been started since the last tool change, otherwise 1.
 
     M6 stops the spindle on LinuxCNC and on Haas machines. On other controllers, it may keep turning.
     """
@@ -266,8 +264,7 @@ def compensated_moves(rows: ProgramPath) -> Mask:
 
 
 def _length_offset_known(path: Toolpath, length: Indices) -> Indices:
-    """Return 0 for rows in which the length offset may have been cancelled since it was stated, and 1 for all other
-    rows.
+    """Return 0 for rows in which the length offset may have been cancelled since it was stated, otherwise 1.
 
     On some controllers, such as Fanuc and Haas, a tool change or a move to a machine position (G28, G53) cancels it.
     """

@@ -68,7 +68,9 @@ def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[Pace
 
 
 def _match_stretches(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
-    """Return the segments of a divided straight cut, each with a constant speed, and the next row in the new program.
+    """Return the segments of a divided straight cut and the next row in the new program.
+
+    Each segment has a constant speed.
     """
     begin, end = before.before[row], before.end[row]
     way = end - begin

@@ -180,7 +180,7 @@ def touching_in_new_order(
     return unique_pairs(*found.T), compared <= _MOST_COMPARED
 
 
-#: Selects pairs of visits: (int64[k], int64[k]) → bool[k].
+#: Type of a function that selects pairs of visits: (int64[k], int64[k]) → bool[k].
 PairFilter = Callable[[Indices, Indices], Mask]
 
 

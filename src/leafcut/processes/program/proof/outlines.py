@@ -180,8 +180,9 @@ def joined_outlines(
 
 
 def _has_tab(line: Any) -> bool:
-    """Return whether the gap of an open line is a small part of its length, and the line does not enclose an area by
-    itself.
+    """Return whether the gap of an open line is a small part of its length.
+
+    The result is False if the line encloses an area by itself.
     """
     points = shapely.get_coordinates(line)
     gap = float(np.hypot(*(points[-1] - points[0])))

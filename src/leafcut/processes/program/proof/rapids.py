@@ -586,8 +586,7 @@ def _first_descents(gaps: RapidGaps) -> Floats:
 
 
 def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -> Iterator[Difference]:
-    """Yield the rapids right after a change of length offset (G43, G49) that are lower than all such rapids in the
-    original.
+    """Yield rapids right after a change of length offset (G43, G49) if they are lower than in the original program.
 
     Heights before and after the change cannot be compared, so these rapids are only compared with each other.
     """

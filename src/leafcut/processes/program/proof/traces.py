@@ -88,8 +88,10 @@ class Traces:
         Start and end, float64[k, 2], mm.
     bow
         Maximum distance of the segment from the straight line between its ends, mm.
-    arc, low, high
-        Row in `arcs`, or -1 for a straight segment, and the range of the parameter.
+    arc
+        Row in `arcs`, or -1 for a straight segment.
+    low, high
+        Range of the curve parameter of an arc segment.
     """
 
     feature: Indices
