@@ -4,9 +4,9 @@
     G65 P100 A5.    G65 P100. A5., and digests of the parameters and of the subprograms
     (MSG, turn it)  itself, and the comments after it
 
-Two descriptions are equal only if all inputs of the blocks are equal. The inputs are the values of the words, the
-parameters that a macro of the controller may read, the text after the end of the program that the block may call, and
-the messages.
+Two descriptions are equal only if all inputs of the blocks are equal. The inputs include the values of the words and
+the messages. They also include the parameters that a macro of the controller may read. After the end of the program,
+there may be text that the block can call, which is another input.
 """
 
 from __future__ import annotations
@@ -101,9 +101,10 @@ def _number_text(value: float) -> str:
 
 
 def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
-    """Return a digest of the text after the end of a program and of its subroutines (o… sub), or "" without such text.
+    """Return a digest of all text that an unsupported block can call, or "" without such text.
 
-    An unsupported block can only call this text, whether the program states the number, computes it, or implies it.
+    A block can call the text after the end of a program, and the subroutines of the program (o… sub). It does not
+    matter whether the program states the called number, computes it, or implies it.
     """
     kept, ended, started, sub = [], False, False, ""
     for line in lines:

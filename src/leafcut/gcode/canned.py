@@ -1,7 +1,7 @@
 """Convert the words of canned cycles to `DrillCycle` rows. `model.cycles` expands cycles into single motions.
 
-In RS274/NGC (3.5.16), Z is the bottom of the hole, R is the plane where rapid changes to feed, Q is the peck depth, and
-P is the dwell. In the Fagor 8055, Z is the plane, I is the bottom, and K is the dwell.
+In RS274/NGC (3.5.16), Z is the bottom of the hole, and R is the plane where rapid changes to feed. Q is the peck depth,
+and P is the dwell. In the Fagor 8055, Z is the plane, I is the bottom, and K is the dwell.
 
 The tool may have to rise for the next hole of a series, because of G98 after G99 or because of a higher R. LinuxCNC
 then moves to the hole on a slant (`DrillCycle.approach`). Other controllers cross at the current height, or rise to R

@@ -1,7 +1,7 @@
 """G-code dialects of controllers.
 
-A dialect is a TOML file. It is part of `dialects/`, which gives a source for every value, or of an installed package
-(`leafcut.dialects`), or it is a user's own file.
+A dialect is a TOML file. The shipped dialects are in `dialects/`, with a source for every value. Installed packages
+(`leafcut.dialects`) can add dialects, and users can write their own file.
 """
 
 from __future__ import annotations

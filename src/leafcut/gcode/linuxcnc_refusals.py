@@ -27,10 +27,7 @@ def is_linuxcnc(dialect: Dialect) -> bool:
 
 
 def is_malformed(words: tuple[Word, ...]) -> bool:
-    """Return whether a block is malformed.
-
-    This is the case if it contains the same G or M word twice, both M7 and M8, or N or O after another word.
-    """
+    """Return whether a block contains the same G or M word twice, both M7 and M8, or N or O after another word."""
     codes = [(word.letter, word.value) for word in words if word.letter in "GM"]
     letters = [word.letter for word in words]
     numbered = letters[0] == "N"

@@ -1,7 +1,7 @@
 """Execute moves: straight moves, arcs, moves in machine coordinates, and moves of the origin (G10, G52, G92 …).
 
-After a move of the origin, the position on an axis is known only if the word states it (G92 X0, or G10 L20 of the
-active frame). Otherwise, it is unknown until the axis is programmed again.
+After a move of the origin, the position on an axis is known only if the word states it. Examples are G92 X0, and G10
+L20 of the active frame. Otherwise, the position is unknown until the axis is programmed again.
 """
 
 from __future__ import annotations

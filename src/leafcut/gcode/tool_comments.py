@@ -12,8 +12,8 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.units import MM_PER_INCH
 
-#: A comment describes a tool if it is at most this many lines above a section, and at most this many lines before the
-#: tool change.
+#: A comment about a tool must be at most this many lines above the section, and at most this many lines above the tool
+#: change.
 _FARTHEST_COMMENT, _BEFORE_CHANGE = 2000, 20
 #: A tool list must be within this number of lines at the top of a program.
 _TOP = 200

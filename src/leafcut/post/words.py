@@ -181,7 +181,7 @@ def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
 
 
 def plain_text(text: str) -> str:
-    """Convert a text to a single line of printable ASCII without parentheses that no controller acts on.
+    """Convert a text to a single line of printable ASCII. No controller acts on the result, which has no parentheses.
 
     >>> plain_text("Ø3 mm (steel)\\nMSG, 20 %")
     'D3 mm [steel] MSG, 20 pct'

@@ -97,9 +97,14 @@ def height_checks(
 ) -> list[DangerCheck]:
     """Return the first two rules of `check_clearance` as checks.
 
-    A check consists of a name, a mask of the rows that violate the rule (bool[n]), and the text of the rule. The caller
-    has already expanded the cycles in `path`. `surface` is the surface height below each row if it differs from
-    `surface_z`.
+    A check consists of a name, a mask of the rows that violate the rule (bool[n]), and the text of the rule.
+
+    Parameters
+    ----------
+    path
+        Toolpath with expanded cycles.
+    surface
+        Surface height below each row if it differs from `surface_z`.
     """
     surface = surface_z if surface is None else surface
     rapid = path.kind == Kind.RAPID

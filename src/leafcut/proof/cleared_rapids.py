@@ -38,8 +38,8 @@ _RAPID_BATCH = 256
 class _Cuts(NamedTuple):
     """Straight cuts, stored in columns.
 
-    Each cut has the coordinates of both ends (float64[n, 4], mm), the greater height of the two ends (mm), and its row
-    in the toolpath.
+    The columns are the coordinates of both ends (float64[n, 4], mm), the height of the higher end (mm), and the row in
+    the toolpath.
     """
 
     ends: NDArray[np.float64]

@@ -77,7 +77,7 @@ def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
 def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
     """Return the issues of a reordered program.
 
-    Dangers come first. They are followed by the reasons why some cuts and holes keep their position.
+    The list starts with the dangers. After the dangers, it explains why some cuts and holes keep their position.
     """
     work, detail = plan.work, best.detail
     issues = [*work.before]

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from leafcut.processes.program.pace import PacedProgram
     from leafcut.processes.program.planning import ForeignWork
 
-#: Maximum number of trials, each of which is a full proof. After that, all tasks keep their position.
+#: Maximum number of trials. Each trial runs a full proof. After the last trial, all tasks keep their position.
 _MOST_TRIALS = 6
 
 

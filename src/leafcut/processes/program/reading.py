@@ -194,8 +194,8 @@ def read_foreign(
 ) -> ProgramRead:
     """Read a program from another CAM system for a machine.
 
-    If the user did not name a machine and `choose` is set, a laser program is read for a laser, and a QtPlasmaC program
-    for a plasma table. On a spindle machine, a laser or torch program is timed without spindle starts.
+    If the user did not name a machine, `choose` picks a laser for a laser program and a plasma table for a QtPlasmaC
+    program. On a spindle machine, a laser or torch program is timed without spindle starts.
 
     With `router`, a router program is timed on a router. Do not set it if speeds or heights will change, because their
     safety depends on how the real controller rounds corners.

@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from leafcut.processes.program.reading import ProgramRead
     from leafcut.read import Input
 
-#: Maximum length of a simulated move, as a share of the smallest tool diameter and as a number of cells. The larger
-#: length applies.
+#: A simulated move is at most this share of the smallest tool diameter long, or at most this number of cells. The
+#: larger limit applies.
 _PIECE, _PIECE_CELLS = 0.5, 2.0
 #: At most this many rapids in the material are reported individually.
 _MOST_LISTED = 10

@@ -193,7 +193,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
 class CutBeyondStock(NamedTuple):
     """A cut that reaches far outside a block.
 
-    `place` and `edge` are the coordinates of the cut and of the edge of the block, mm.
+    `place` is the coordinate of the cut, and `edge` is the edge of the block, mm.
     """
 
     line: int

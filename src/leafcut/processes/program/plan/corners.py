@@ -17,7 +17,7 @@ _STRAIGHT = math.radians(2.0)
 
 
 def rows_with_free_rounding(path: Toolpath, machine: Machine, clearance: float) -> NDArray[np.bool_]:
-    """Return a mask of the rows in which the controller may round corners by more than `clearance` (mm)."""
+    """Detect the rows where the controller may round corners by more than `clearance` (mm). Return a mask."""
     if (machine.corners or machine.control) == "grbl":
         return np.zeros(len(path), dtype=np.bool_)
     blending = path.latest(Kind.BLENDING, path.ref, 640)
@@ -26,7 +26,7 @@ def rows_with_free_rounding(path: Toolpath, machine: Machine, clearance: float) 
 
 
 def longest_rounding(machine: Machine) -> float:
-    """Return the maximum distance from a corner of two rapids at which the controller starts to round it, mm.
+    """Return the distance from a corner of two rapids where the controller may start to round the corner, mm.
 
     This is the stopping distance, v²/2a.
     """

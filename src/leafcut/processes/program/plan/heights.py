@@ -144,7 +144,7 @@ class HeightLowering:
         return found if any(one.code == 99 for one in found) else []
 
     def _drills_alone(self, row: int) -> bool:
-        """Return whether a block only drills its hole. G98 or G99 can be added to such a block."""
+        """Return whether a block only drills its hole, so that G98 or G99 can be added to the block."""
         return self.program.is_plain(row) and not self.program.modal(self._block(row) + 1).incremental
 
     def _can_stay_at_plane(self, row: int, following: int, plane: float) -> bool:
@@ -164,7 +164,7 @@ class HeightLowering:
         return bool(over)
 
     def _least_height(self, row: int) -> float:
-        """Return the lowest height at which a move clears all obstacles below it, mm, or −∞ if there are none."""
+        """Return the lowest height that clears all obstacles below a move, mm, or −∞ without obstacles."""
         assert self.obstacles is not None
         (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
         return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))
@@ -177,7 +177,7 @@ class HeightLowering:
         return row
 
     def contact_height(self, row: int, to_hole: bool = False) -> float:
-        """Return the height at which a level move, or the move to a hole, would touch the material, mm."""
+        """Return the height where a level move, or the move to a hole, would touch the material, mm."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
         touches = np.minimum(ends[:, 2], ends[:, 5]) + over
@@ -427,7 +427,7 @@ class HeightLowering:
         return not any(self.program.modal(self._block(row) + 1).incremental for row in rows)
 
     def _at_plane(self, row: int, plane: float) -> float:
-        """Return the height, mm, at which the rapids to the R plane of a cycle first touch the material."""
+        """Return the height where a rapid to the R plane of a cycle first touches the material, mm."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         moves, over = self.loads.moves, self.loads.removed.over[which]
         ends = moves.ends[which]

@@ -33,7 +33,7 @@ _MOTION_CODES = frozenset((1, 2, 3))
 _BESIDE = frozenset((17, 18, 19, 90, 94))
 #: A faster stretch must save at least this much time, s.
 _WORTH = 0.03
-#: Neighbouring slowed stretches are merged if their speeds differ by less than this ratio.
+#: Neighbouring slow stretches are merged if their speeds differ by less than this ratio.
 _ALIKE = 0.02
 #: Feeds are raised in powers of this factor.
 _STEP = 1.1
@@ -185,7 +185,7 @@ def _speeds_in_material(
 def _feed_factors(
     loads: Loads, limit: ToolLimits, diameter: float, mine: NDArray[np.bool_], rules: PaceRules
 ) -> dict[str, Floats]:
-    """Return, by limit, the factor by which the feed of each move in `mine` may change.
+    """Return the factors that each limit allows for the feeds of the moves in `mine`.
 
     Factors below 1 reduce the feed.
     """

@@ -50,7 +50,11 @@ TOUCHES, PASSES, INSIDE, FREES = "touches", "passes", "inside", "frees"
 
 
 class Precedence(NamedTuple):
-    """Tasks with a mark on those that detach a part, the pairs that must keep their order, and `Section.ties`."""
+    """The tasks of a section with their precedence.
+
+    Tasks that detach a part are marked. The class also holds the pairs of tasks that must keep their order, and
+    `Section.ties`.
+    """
 
     pieces: tuple[ProgramTask, ...]
     pairs: NDArray[np.int32]

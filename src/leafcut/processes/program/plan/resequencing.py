@@ -156,9 +156,9 @@ def build_problem(section: Section, metric: Metric, start: Point | None, end: Po
 
 
 def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Convert an order of the nodes of `build_problem` to an order of tasks, int32[n].
+    """Convert an order of routing nodes to an order of tasks, int32[n]. ~k means that task k is reversed.
 
-    ~k means that task k is reversed.
+    The node numbers refer to `build_problem`.
     """
     piece = np.concatenate([np.arange(len(section.pieces), dtype=np.int32), ~_reversible_tasks(section)])
     order: NDArray[np.int32] = piece[nodes]
@@ -166,10 +166,7 @@ def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]
 
 
 def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Convert an order of tasks to an order of the nodes of `build_problem`, int32[n].
-
-    This is the inverse of `piece_order`.
-    """
+    """Convert an order of tasks to an order of routing nodes, int32[n]. This is the inverse of `piece_order`."""
     reversible = _reversible_tasks(section)
     turned = len(section.pieces) + np.searchsorted(reversible, ~order)
     nodes: NDArray[np.int32] = np.where(order < 0, turned, order).astype(np.int32)

@@ -90,9 +90,9 @@ def rewrite(
     Raises
     ------
     PostError
-        An order is invalid, a line gets too long, or the program jumps to line numbers that would change. This error is
-        also raised if no rapid leads past an obstacle, or if the blocks after a section depend on a state of its last
-        task that no word can restore.
+        The program cannot be written in this order. For example, an order is invalid, a line gets too long, or no rapid
+        leads past an obstacle. Renumbering fails if the program jumps to a line number. The blocks after a section may
+        also depend on a state of its last task that no word can restore.
     """
     permutations: list[NDArray[np.int64]] = []
     for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):

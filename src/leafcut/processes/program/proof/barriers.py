@@ -220,7 +220,7 @@ def _normalized_line(program: Program, line: int) -> str:
 def with_dwells(
     marks: list[Barrier], features: Features, travel: Indices, across: Indices, program_path: ProgramPath
 ) -> tuple[list[Barrier], Mask]:
-    """Add the dwells that belong to a barrier, and return a mask of the features that are such dwells.
+    """Add the dwells that belong to barriers. Return all barriers and a mask of these dwells.
 
     A dwell before the first cut of a stage belongs to the barrier. So does a dwell after the last cut and a rapid, or
     after a drilling cycle, which ends with a rapid. A dwell that leads into a cut without a rapid, such as a pierce

@@ -203,7 +203,7 @@ def _digest(program: Program) -> str:
 class _Comparison:
     """Collects the result of comparing two programs.
 
-    For each check, it keeps the first differences. It also counts all differences and collects notes.
+    Each check keeps its first differences. The class also counts all differences and collects notes.
     """
 
     def __init__(
@@ -391,7 +391,7 @@ def _counts(work: ProgramWork) -> Counts:
 class _Mode(NamedTuple):
     """A mode with its name, the G words that set it, and the kinds of rows that need it.
 
-    The G words are a regular expression for their numbers. Some controllers do not know a `rare` word, so the new
+    A regular expression matches the numbers of the G words. Some controllers do not know a `rare` word, so the new
     program must not add it.
     """
 
@@ -481,8 +481,8 @@ def _common_rows(
 class _FirstUse(NamedTuple):
     """The first use of a mode.
 
-    It records whether the first row that depends on the mode comes before the word, the line of that row, and the
-    number of cuts before the word.
+    It records whether the first row that depends on the mode comes before the word. It also stores the line of that
+    row, and the number of cuts before the word.
     """
 
     first: bool
@@ -620,7 +620,10 @@ def _is_constant(features: Features, rows: Indices, body: Indices) -> bool:
 
 
 def _reverse_run(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
-    """Reverse the kind, start and end of each cut of a run in `new`, and swap the positions of plunge and retract."""
+    """Reverse the cuts of a run in `new`, and swap the positions of plunge and retract.
+
+    A reversed cut has a new kind, start and end.
+    """
     new.end[body], new.start[body] = old.start[body], old.end[body]
     kind = old.kind[body]
     back = np.where(kind == Kind.ARC_CW, int(Kind.ARC_CCW), np.where(kind == Kind.ARC_CCW, int(Kind.ARC_CW), kind))

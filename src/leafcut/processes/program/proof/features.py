@@ -197,7 +197,7 @@ def name_of(kind: int) -> str:
     return CUTS[Kind(kind)] if kind < FIRST_CYCLE else kind.to_bytes(7, "big").lstrip(b"\0").decode("ascii", "replace")
 
 
-#: Lowest number of a cycle. The number of a cycle consists of the bytes of its name, read as an integer.
+#: Lowest number of a cycle. To get the number of a cycle, the bytes of its name are read as an integer.
 FIRST_CYCLE = 256
 
 

@@ -255,7 +255,13 @@ def _at_different_depths(visits: Visits, a: Indices, b: Indices) -> Mask:
 
 
 def _shares_beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: float) -> Floats:
-    """Return the fraction of the shorter cut of each pair that is within `reach` (mm) of the longer cut, float64[k]."""
+    """Measure how much of the shorter cut runs alongside the longer cut, for each pair.
+
+    Returns
+    -------
+    Floats
+        Fraction of the shorter cut that is within `reach` (mm) of the longer cut, float64[k].
+    """
     used, number = np.unique(pairs, return_inverse=True)
     mine = np.flatnonzero(np.isin(owner, used) & (shapely.get_type_id(lines) == 1))
     whole = np.full(len(used), shapely.MultiLineString(), dtype=object)

@@ -46,9 +46,12 @@ class RapidGaps:
         Whether the gap has rapids, and whether it has sideways rapids, bool[n + 1].
     line
         Line of the first rapid, int64[n + 1].
-    leave, arrive, cross
-        Height at the start of the first sideways rapid, height at the end of the last sideways rapid, and lowest height
-        between them, mm; infinite without sideways rapids.
+    leave
+        Height at the start of the first sideways rapid, mm; infinite without sideways rapids.
+    arrive
+        Height at the end of the last sideways rapid, mm; infinite without sideways rapids.
+    cross
+        Lowest height between the first and the last sideways rapid, mm; infinite without sideways rapids.
     down_here, down_there
         Lowest height of descents before the first sideways rapid, and after the last sideways rapid, mm.
     top
@@ -384,7 +387,10 @@ def _checks_of_features(
 def _newly_lit(
     old_gaps: RapidGaps, gaps: RapidGaps, old: Indices, now: Indices, previous: Indices, first: Mask
 ) -> Iterator[Mask]:
-    """Yield masks of the rapids to, from and between features in which the beam is on but was off before."""
+    """Yield masks of the rapids that now run with the beam on, although the beam was off in the original program.
+
+    The masks cover the rapids to, from and between features.
+    """
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
     yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]

@@ -42,13 +42,14 @@ class _ToolCollisions:
 
 @dataclass(frozen=True, eq=False)
 class StockJudge:
-    """Compares programs with the original program: the stock that they leave, and their collisions.
+    """Compares the stock and the collisions of programs with the original program.
 
     Attributes
     ----------
-    tools, cutters, bodies
-        Tools of the original program, the shapes of their cutting edges, and the shapes of their shanks and holders, by
-        number. Each tool has a known shape or is assumed to be flat.
+    tools
+        Tools of the original program by number. The shape of each tool is known or assumed to be flat.
+    cutters, bodies
+        Shapes of the cutting edges, and of the shanks and holders, by tool number.
     stock, given
         Stock before the first cut, and whether the user described it. Otherwise, it is a block around the cuts.
     left, met
