@@ -1,4 +1,4 @@
-"""Interpret a program that leafcut wrote, in the language of its controller."""
+"""Interpret programs that leafcut wrote, in the language of the controller."""
 
 from __future__ import annotations
 

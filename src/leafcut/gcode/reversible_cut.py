@@ -173,7 +173,7 @@ class _CutReader:
         return tuple(places)
 
     def _states_centres(self, blocks: list[Block], body: int, rows: list[int]) -> bool:
-        """Return whether I and J state the centers of all arcs in the units of the program."""
+        """Return whether I and J state the centres of all arcs in the units of the program."""
         modal = self.program.modal(body)
         unit = modal.unit or 1.0
         for number, row in enumerate(rows):

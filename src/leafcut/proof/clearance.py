@@ -76,7 +76,7 @@ DangerCheck = tuple[Message, Mask, Message]
 
 
 def _surface_height_below(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
-    """Return the height of the surface below the end of each move, mm: the top of a hole, or else `highest`."""
+    """Return the surface height below the end of each move, mm. This is the top of a hole, or else `highest`."""
     import shapely  # slow to import, and needed only for holes with heights in the drawing
 
     result = np.full(len(path), highest)

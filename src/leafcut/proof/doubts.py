@@ -92,7 +92,6 @@ def _report_spindle_restarts(program: Program) -> Iterator[Issue]:
 
 
 def _report_long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
-    """Report dwells of more than a minute, in blocks and in cycles."""
     path = program.path
     seconds = np.where(path.kind == Kind.DWELL, path.value, 0.0)
     drills = np.flatnonzero(path.kind == Kind.DRILL)

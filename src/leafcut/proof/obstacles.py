@@ -142,7 +142,6 @@ def _areas_of_motions(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> N
 
 
 def _along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return points along an arc, float64[n, 2]."""
     radius, start, sweep = arc_sweep(path, row)
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)

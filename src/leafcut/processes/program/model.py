@@ -1,4 +1,4 @@
-"""Results that only a reordered program has: the proof, and the work that keeps its position."""
+"""Results that only a reordered program has: the proof, and the tasks that keep their position."""
 
 from __future__ import annotations
 

@@ -68,8 +68,8 @@ _SAME = 1e-6
 #: A cut at least this wide counts as a full slot, as a share of the tool diameter. The grid of the model always leaves
 #: a little material at the sides.
 _SLOT = 0.95
-#: Some changes turn out to cost time and are undone, in at most `_TRIALS` rounds. Each changed motion is timed together
-#: with `_NEAR` motions on either side.
+#: Changes that turn out to cost time are undone in at most `_TRIALS` rounds. Each changed motion is timed together with
+#: `_NEAR` motions on either side.
 _TRIALS, _NEAR = 3, 2
 #: Minimum clearance of new rapids when the new text is simulated, as a share of the requested clearance. The new text
 #: divides slopes at different points, so its simulated clearance differs slightly.
@@ -456,7 +456,7 @@ class _PaceSteps:
         speed: Floats,
         stretches: Mapping[int, tuple[PaceStretch, ...]],
     ) -> PaceChange:
-        """Summarize the new speeds. The time saved is not filled in here."""
+        """Summarize the new speeds. The caller adds the time saved."""
         every = [part.speed for parts in stretches.values() for part in parts]
         chip = loads.chip
         # In a plunge, the last stretch is in the material.

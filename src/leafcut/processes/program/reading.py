@@ -63,14 +63,14 @@ _WITH_SPEED = (
     (re.compile(r"\bmasso\b", re.IGNORECASE), "masso-router"),
     (re.compile(r"\beding\s?cnc\b", re.IGNORECASE), "edingcnc-router"),
 )
-#: Names of machining centers and high-speed mills in comments. Their spindles can be as fast as router spindles.
+#: Names of machining centres and high-speed mills in comments. Their spindles can be as fast as router spindles.
 _CENTRE = re.compile(
     r"\b(?:haas|fanuc|mazak|okuma|doosan|hurco|brother|mori|makino|datron|tormach|fadal|sinumerik|heidenhain|fagor|"
     r"centroid|syil)\b",
     re.IGNORECASE,
 )
 #: Range of router spindle speeds, rpm. VFD spindles reach 24000, and trim routers reach 30000. Belt-driven mills and
-#: most machining centers stay below this range.
+#: most machining centres stay below this range.
 _ROUTER_RPM = (12_000.0, 30_000.0)
 
 
@@ -251,7 +251,7 @@ _BEAMS: dict[str, tuple[Head, str]] = {
     ProgramKind.LASER: (Head.LASER, Message("a laser")),
     ProgramKind.PLASMA: (Head.TORCH, Message("a torch")),
 }
-#: Machine to suggest if the default machine rejects a program. Most machining centers use the same dialect.
+#: Machine to suggest if the default machine rejects a program. Most machining centres use the same dialect.
 _HAAS = "haas-vf2"
 _QTPLASMAC = "#<_hal[plasmac."
 #: Words that only QtPlasmaC uses: they select the torch or the scribe, or a material number.

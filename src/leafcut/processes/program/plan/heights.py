@@ -295,7 +295,7 @@ class HeightLowering:
         Returns
         -------
         bool | None
-            Whether more rows may follow, or None if the height must not change.
+            Whether the scan may continue with the next row. None means that the height must not change.
         """
         path = self.path
         cycle = path.cycles[int(path.ref[row])]

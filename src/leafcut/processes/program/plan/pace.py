@@ -287,8 +287,8 @@ def _round_to_steps(factor: Floats) -> Floats:
 def _limit_to_reachable(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
     """Lower raised speeds that the machine cannot reach within a segment.
 
-    Over a distance s, v² changes by at most 2as. Speeds that are out of reach are lowered in steps. Speeds at or below
-    the programmed feed do not change.
+    Over a distance s, v² changes by at most 2as. Unreachable speeds are lowered step by step. Speeds at or below the
+    programmed feed do not change.
     """
     speed = speed.copy()
     gains = 2.0 * acceleration * length

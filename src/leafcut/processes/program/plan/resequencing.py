@@ -286,7 +286,7 @@ class _ReversalFinder:
 def _is_open(cuts: Features) -> bool:
     """Return whether a cut is open and cannot cross itself.
 
-    The ends must be far apart, and no arc may turn back so sharply that the cut might cross itself.
+    The ends must be far apart. No arc may turn back so sharply that the cut might cross itself.
     """
     pieces = traces_of(cuts).flattened(SAGITTA)
     way = pieces.end - pieces.begin
@@ -474,7 +474,7 @@ class _Merger:
         return [Kind(k) for k in self.program.path.kind[rows].tolist()]
 
     def _work_may_move_past(self, kept: FixedBlocks) -> bool:
-        """Return whether the work after the fixed blocks may run before them."""
+        """Return whether the work after the fixed blocks may move to a position before them."""
         if not _BETWEEN.issuperset(self._kinds(kept)):
             return False
         for block in range(kept.begin, kept.end):
@@ -753,7 +753,6 @@ class SectionFinder:
     # -- pieces and sections -----------------------------------------------------------------------------------------
 
     def _sections_of_run(self, starts: list[_TaskStart], begin: int, end: int) -> Iterator[Section]:
-        """Yield the sections in a half-open range of blocks."""
         edges = [begin - 1, end]
         if starts and self.cuts[self.first[end]] == self.cuts[starts[-1].row]:
             # The last travel move goes to the end position, not to work.
@@ -1010,7 +1009,6 @@ class SectionFinder:
         return StayReason(reason, line, line_text(program, line), cause)
 
     def _is_between_cuts(self, block: int) -> bool:
-        """Return whether the program cuts both before and after a block."""
         return bool(self.cuts[self.first[block]] > 0 and self.cuts[self.first[block + 1]] < self.cuts[-1])
 
 

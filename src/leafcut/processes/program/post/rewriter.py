@@ -144,7 +144,7 @@ class _Rewriter:
         self.stated: set[str] = set()
 
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
-        """Return the lines of the new program. The flag of a line marks it as inserted."""
+        """Return the lines of the new program. The flag of a line is True if the line was inserted."""
         done = 0
         self._copy_lines(self.task_lines.head)
         for item in self.sequence.items:
@@ -441,7 +441,7 @@ class _Rewriter:
             self._write_rapid(z=height)
 
     def _restore_state(self, kept: FixedBlocks) -> None:
-        """Restore the state that fixed blocks depend on, and track the state after these blocks."""
+        """Restore the state that the fixed blocks depend on, and track the state that they leave."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
         if _below(self.place[2], original[2]):
@@ -616,7 +616,7 @@ def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
 class ReversedCut:
     """Writes the lines of an open cut in reverse, using the words and numbers of its own lines.
 
-    Each block leads back to the point where it started. Arcs change direction but keep their center. Coordinates are
+    Each block leads back to the point where it started. Arcs change direction but keep their centre. Coordinates are
     copied as text.
 
     Parameters
@@ -664,7 +664,7 @@ class ReversedCut:
         return self._lines_up_to(block) - 1
 
     def _lead(self) -> list[str]:
-        """Return the lines before the cut. They now lead to the former end of the cut."""
+        """Return the lines before the cut, adapted so that they lead to the former end of the cut."""
         lines = self.lines[: self._lines_up_to(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
             lines[self._line_of_block(block)] = replace_words(
@@ -682,7 +682,7 @@ class ReversedCut:
         return found
 
     def _tail(self) -> list[str]:
-        """Return the lines after the cut. They now retract at the former start of the cut."""
+        """Return the lines after the cut, adapted so that they retract at the former start of the cut."""
         lines = self.lines[self._lines_up_to(self.stroke.tail - 1) :]
         begin = self._lines_up_to(self.stroke.tail - 1)
         for block in range(self.stroke.tail, self.stroke.end):

@@ -108,9 +108,9 @@ def _rounded_ends(moves: _Moves) -> list[tuple[float, ...]]:
 
 
 def _unproven_moves(was: Floats, now: Floats) -> Mask:
-    """Return a mask of the new moves that leave the area proved clear by the original program.
+    """Return a mask of the new moves that leave the space proved clear by the original program.
 
-    Such a move has a point without any original move at the same height or lower within the distance `NEAR`.
+    Such a move has a point where no original move within the distance `NEAR` is at the same height or lower.
     """
     found = np.zeros(len(now), dtype=bool)
     lines: Any = np.asarray(shapely.linestrings(was.reshape(-1, 2, 3)[:, :, :2]))

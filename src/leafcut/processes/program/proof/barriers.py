@@ -430,7 +430,6 @@ def _unmatched_differences(
 
 
 def _changed_inputs(one: Barrier, other: Barrier) -> list[str]:
-    """Return the names of the inputs that differ between two blocks with the same text."""
     descriptions = [[value for value in mark.values if isinstance(value, BlockDescription)] for mark in (one, other)]
     return [name for a, b in zip(*descriptions, strict=False) for name in a.changed_inputs(b)]
 
@@ -455,7 +454,6 @@ def _barrier_noun(mark: Barrier) -> Message:
 
 
 def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
-    """Compare the machine state at two otherwise identical barriers."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []
     names = ("spindle", "coolant") if one.kind == Kind.DWELL else ("spindle", "coolant", "radius")

@@ -412,7 +412,6 @@ def _tool_of(feature: Feature) -> int:
 
 
 def _noun_of(features: Iterable[Feature]) -> str:
-    """Return the most frequent noun: hole, dwell or cut."""
     return Counter(
         "hole" if _is_cycle(f) else "dwell" if f.exact[0] == Kind.DWELL else "cut" for f in features
     ).most_common(1)[0][0]

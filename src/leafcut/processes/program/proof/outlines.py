@@ -131,7 +131,6 @@ def _enclosed_area(lines: Any, meeting: float) -> Any:
 
 
 def _exteriors(polygons: NDArray[np.object_]) -> Indices:
-    """Return the indices of the exterior rings among all rings of polygons."""
     count = 1 + shapely.get_num_interior_rings(polygons)
     exteriors: Indices = np.cumsum(count) - count
     return exteriors
