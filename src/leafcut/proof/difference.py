@@ -15,7 +15,7 @@ MOST_LISTED = 50
 
 
 def cap_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
-    """Return at most `MOST_LISTED` of `count` differences. If more exist, the last entry states their number."""
+    """Return at most `MOST_LISTED` of `count` differences. If more exist, the last entry states how many."""
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
         return differences

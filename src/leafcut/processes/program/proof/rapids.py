@@ -478,7 +478,7 @@ def _newly_unknown(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
 
 
 def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
-    """Return the height of the lowest sideways rapid that uses the same tool as the feature in the same group, mm.
+    """Return, for each feature, the height of the lowest sideways rapid with the same tool in the same group, mm.
 
     If no such rapid exists, the rapids of all tools in the group count.
     """
