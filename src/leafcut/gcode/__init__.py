@@ -1,1 +1,1 @@
-"""G-code: words, modal groups, number formats, dialects, and the interpreter that converts text to a `Toolpath`."""
+"""G-code: words, modal groups, number formats, dialects, and the interpreter that converts a text to a `Toolpath`."""

@@ -1,9 +1,9 @@
-"""Active comments and settings: lines on which a controller acts although its interpreter ignores them.
+"""Detect comments and settings that a controller acts on, although its interpreter ignores them.
 
     is_active_comment("MSG, turn it over")                                           True
     controller_settings(["(o=0, kw=1.5, ph=4, pd=0.5, ch=1.5, fr=1200)"], dialect("qtplasmac"))
 
-A setting may select another material, slower holes, or no cutting at all. The dialect lists the settings that its
+A setting may select another material, slow down in holes, or disable cutting. The dialect lists the settings that its
 controller knows. They apply in the order of the text, because the filter of the controller's screen ignores loops and
 subprograms.
 """
@@ -17,29 +17,30 @@ from typing import NamedTuple
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import split_line
 
-#: A comment that aborts the program with an error. Source: LinuxCNC 2.9, `convert_comment`; confirmed with rs274.
+#: Matches a comment that aborts the program with an error. Source: LinuxCNC 2.9, `convert_comment`; confirmed with
+#: rs274.
 _STOP = re.compile(r"abort[ \t]*,", re.IGNORECASE)
-#: Comments that run a command, write a record, or show a text on any controller, because a program may be read in the
-#: wrong dialect. docs/programs.md lists the controllers and sources.
+#: Matches comments that run a command, write a record, or show a text. Comments of all controllers count, because a
+#: program may be read in the wrong dialect. docs/programs.md lists the controllers and sources.
 _ACTION = re.compile(
     r"(?:debug|print|log|logopen|logappend|py|pyrun|axis|preview)[ \t]*,"
     r"|(?:msg|logclose|probeopen|probeclose|pyreload)(?![a-z0-9_])|\{",
     re.IGNORECASE,
 )
-#: Words of Fanuc and Haas that display the comment of their line to the operator: alarm, stop, question.
+#: Matches words of Fanuc and Haas that display the comment on their line to the operator: alarm, stop, question.
 _PROMPT = re.compile(r"#[ \t]*300[06][ \t]*=|M[ \t]*0*109(?![0-9.])", re.IGNORECASE)
-#: The parameter that makes QtPlasmaC turn all cuts after it into pierces.
+#: When QtPlasmaC reads this parameter, it turns all following cuts into pierces.
 _PIERCE_ONLY = "pierce-only"
 _NUMBER = re.compile(r"^/?n[0-9.]+", re.IGNORECASE)
 _SETTING = re.compile(r"#<([^<>]+)>=([^(;]*)")
-#: Parameters compared as decimal numbers; the others are integers or names.
+#: These parameters are compared as decimal numbers. The others are integers or names.
 _MEASURES = frozenset({"ph", "pd", "ch", "fr", "kw", "jh", "jd", "ca", "cv", "pe", "gp", "cm"})
-#: Maximum length of a setting in a message, characters.
+#: Settings are shortened to this length in messages, characters.
 _LONGEST = 60
 
 
 def is_active_comment(comment: str) -> bool:
-    """Return whether any controller acts on a comment, given without its parentheses or semicolon."""
+    """Return whether any controller acts on a comment. The comment is passed without its parentheses or semicolon."""
     return bool(_STOP.match(comment) or _ACTION.match(comment))
 
 
@@ -49,9 +50,9 @@ def may_stop(comments: Iterable[str]) -> bool:
 
 
 def active_comments(comments: Sequence[str]) -> list[str]:
-    """Return the first active comment of a block and all comments after it.
+    """Return the first active comment of a block, and all comments after it.
 
-    Later comments matter because LinuxCNC acts only on the last comment of a block.
+    The later comments matter because LinuxCNC only acts on the last comment of a block.
     """
     first = next((at for at, comment in enumerate(comments) if is_active_comment(comment)), len(comments))
     return list(comments[first:])
@@ -60,7 +61,7 @@ def active_comments(comments: Sequence[str]) -> list[str]:
 def shown_comments(line: str, dialect: Dialect) -> list[str]:
     """Return the active comments of a line.
 
-    If the line displays its comments to the operator (alarm, stop, question), all of them are active.
+    All comments are active if the line displays its comments to the operator (alarm, stop, question).
     """
     if "(" not in line and ";" not in line:
         return []
@@ -69,7 +70,10 @@ def shown_comments(line: str, dialect: Dialect) -> list[str]:
 
 
 class ControllerSetting(NamedTuple):
-    """A setting of the controller on a line of a program, from 1. Equivalent settings have the same `value`."""
+    """A setting of the controller on a line of a program.
+
+    Lines are counted from 1, and equivalent settings have the same `value`.
+    """
 
     line: int
     value: tuple[object, ...]
@@ -82,7 +86,7 @@ class ControllerSetting(NamedTuple):
 
 
 def controller_settings(lines: Sequence[str], dialect: Dialect) -> tuple[ControllerSetting, ...]:
-    """Return the controller settings in a program, in order."""
+    """Return the controller settings of a program in order."""
     if not dialect.obeyed_comments and not dialect.obeyed_parameters:
         return ()
     openings = tuple(_without_spaces(opening) for opening in dialect.obeyed_comments)
@@ -117,8 +121,8 @@ def _number(text: str) -> float | str:
 def _comment_parameters(line: str, bare: str) -> Sequence[object]:
     """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)``, sorted by name.
 
-    If a name occurs twice, its last value counts. A name with a space before the equals sign is not recognised. If the
-    line is not such a comment, return its text.
+    If a name occurs twice, its last value counts. A name with a space before the equals sign is not recognized. If the
+    line is not such a comment, the function returns its text.
     """
     if not bare.startswith("("):
         return [bare]

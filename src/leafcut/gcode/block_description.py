@@ -1,11 +1,12 @@
-"""Descriptions of blocks whose effects are unknown. Verification compares blocks by their descriptions.
+"""Describe blocks whose effects are unknown. Verification compares such blocks by their descriptions.
 
     A[#3+90]        A93.
     G65 P100 A5.    G65 P100. A5., and digests of the parameters and of the subprograms
     (MSG, turn it)  itself, and the comments after it
 
-Two descriptions are equal only if all inputs of the blocks are equal: the values of their words, the parameters that a
-macro of the controller may read, the text that they may call (after the end of the program), and their messages.
+Two descriptions are equal only if all inputs of the blocks are equal. The inputs include the values of the words and
+the messages. They also include the parameters that a macro of the controller may read. After the end of the program,
+there may be text that the block can call, which is another input.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import COMMENT, Block, Word
 from leafcut.message import Message
 
-#: M words of LinuxCNC that do not call macros: their effect is unknown, but they read only their own words.
+#: M words of LinuxCNC that never call a macro. Their effect is unknown, but they only read their own words.
 _PLAIN_M = frozenset({19, *range(48, 54), 60, 61, *range(62, 69), 190})
 _END = re.compile(r"M0*(?:2|30|99)(?![0-9.])")
 _SUB = re.compile(r"O([0-9]+|<[^<>]*>)(SUB|ENDSUB)")
@@ -27,16 +28,16 @@ _NUMBER = re.compile(r"^(/?)N[0-9]+")
 
 
 class BlockDescription(NamedTuple):
-    """Description of a block by its inputs: the values of its words, its active comments, and digests of other inputs.
+    """Describes a block by its inputs: the values of its words, its active comments, and digests of other inputs.
 
     Attributes
     ----------
     text
-        The words with their values, and the active comments; with a leading slash if the block has block delete.
+        The words with their values, and the active comments. A block with block delete has a leading slash.
     parameters
-        Digest of the parameters that a macro or a message of the block may read; None if they read none.
+        Digest of the parameters that a macro or a message of the block may read; None if it reads no parameters.
     calls, again
-        Digests of the subprograms that the block may call, and of the code that it may repeat; "" without any.
+        Digests of the subprograms that the block may call, and of the code that it may repeat, or "".
     """
 
     text: str = ""
@@ -50,12 +51,12 @@ class BlockDescription(NamedTuple):
         return self.parameters is None and not self.calls and not self.again
 
     def changed_inputs(self, other: BlockDescription) -> list[Message]:
-        """Return the names of the inputs that differ between this block and another block with the same text."""
+        """Return the names of the inputs that differ from another block with the same text."""
         digests = zip(_INPUTS, self[1:], other[1:], strict=True)
         return [words for words, one, two in digests if one != two]
 
 
-#: Meaning of a difference, by digest of a description.
+#: The input that has changed, for each digest of a description.
 _INPUTS = (
     Message("a parameter that it may read has a different value"),
     Message("the text of a subprogram that it may call has changed"),
@@ -66,10 +67,16 @@ _INPUTS = (
 def describe_block(
     block: Block, comments: Sequence[str], parameters: str | None, called: str, dialect: Dialect
 ) -> BlockDescription:
-    """Return the description of a block.
+    """Describe a block.
 
-    `parameters` is a digest of the parameters that the block may read, `called` a digest of the subprograms. On Fanuc,
-    a number with a decimal point differs from a number without one, because their units may differ.
+    On Fanuc, a number with a decimal point differs from a number without one, because their units may differ.
+
+    Parameters
+    ----------
+    parameters
+        Digest of the parameters that the block may read.
+    called
+        Digest of the subprograms that the block may call.
     """
     points = dialect.groups == "fanuc"
     words = [
@@ -82,7 +89,7 @@ def describe_block(
 
 
 def may_read_parameters(unknown: Iterable[Word], comments: Sequence[str], dialect: Dialect) -> bool:
-    """Return whether a macro or a message of a block may read parameters that are not in the words of the block."""
+    """Return whether a macro or a message of a block may read parameters that the words of the block do not show."""
     plain_m = _PLAIN_M if dialect.groups == "rs274" else ()
     macro = any(w.letter != "M" or w.value not in plain_m for w in unknown)
     return macro or any("#" in text or "%" in text or text[:2].lower() == "py" for text in comments)
@@ -94,9 +101,10 @@ def _number_text(value: float) -> str:
 
 
 def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
-    """Return a digest of the text after the end of a program and of its subroutines (o… sub); "" without such text.
+    """Return a digest of all text that an unsupported block can call, or "" without such text.
 
-    An unsupported block can call only this text, whether the called number is stated, computed or implied.
+    A block can call the text after the end of a program, and the subroutines of the program (o… sub). It does not
+    matter whether the program states the called number, computes it, or implies it.
     """
     kept, ended, started, sub = [], False, False, ""
     for line in lines:
@@ -134,10 +142,13 @@ class RangeDigests:
 
 
 def significant_text(line: str, dialect: Dialect) -> str:
-    """Return the part of a line that affects the program. On Fagor, comments are included: they may be statements."""
+    """Return the part of a line that affects the program.
+
+    On Fagor, comments are included because they may be statements.
+    """
     return "".join(line.split()).upper() if dialect.cycle_words == "fagor" else normalized(line)
 
 
 def normalized(line: str) -> str:
-    """Return a line in capitals, without line number, comments and spaces."""
+    """Convert a line to capitals, and remove its line number, comments and spaces."""
     return _NUMBER.sub(r"\1", "".join(COMMENT.sub("", line).split()).upper())

@@ -1,10 +1,11 @@
-"""Canned cycles: conversion of their words to `DrillCycle` rows. `model.cycles` converts cycles to single motions.
+"""Convert the words of canned cycles to `DrillCycle` rows. `model.cycles` expands cycles into single motions.
 
-In RS274/NGC (3.5.16), Z is the bottom of the hole, R the plane at which rapid changes to feed, Q the peck depth, and P
-the dwell. In the Fagor 8055, Z is the plane, I the bottom, and K the dwell.
+In RS274/NGC (3.5.16), Z is the bottom of the hole, and R is the plane where rapid changes to feed. Q is the peck depth,
+and P is the dwell. In the Fagor 8055, Z is the plane, I is the bottom, and K is the dwell.
 
-If the tool must rise for the next hole of a series (G98 after G99, or a higher R), LinuxCNC moves there on a slant
-(`DrillCycle.approach`). Other controllers cross at the current height, or rise to R first.
+The tool may have to rise for the next hole of a series, because of G98 after G99 or because of a higher R. LinuxCNC
+then moves to the hole on a slant (`DrillCycle.approach`). Other controllers cross at the current height, or rise to R
+first.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from leafcut.message import Message
 from leafcut.model.cycles import DWELLING, PECKING
 from leafcut.model.toolpath import DrillCycle
 
-#: Maximum number of repeats or pecks; more are an error in the program, and would fill the memory.
+#: Maximum number of repeats or pecks. A larger number is an error in the program, and would exhaust the memory.
 MAX_REPEATS = 9_999
 #: Maximum number of holes of all repeated cycles in a program.
 MAX_REPEATED_HOLES = 1_000_000
@@ -34,14 +35,14 @@ def start_cycle(state: InterpreterState, number: int) -> None:
 
 
 def end_cycle(state: InterpreterState) -> None:
-    """End the active canned cycle, because of G80 or a move."""
+    """End the active canned cycle after G80 or a move."""
     state.cycle = None
     state.cycle_values = CycleValues()
     state.path.end_cycles()
 
 
 def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Drill the hole of a block in a canned cycle, or several holes if the block states a number of repeats."""
+    """Drill the hole of a block in a canned cycle. If the block states a number of repeats, drill that many holes."""
     if state.plane != 17:
         raise UnclearBlock("canned cycles are understood in the XY plane (G17) only")
     if state.feed_mode == 93:
@@ -63,7 +64,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def _hole_coordinate(state: InterpreterState, letters: dict[str, Word], letter: str, here: float) -> float:
-    """Return the coordinate of a hole on an axis; with G91, return the step to the hole."""
+    """Return the coordinate of a hole on an axis. With G91, return the step to the hole instead."""
     word = letters.pop(letter, None)
     if word is None:
         return 0.0 if state.incremental else here
@@ -120,7 +121,7 @@ def _note_spare(state: InterpreterState, words: CycleValues, word: Word, used: b
 def _peck_word(state: InterpreterState, word: Word) -> float:
     """Return the peck depth Q of a cycle, mm.
 
-    On many Fanuc controls, Q without a decimal point means thousandths, even if X does not.
+    On many Fanuc controls, Q without a decimal point means thousandths even if X does not.
     """
     if state.dialect.point_required and "." not in word.text:
         raise UnclearBlock("{} has no decimal point: its unit differs between controls", word)
@@ -130,7 +131,10 @@ def _peck_word(state: InterpreterState, word: Word) -> float:
 def _take_plane_words(
     state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]
 ) -> None:
-    """Store the words of the R plane and the bottom in the cycle. Refuse earlier words if their meaning has changed."""
+    """Store the words of the R plane and the bottom in the cycle.
+
+    Earlier words are refused if their meaning has changed.
+    """
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
     changed = words.incremental != state.incremental or words.unit != state.unit
@@ -147,7 +151,7 @@ def _take_plane_words(
 
 
 def _plane_heights(state: InterpreterState, words: CycleValues, fagor: bool) -> tuple[float, float]:
-    """Return the heights of the R plane and the bottom of the hole, mm.
+    """Return the heights of the R plane and of the bottom of the hole, mm.
 
     With G91, R is relative to the initial plane, and Z is relative to R.
     """

@@ -1,9 +1,9 @@
-"""Control flow: O-words of LinuxCNC (subroutines, conditions, loops), and M98 with M99.
+"""Execute control flow: the O-words of LinuxCNC (subroutines, conditions, loops), and M98 with M99.
 
     o100 sub … o100 endsub    o100 call [1] [2]    o1 if [#1 GT 0] … o1 elseif [] … o1 else … o1 endif
     o2 while [] … o2 endwhile    o2 do … o2 while []    o2 repeat [3] … o2 endrepeat    break, continue, return
 
-Only the text of the program is used; no file is opened. Source: LinuxCNC, O codes.
+Only the text of the program is used, and no file is opened. Source: LinuxCNC, O codes.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from leafcut.gcode.expressions import ARGUMENTS, ProgramParameters, Scanner
 from leafcut.gcode.jumps import Jumps, UndecidedJump
 from leafcut.gcode.words import BlockError, split_line
 
-#: Maximum depth of nested subroutines: LinuxCNC has ten levels, including the program itself.
+#: Maximum depth of nested subroutines. LinuxCNC has ten levels, including the program itself.
 MAX_CALLS = 9
-#: Maximum number of characters executed in loops and subprograms: in total, or per character of the program, whichever
-#: is more. A block counts as at least `LEAST` characters. Reaching the limit takes a few seconds; a longer loop is
-#: considered endless.
+#: Maximum number of characters that loops and subprograms may execute: in total, or per character of the program,
+#: whichever is more. A block counts as at least `LEAST` characters. Reaching the limit takes a few seconds. A loop that
+#: runs even longer is treated as endless.
 MAX_REPEATED, REPEATED_PER_LETTER, LEAST = 6_000_000, 24, 24
 
 _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?[oO][ \t]*+"
@@ -45,7 +45,7 @@ _KEYWORDS = {*_PARTS, "sub", "if", "while", "do", "repeat", "call"}
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """An O-word: its label, its keyword, and the remaining text of its line."""
+    """An O-word with its label, its keyword, and the rest of its line."""
 
     label: str
     keyword: str
@@ -53,7 +53,13 @@ class Control:
 
 
 def o_word_of(line: str) -> Control | None:
-    """Return the O-word of a line, or None. Raises BlockError for an unknown keyword or a computed label."""
+    """Return the O-word of a line, or None.
+
+    Raises
+    ------
+    BlockError
+        The keyword is unknown, or the label is computed.
+    """
     found = _CONTROL.match(line)
     if found is None:
         if _COMPUTED.match(line):
@@ -69,7 +75,7 @@ def o_word_of(line: str) -> Control | None:
 
 @dataclass(slots=True)
 class Construct:
-    """A control structure (sub, if, while, do or repeat): its kind, and its lines with keywords, in order, from 0."""
+    """A control structure (sub, if, while, do or repeat). `parts` contains its keywords with their lines, from 0."""
 
     kind: str
     parts: list[tuple[int, str]]
@@ -80,21 +86,30 @@ class Construct:
         return self.parts[0][0]
 
     def closing_line(self) -> int:
-        """Return the line of the closing keyword. Raises BlockError if there is none."""
+        """Return the line of the closing keyword.
+
+        Raises
+        ------
+        BlockError
+            The closing keyword is missing.
+        """
         line, keyword = self.parts[-1]
         if keyword not in _CLOSING and not (self.kind == "do" and keyword == "while"):
             raise BlockError("'{}' is not closed", self.kind)
         return line
 
     def next_branch(self, line: int) -> tuple[int, str]:
-        """Return the line and keyword of the next branch of an `if` after `line`."""
+        """Return the line and the keyword of the next branch of an `if` after `line`."""
         self.closing_line()
         return next((at, keyword) for at, keyword in self.parts if at > line)
 
 
 @dataclass(slots=True)
 class SubprogramCall:
-    """An active call of a subprogram: its first line, return line, remaining repeats, and the parameters to restore."""
+    """An active call of a subprogram.
+
+    It stores the first line, the return line, the remaining repeats, and the parameters to restore.
+    """
 
     start: int
     back: int
@@ -106,7 +121,7 @@ class SubprogramCall:
 
 
 class Flow:
-    """Executes the O-words of a program; lines are counted from 0."""
+    """Executes the O-words of a program. Lines are counted from 0."""
 
     def __init__(self, lines: Sequence[str], parameters: ProgramParameters) -> None:
         self.parameters = parameters
@@ -116,7 +131,7 @@ class Flow:
         self._letters, self._most = 0, max(MAX_REPEATED, REPEATED_PER_LETTER * sum(map(len, lines)))
         self._lines = lines
         self._counters: dict[int, int] = {}
-        #: Parameters and calls at the start of the last iteration of each loop, by the line of the loop.
+        #: Parameters and calls at the start of the last iteration of each loop. The key is the line of the loop.
         self._iterations: dict[int, tuple[object, ...]] = {}
         self._deciding = -1
         self._broken = False
@@ -130,7 +145,13 @@ class Flow:
         return bool(self.calls) or (line < len(self._looped) and self._looped[line] == 1)
 
     def count_repeated_block(self, line: int) -> None:
-        """Count a block that runs in a loop or subprogram. Raises BlockError if the count exceeds its limit."""
+        """Count a block that runs in a loop or subprogram.
+
+        Raises
+        ------
+        BlockError
+            The program exceeds the maximum number of repeated blocks.
+        """
         if not self.is_repeated(line):
             return
         self.repeated += 1
@@ -139,7 +160,7 @@ class Flow:
             raise BlockError("loops and subprograms run more than {:,} blocks; is this loop endless?", self.repeated)
 
     def obey(self, control: Control, line: int) -> int:
-        """Execute the O-word on `line`; return the next line."""
+        """Execute the O-word on `line` and return the next line."""
         if self._of_line is None:
             self._find_constructs()
         scanner = Scanner(control.rest, self.parameters)
@@ -161,9 +182,9 @@ class Flow:
         self._looped[goal : line + 1] = b"\1" * (line + 1 - goal)
 
     def call_line(self, number: int, times: int, line: int) -> int | None:
-        """Start the subprogram at line N`number` (M97), which runs `times` times.
+        """Start the subprogram at line N`number` (M97), and run it `times` times.
 
-        Return its first line, or None if it does not exist.
+        Return the first line of the subprogram, or None if it does not exist.
         """
         start = self.jumps.label(number, line)
         if start is None:
@@ -171,9 +192,9 @@ class Flow:
         return self._start_subprogram(start, times, line)
 
     def call_program(self, number: int, times: int, line: int) -> int | None:
-        """Start the subprogram O`number` (M98), which runs `times` times. P30012 calls O12 three times.
+        """Start the subprogram O`number` (M98), and run it `times` times. P30012 calls O12 three times.
 
-        Return its first line, or None if it does not exist.
+        Return the first line of the subprogram, or None if it does not exist.
         """
         if self._labels is None:
             self._labels = {}
@@ -194,7 +215,7 @@ class Flow:
         return start
 
     def leave_program(self) -> int | None:
-        """End one run of the subprogram that M98 started (M99). Return the next line, or None in the main program."""
+        """End a run of the subprogram that M98 started (M99). Return the next line, or None in the main program."""
         if not self.calls:
             return None
         call = self.calls[-1]
@@ -335,7 +356,10 @@ class Flow:
     def start_iteration(self, line: int) -> None:
         """Start the next iteration of a loop.
 
-        Raises BlockError for an endless loop: no parameter or call has changed since the last iteration.
+        Raises
+        ------
+        BlockError
+            The loop is endless: no parameter or call has changed since the last iteration.
         """
         own = self.parameters
         calls = [(c.back, c.again, dict(c.numbered), dict(c.local), dict(c.counters)) for c in self.calls]

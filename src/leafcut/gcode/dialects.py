@@ -1,5 +1,7 @@
-"""G-code dialects of controllers. A dialect is a TOML file: in `dialects/`, with a source for every value, in an
-installed package (`leafcut.dialects`), or a user's own file.
+"""G-code dialects of controllers.
+
+A dialect is a TOML file. The shipped dialects are in `dialects/`, with a source for every value. Installed packages
+(`leafcut.dialects`) can add dialects, and users can write their own file.
 """
 
 from __future__ import annotations
@@ -22,8 +24,8 @@ from leafcut.message import Message
 from leafcut.model.kinds import CutMethod
 
 _CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")
-#: Key → limits of its value, as arguments of the methods of `TomlTable`. With fewer decimals, the verification of a
-#: program would fail.
+#: Limits for the value of each key, as arguments of the methods of `TomlTable`. With fewer decimals, the verification
+#: of a program would fail.
 _LIMITS: dict[str, dict[str, Any]] = {
     "max_line": {"lowest": 40, "highest": 10_000},
     "decimals_mm": {"lowest": 2, "highest": 6},
@@ -56,7 +58,7 @@ _LIMITS: dict[str, dict[str, Any]] = {
     }.items()
 }
 
-#: Pattern of a text, and its description.
+#: Pattern that a text must match, and its description.
 _PATTERNS = {
     "extension": (r"\.[A-Za-z0-9]{1,8}", Message("a point and up to eight letters and digits, such as .nc")),
     "dwell_letter": (r"[A-Z]", Message("a capital letter")),
@@ -64,7 +66,7 @@ _PATTERNS = {
     "description": (r".+", Message("a string")),
 }
 
-#: Values of keys that a language requires, because its writer and reader support no others.
+#: Values that some keys must have in a language, because its writer and reader do not support other values.
 _REQUIRED = {"klartext": {"end_word": "M30", "stop_word": "M0"}, "sinumerik": {"length_offset": "edge"}}
 
 #: Placeholders for the beam power and the material number in the words of a torch.
@@ -74,32 +76,33 @@ _PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
 
 @dataclass(frozen=True)
 class Torch:
-    """How a controller controls a torch or a laser beam: the table ``[torch]`` of a dialect.
+    """Describes how a controller drives a torch or a laser beam: the table ``[torch]`` of a dialect.
 
     Attributes
     ----------
     on, off
-        Words that switch the torch on and off; ``{power}`` is replaced by the power.
+        Words that switch the torch on and off. ``{power}`` is replaced by the power.
     mark_on, mark_off
         Words for the scribe, or for the torch at marking power; empty if the machine cannot mark.
     mark_tool
-        Tool number of the scribe in the controller's table, which holds its X and Y offset from the torch (tool 0);
+        Tool number of the scribe. The tool table of the controller holds its X and Y offset from the torch (tool 0).
         None if the marker has no offset.
     cuts
         Supported processes: ``plasma``, ``laser``, ``oxyfuel``, ``waterjet``.
     heights
-        What moves Z: ``program``, ``controller`` (which probes, pierces and holds the height), or ``none``.
+        Who moves Z: ``program``, ``controller`` (which probes, pierces and holds the height), or ``none``.
     waits
-        Whether the program contains the pierce delay (G4); otherwise the controller adds it.
+        Whether the program contains the pierce delay (G4). Otherwise, the controller adds it.
     power
         Whether S sets the beam power, and S0 switches the beam off while the head keeps moving.
     dark_rapids
         Whether the controller switches the beam off in every rapid, regardless of S.
     arc_output, height_output
-        Digital outputs (M62 to M65) that keep the arc off during a move, and that hold the torch height; None if
-        absent.
+        Digital outputs (M62 to M65) that keep the arc off during a move, and that hold the torch height; None if the
+        controller lacks them.
     feed_output
-        Analog output (M67, M68) that reduces the feed, in percent, while M52 P1 is active; None: only F sets the feed.
+        Analog output (M67, M68) that reduces the feed, in percent, while M52 P1 is active. With None, only F sets the
+        feed.
     probe
         Word that probes downwards for the sheet; empty if the program does not probe.
     compensation
@@ -139,7 +142,7 @@ class Torch:
 
     @property
     def can_switch_off_along_path(self) -> bool:
-        """Whether the program can switch the torch off and on again along a path without a new pierce."""
+        """Whether the program can switch the torch off and on again along a path without another pierce."""
         return self.power or self.arc_output is not None
 
 
@@ -289,7 +292,7 @@ class Dialect:
 
     @property
     def moves_z(self) -> bool:
-        """Whether the program or the controller moves Z; False for a beam with a fixed head."""
+        """Whether the program or the controller moves Z. This is False for a beam with a fixed head."""
         return self.torch is None or self.torch.heights != "none"
 
     @property
@@ -299,7 +302,7 @@ class Dialect:
 
     @property
     def changes_by_hand(self) -> bool:
-        """Whether a tool change is a stop for the operator instead of M6."""
+        """Whether the program stops for the operator to change the tool, instead of using M6."""
         return self.tool_change != "M6"
 
     @property
@@ -321,19 +324,31 @@ class Dialect:
 
 
 def dialects(torch: bool | None = None) -> list[str]:
-    """Return the sorted names of all dialects, or only of those with a torch (True) or without a torch (False)."""
+    """Return the sorted names of all dialects.
+
+    With `torch`, return only dialects with (True) or without (False) a torch.
+    """
     names = sorted([*_shipped_names(), *(one.name for one in DIALECTS.plugins() if one.adds is not None)])
     return names if torch is None else [name for name in names if (dialect(name).torch is not None) == torch]
 
 
 def dialect_list() -> list[tuple[str, str]]:
-    """Return the name and description of every dialect. The description of a broken plug-in is its error message."""
+    """Return the name and description of every dialect.
+
+    If a plug-in is broken, its description is the error message.
+    """
     known = [(name, dialect(name).description) for name in dialects()]
     return known + [(one.name, one.refusal) for one in DIALECTS.plugins() if one.adds is None]
 
 
 def dialect_template(name: str) -> str:
-    """Return a TOML template based on a shipped dialect. Raises OptionError if no shipped dialect has the name."""
+    """Return a TOML template based on a shipped dialect.
+
+    Raises
+    ------
+    OptionError
+        No shipped dialect has this name.
+    """
     if name not in _shipped_names():
         raise OptionError(
             "leafcut has no built-in dialect '{}'{}", name, name_suggestion(name, sorted(_shipped_names()))
@@ -346,8 +361,12 @@ def dialect_template(name: str) -> str:
 def dialect(name: str) -> Dialect:
     """Return a dialect by its name, or by the path of a ``.toml`` file.
 
-    Raises OptionError if the name is unknown (the message suggests the nearest name), and DataError if the file is not
-    a valid dialect.
+    Raises
+    ------
+    OptionError
+        The name is unknown. The message suggests the nearest name.
+    DataError
+        The file is not a valid dialect.
     """
     if name.lower().endswith(".toml"):
         return _read_dialect(Path(name), Path(name).name)
@@ -367,7 +386,7 @@ def _shipped_names() -> frozenset[str]:
     return frozenset(entry.name.removesuffix(".toml") for entry in _folder().iterdir() if entry.name.endswith(".toml"))
 
 
-#: Dialects of other packages: each is a TOML file.
+#: Dialects of other packages. Each of them is a TOML file.
 DIALECTS = PluginKind(
     "dialect",
     "leafcut.dialects",
@@ -383,9 +402,12 @@ def _shipped(name: str) -> Dialect:
 
 
 def parse_dialect(text: str, name: str, place: str = "") -> Dialect:
-    """Parse a dialect from TOML; `place` is its file, for messages.
+    """Parse a dialect from TOML. `place` names the file in messages.
 
-    Raises DataError if the text is not TOML, a key is unknown or missing, or a value is invalid.
+    Raises
+    ------
+    DataError
+        The text is not TOML, a key is unknown or missing, or a value is invalid.
     """
     place = place or Message("dialect {}", name)
     given = parse_toml(text, place, DIALECT)
@@ -425,8 +447,9 @@ def _keys(kind: type[Dialect | Torch]) -> list[str]:
 
 
 def _values(table: TomlTable, kind: type[Dialect | Torch], base: Dialect | Torch | None) -> dict[str, Any]:
-    """Return the values of a table, except nested tables. Without a base dialect, the table must contain all required
-    keys.
+    """Return the values of a table without its nested tables.
+
+    Without a base dialect, all required keys must be present.
     """
     read: dict[str, Callable[..., Any]] = {
         "str": table.text,

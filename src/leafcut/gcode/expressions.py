@@ -1,6 +1,8 @@
-"""Parameters and expressions of LinuxCNC: `#1=[#<depth>/2]`, `X[#1+SIN[30]]`. Values that only the machine knows
-(offsets, pins, parameters set by another program), and all values computed from them, are `UNKNOWN`. Source:
-LinuxCNC, G-code overview (numbered and named parameters, expressions, functions).
+"""Parameters and expressions of LinuxCNC: `#1=[#<depth>/2]`, `X[#1+SIN[30]]`.
+
+Some values are known only to the machine: offsets, pins, and parameters that another program set. These values, and all
+values computed from them, are `UNKNOWN`. Source: LinuxCNC, G-code overview (numbered and named parameters, expressions,
+functions).
 """
 
 from __future__ import annotations
@@ -26,24 +28,24 @@ from leafcut.gcode.words import (
 )
 from leafcut.message import Message
 
-#: Tolerance with which LinuxCNC 2.9 compares numbers (confirmed with rs274: 9e-5 is equal to 0, 11e-5 is not).
+#: LinuxCNC 2.9 compares numbers with this tolerance (confirmed with rs274: 9e-5 is equal to 0, 11e-5 is not).
 EQUAL = 1e-4
 #: Maximum depth of nested brackets.
 MAX_DEPTH = 40
-#: Number of parameters local to a subroutine: #1 to #30.
+#: Number of parameters that are local to a subroutine: #1 to #30.
 ARGUMENTS = 30
-#: First parameter of the machine: probe results, offsets, positions.
+#: The machine's own parameters start here: probe results, offsets, positions.
 FIRST_OF_MACHINE = 5000
-#: The same on Fanuc and Haas: inputs, offsets, alarms, the clock.
+#: On Fanuc and Haas, the machine's own parameters start here: inputs, offsets, alarms, the clock.
 FIRST_OF_FANUC = 1000
 
 #: A value that only the machine knows.
 UNKNOWN = math.nan
-#: Parameter number that is unknown at reading time.
+#: A parameter number that is unknown when the program is read.
 ANY_NUMBER = -1
 
 _SPECIAL = re.compile(r"[#\[\]=<>*$@^/]")
-#: Letters of positions, feeds, speeds and times, whose numbers may be computed.
+#: Letters of positions, feeds, speeds and times. Their numbers may be computed.
 _MAY_BE_COMPUTED = frozenset("XYZIJKRFSQP")
 _SPACE = re.compile(r"[ \t]*")
 _NUMBER = re.compile(NUMBER)
@@ -64,8 +66,9 @@ _LEVELS = {
 class ProgramParameters:
     """The parameters of a program.
 
-    The program sets most of them; `known` returns the few that follow from its modal state. All other parameters are
-    `UNKNOWN`, except that a local name which the program has not set is an error.
+    Most parameters are set by the program itself. `known` returns the few parameters that follow from the modal state.
+    All other parameters are `UNKNOWN`. As an exception, it is an error to read a local name that the program has not
+    set.
     """
 
     known: Callable[[str], float | None] = lambda _: None
@@ -73,11 +76,12 @@ class ProgramParameters:
     shared: dict[str, float] = field(default_factory=dict)
     local: dict[str, float] = field(default_factory=dict)
     inside: bool = False
-    #: The program read a parameter that it has not set; the value may differ at another position in the text.
+    #: Whether the program read a parameter that it had not set. The value may differ if the block moves.
     asked: bool = False
-    #: Number of such reads.
+    #: Number of reads of parameters that the program had not set.
     asks: int = 0
-    #: Fanuc: a value may be an expression without brackets, and machine parameters start at #1000.
+    #: Whether the controller is a Fanuc. A value may then be an expression without brackets, and machine parameters
+    #: start at #1000.
     fanuc: bool = False
 
     @property
@@ -121,7 +125,7 @@ class ProgramParameters:
         return hashlib.sha256(repr(values).encode()).hexdigest()[:16] if any(values) else ""
 
     def set_parameter(self, key: int | str, value: float) -> None:
-        """Set a parameter, given by its number or its name."""
+        """Set a parameter by its number or its name."""
         if key == ANY_NUMBER:
             self.forget(names=False)
         elif isinstance(key, int):
@@ -131,7 +135,7 @@ class ProgramParameters:
             (self.shared if key.startswith("_") else self.local)[key] = value
 
     def forget(self, names: bool = True) -> None:
-        """Mark the values of all numbered parameters as unknown; with `names`, those of named parameters as well."""
+        """Mark all numbered parameters as unknown. With `names`, mark the named parameters as well."""
         self.numbered = dict.fromkeys(range(1, ARGUMENTS + 1), UNKNOWN)
         if names:
             self.shared.clear()
@@ -139,8 +143,6 @@ class ProgramParameters:
 
 
 class _UnknownParameters(ProgramParameters):
-    """Parameters whose values are all unknown."""
-
     def number(self, number: int) -> float:
         return UNKNOWN
 
@@ -155,7 +157,7 @@ Setting = tuple[int | str, float]
 
 
 class BlockReading(NamedTuple):
-    """A block, the parameters that it sets, and whether it contains computed numbers or sets machine parameters."""
+    """A block with the parameters that it sets. It also records computed numbers and settings of machine parameters."""
 
     block: Block
     settings: list[Setting]
@@ -170,9 +172,12 @@ class BlockReading(NamedTuple):
 
 
 def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockReading:
-    """Return the block and the parameter settings of a line; the value of a word may be `UNKNOWN`.
+    """Parse the block and the parameter settings of a line. The value of a word may be `UNKNOWN`.
 
-    Raises BlockError as `words.tokenise` does, and for an expression without a value.
+    Raises
+    ------
+    BlockError
+        The line is invalid as in `words.tokenise`, or an expression has no value.
     """
     if _SPECIAL.search(line) is None and line.count("(") < 2:
         return BlockReading(tokenise(line, number), [])
@@ -198,7 +203,7 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockRe
 
 
 def words_as_written(line: str) -> tuple[Word, ...] | None:
-    """Return the words of a line with their numbers as text; the value of a word with an expression is NaN.
+    """Return the words of a line with their numbers as text. The value of a word with an expression is NaN.
 
     Return None if the line sets a parameter, has an error, or computes a number other than a length, feed, speed or
     time.
@@ -221,7 +226,10 @@ def words_as_written(line: str) -> tuple[Word, ...] | None:
 
 
 class Scanner:
-    """Parser of a line. `computed`: a value was not a plain number; `of_machine`: the line sets a machine parameter."""
+    """Parses a line.
+
+    `computed` means that a value was not a plain number. `of_machine` means that the line sets a machine parameter.
+    """
 
     def __init__(self, text: str, parameters: ProgramParameters) -> None:
         self.text = text
@@ -389,7 +397,7 @@ class Scanner:
 
 
 def _shown(value: float) -> str:
-    """Return the text of a computed value, with the decimal point that some controllers require."""
+    """Format a computed value with the decimal point that some controllers require."""
     text = f"{value:.10g}"
     return text if "." in text else f"{text}."
 

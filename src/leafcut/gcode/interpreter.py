@@ -1,8 +1,11 @@
-"""The interpreter of G-code blocks. It executes the words of a block in the order of RS274/NGC, table 8: feed mode, F,
-S, T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, motion, stop.
+"""Interpreter of G-code blocks.
 
-In leafcut's own programs, an unsupported block is an error. In programs from other CAM systems, it becomes a FOREIGN
-row, and the axes that it may move are unknown until they are programmed again. `policy` defines these differences.
+It executes the words of a block in the order of RS274/NGC, table 8: feed mode, F, S, T, tool change, spindle, coolant,
+dwell, plane, units, offsets, distance mode, motion, stop.
+
+In leafcut's own programs, an unsupported block is an error. In programs from other CAM systems, such a block becomes a
+FOREIGN row, and the axes that it may move are unknown until they are programmed again. `policy` defines these
+differences.
 """
 
 from __future__ import annotations
@@ -51,15 +54,15 @@ _PROBE = 38
 _SET_OFFSETS = 100
 _MACRO, _END_OF_CYCLE = 65.0, 80.0
 _PROBES = (382, 383, 384, 385)
-#: M words that may call another program; M72 restores stored modes, M73 restores them at the end of a call.
+#: M words that may call another program. M72 restores stored modes, and M73 restores them at the end of a call.
 _CALLS = frozenset({197, 198, 72})
 _JUMPS_ON_SIGNAL = 96
 _RESTORES_LATER = 73
-#: Statements in parentheses on Fagor controls: actions, jumps and messages.
+#: Matches statements in parentheses on Fagor controls: actions, jumps and messages.
 _FAGOR_STATEMENT = re.compile(r"P[ \t]*[0-9]+[ \t]*=|(?:CALL|PCALL|MCALL|PROBE|DIGIT|ERROR|OPEN|WRITE|DGWZ)\b", re.I)
 _FAGOR_JUMP = re.compile(r"(?:GOTO|RPT|IF|SUB|RET|WHILE|ENDIF|ENDWHILE)\b", re.I)
 _FAGOR_MESSAGE = re.compile(r"MSG\b", re.I)
-#: A block with an unknown number can be interpreted in part if it has only these groups and letters.
+#: If a block with an unknown number has only these groups and letters, it can be interpreted in part.
 _CLEAR_GROUPS = frozenset(
     {"motion", "cycle", "plane", "distance", "arc distance", "feed mode", "units", "retract", "radius", "path",
      "length", "offset", "non-modal"}
@@ -69,29 +72,29 @@ _OF_MACHINE = Message("only the machine knows the numbers in the block")
 _MESSAGE = Message("the block shows a message or writes a record")
 _ALL = (True, True, True)
 _NONE = (False, False, False)
-#: Maximum number of rows; a longer program has an error in a repeat count, and would fill the memory.
+#: Maximum number of rows. A longer program must have an error in a repeat count, and would exhaust the memory.
 MAX_ROWS = 10_000_000
 
 
 def _is_probe(words: SortedBlock) -> bool:
-    """Return whether a block moves until a probe trips: G38.2 to G38.5, and G31 on Fanuc and Mach."""
+    """Return whether a block moves until a probe trips: G38.2 to G38.5, or G31 on Fanuc and Mach."""
     return words.g.get("motion") in _PROBES or any(str(w) == "G31" for w in words.unknown)
 
 
 class Interpreter:
     """Executes blocks one at a time.
 
-    The caller sets `begins` before `run` if the block starts a subprogram and may therefore have a program number. All
-    other attributes describe the last block.
+    A block at the start of a subprogram may have a program number. Before such a block, the caller must set `begins`
+    and then call `run`. All other attributes describe the last block.
 
     Attributes
     ----------
     reason
-        Reason why the block must stay in its position, or ``""``.
+        Why the block must stay in its position, or ``""``.
     unclear
         Reasons why the block is not fully understood, each with the axes that are unknown afterwards.
     unknown, obeyed
-        Unsupported words, and comments on which the controller acts.
+        Unsupported words, and comments that the controller acts on.
     named
         The word that states the kind of a stop or of a reference point.
     opaque
@@ -102,8 +105,8 @@ class Interpreter:
     jumps, restores
         Whether the block jumps to an unknown line, and whether the end of the subprogram restores the modes (M73).
     during_motion
-        The number of rows and the modal values before the words that act after the motion; None if there are no such
-        words.
+        The number of rows and the modal values before the words that act after the motion; None if the block has no
+        such words.
     """
 
     def __init__(self, state: InterpreterState, policy: Policy) -> None:
@@ -222,7 +225,7 @@ class Interpreter:
     # -- start and end of the program ----------------------------------------------------------------------------------
 
     def check_end(self, file: str) -> None:
-        """End the program at the end of its text. Raise an error if the controller requires an end word."""
+        """End the program at the end of its text. If the controller requires an end word, its absence is an error."""
         required = self.state.dialect.end_required
         if not self.state.dialect.end_word and not self.ended:
             self.state.path.end(line=self.state.line)
@@ -287,7 +290,7 @@ class Interpreter:
                 unknown.remove(word)
 
     def _run_with_unknown_values(self, words: SortedBlock, unknown: set[str]) -> None:
-        """Execute a block in which the values of the letters `unknown` are unknown; the block becomes a FOREIGN row."""
+        """Execute a block in which the values of the letters `unknown` are unknown. The block becomes a FOREIGN row."""
         state, g = self.state, words.g
         named = named_axes({**words.letters, **dict.fromkeys(unknown, Word("", 0.0, ""))})
         clear = unknown <= _CLEAR_LETTERS and g.keys() <= _CLEAR_GROUPS and not words.unknown
@@ -332,7 +335,7 @@ class Interpreter:
         self.unclear.append((reason, lost))
 
     def _execute_or_keep(self, words: SortedBlock) -> None:
-        """Execute offsets and motion. If any part of them is unclear, replace them with a single FOREIGN row."""
+        """Execute offsets and motion. If any part of them is unclear, a single FOREIGN row replaces them."""
         state, path = self.state, self.state.path
         named = named_axes(words.letters)
         rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
@@ -387,7 +390,7 @@ class Interpreter:
             )
 
     def _run_feed_output(self, word: Word, letters: dict[str, Word]) -> None:
-        """Apply the analog output that reduces the feed of a torch; the block itself is always kept."""
+        """Apply the analog output that reduces the feed of a torch. The block itself must always stay."""
         state = self.state
         if state.dialect.torch is not None and word.value == 52:
             state.adaptive = "P" not in letters or letters["P"].value != 0.0
@@ -397,7 +400,6 @@ class Interpreter:
     # -- feed, speed, tool, spindle, coolant ---------------------------------------------------------------------------
 
     def _run_settings(self, words: SortedBlock) -> None:
-        """Execute the words for units, feed mode, feed rate and spindle speed."""
         state, letters, g = self.state, words.letters, words.g
         unit_before, mode_before, feed = state.unit, state.feed_mode, letters.get("F")
         if "units" in g:
@@ -456,7 +458,6 @@ class Interpreter:
                 self._change_active_length(state.offset_number)
 
     def _change_active_length(self, number: int) -> None:
-        """Apply a D word while a length offset is active."""
         state = self.state
         state.path.offset(number, line=state.line)
         if number != state.length:
@@ -480,7 +481,10 @@ class Interpreter:
         state.next_tool = None if state.dialect.changes_by_hand else number
 
     def _run_switches(self, words: SortedBlock, off: bool | None) -> None:
-        """Execute the words that switch devices on or off: only off (`off` True), only on (False), or all (None)."""
+        """Execute the words that switch devices on or off.
+
+        `off` selects the words: True for switching off, False for switching on, and None for both.
+        """
         state = self.state
         other = words.letters.get("$")
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
@@ -530,8 +534,8 @@ class Interpreter:
     def _run_path_control(self, code: int, letters: dict[str, Word]) -> None:
         """Execute G61, G61.1 or G64.
 
-        P of G64 is the corner tolerance. Q is the tolerance for short moves; its default is P. Source: LinuxCNC, G64;
-        confirmed with rs274.
+        In G64, P is the corner tolerance, and Q is the tolerance for short moves, which defaults to P. Source:
+        LinuxCNC, G64; confirmed with rs274.
         """
         state = self.state
         given = [letters.pop(letter, None) if code == 640 else None for letter in "PQ"]
@@ -542,7 +546,7 @@ class Interpreter:
             state.path.blending(code, tolerance, joining, line=state.line)
 
     def _run_compensation(self, code: int, letters: dict[str, Word]) -> None:
-        """Execute cutter compensation. Add a RADIUS row when the mode changes or D is stated."""
+        """Execute cutter compensation. If the mode changes or D is stated, add a RADIUS row."""
         state, mode = self.state, code // 10
         word = letters.pop("D", None) if mode != 40 else None
         register = 0.0 if mode == 40 else self.policy.register(state, code, word)
@@ -559,7 +563,7 @@ class Interpreter:
         return self.state.dwell(letters.pop(letter))
 
     def _states_dwell(self, letters: dict[str, Word]) -> bool:
-        """Return whether a dwell states its time in the form of its controller; if not, remove its words.
+        """Return whether a dwell states its time in the form that its controller expects. If not, remove its words.
 
         Fanuc, Haas and Mach also accept a time in seconds in X or U. A number without a decimal point may be in
         thousandths.
@@ -582,7 +586,6 @@ class Interpreter:
     # -- offsets -------------------------------------------------------------------------------------------------------
 
     def _run_offsets(self, words: SortedBlock) -> None:
-        """Execute the words for tool length offset and work offset."""
         state, g, letters = self.state, words.g, words.letters
         length = g.get("length")
         if length == 430:
@@ -702,7 +705,13 @@ class Interpreter:
             self.policy.unknown(message)
 
     def _check_clear(self, special: int | None, words: SortedBlock, moving: bool) -> None:
-        """Raise `UnclearBlock` for a move whose axes, kind of motion or modes are not supported."""
+        """Check that the axes, the kind of motion and the modes of a move are supported.
+
+        Raises
+        ------
+        UnclearBlock
+            They are not supported.
+        """
         state, g, letters = self.state, words.g, words.letters
         if not letters.keys().isdisjoint(OTHER_AXES):
             other = next(letter for letter in OTHER_AXES if letter in letters)
@@ -731,7 +740,13 @@ class Interpreter:
             )
 
     def _check_modes_known(self) -> None:
-        """Raise `UnclearBlock` if a mode that affects the active motion is unknown."""
+        """Check that all modes which affect the active motion are known.
+
+        Raises
+        ------
+        UnclearBlock
+            A mode is unknown.
+        """
         state = self.state
         needed = {"distance": "G90 or G91"}
         if state.cycle is not None:
@@ -743,7 +758,10 @@ class Interpreter:
                 raise UnclearBlock("it is unknown whether {} is active", words)
 
     def _drill_or_keep(self, words: SortedBlock) -> None:
-        """Drill a hole of a canned cycle. If it is unclear, all following holes of the cycle are unclear as well."""
+        """Drill a hole of a canned cycle.
+
+        If the hole is unclear, all following holes of the cycle are unclear as well.
+        """
         state, letters, fagor = self.state, words.letters, self.state.dialect.cycle_words == "fagor"
         repeat = state.dialect.repeat_letter
         for letter in "ZIKB" if fagor else "RZPQ":
@@ -785,9 +803,9 @@ def _split_tool(letters: dict[str, Word]) -> None:
 
 
 def _is_one_command(block: Block, tool_alone: bool) -> bool:
-    """Return whether a block has a single command. With `tool_alone`, T counts as a command.
+    """Return whether a block contains a single command. With `tool_alone`, T counts as a command.
 
-    Some firmware executes only the first command of a block.
+    Some firmware only executes the first command of a block.
     """
     if tool_alone and [word.letter for word in block.words] == ["T"]:
         return True

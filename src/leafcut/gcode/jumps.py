@@ -1,9 +1,10 @@
-"""Conditions, loops and jumps of Fanuc and Haas (custom macro), without O-words.
+"""Execute the conditions, loops and jumps of Fanuc and Haas (custom macro), which have no O-words.
 
     IF [#1 GT 3] GOTO 20    IF [#1 EQ 0] THEN #2=5    WHILE [#1 LT 5] DO 1 … END 1    GOTO 20
 
-A jump goes to line N20 of the same program. The line is searched forward from the jump, then from the top. Source:
-Fanuc 30i user's manual (B-63944EN), custom macro: repetition and branching; Haas mill operator's manual, macros.
+A jump leads to line N20 of the same program. The controller searches for this line forward from the jump, and then from
+the top. Source: Fanuc 30i user's manual (B-63944EN), custom macro: repetition and branching; Haas mill operator's
+manual, macros.
 """
 
 from __future__ import annotations
@@ -21,21 +22,21 @@ _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?
 _STATEMENT = re.compile(
     _OPENING + r"(IF(?=[ \t]*\[)|WHILE(?=[ \t]*\[)|GOTO|DO(?=[ \t]*[0-9])|END(?=[ \t]*[0-9]))", re.IGNORECASE
 )
-#: GRBL commands such as ``$H``, ``$J=…``, ``$132=300``, ``$$``; LinuxCNC words such as ``$0`` do not match.
+#: Matches GRBL commands such as ``$H``, ``$J=…``, ``$132=300`` and ``$$``, but not LinuxCNC words such as ``$0``.
 _BOARD = re.compile(r"\s*(\$(?:[A-Za-z]+[0-9]*=?|[0-9]+=|[$#]))")
 _OUTPUT = re.compile(_OPENING + r"(?:DPRNT|BPRNT|POPEN|PCLOS)(?![A-Za-z])", re.IGNORECASE)
 _LABEL = re.compile(r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+[nN][ \t]*+([0-9]{1,18})(?![0-9])")
 _PROGRAM = re.compile(r"[ \t]*[oO:][ \t]*[0-9]")
 _MAY_JUMP = re.compile(r"GOTO|M[ \t]*9[79]", re.IGNORECASE)
 _GOAL = re.compile(r"(?:GOTO|M97P|M99P)([0-9]{1,18}(?![0-9]))?", re.IGNORECASE)
-#: Words that may leave a range of text: returns, loop exits, and GOTO with a computed target.
+#: Matches words that may leave a range of text: returns, loop exits, and GOTO with a computed target.
 _LEAVES = re.compile(r"M99(?![0-9])|O(?:[0-9]+|<[^<>]*>)(?:RETURN|BREAK|CONTINUE)|GOTO(?![0-9])", re.IGNORECASE)
 _AFTER_IF = re.compile(r"[ \t]*(GOTO|THEN)[ \t]*", re.IGNORECASE)
 _AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]{1,9})[ \t]*$", re.IGNORECASE)
 
 
 class UndecidedJump(Exception):
-    """The next line depends on a value that only the machine knows.
+    """Raised if the next line depends on a value that only the machine knows.
 
     Attributes
     ----------
@@ -51,14 +52,14 @@ class UndecidedJump(Exception):
 
 
 class JumpStatement(NamedTuple):
-    """A statement IF, WHILE, GOTO, DO or END, and the remaining text of its line."""
+    """A statement IF, WHILE, GOTO, DO or END, and the rest of its line."""
 
     keyword: str
     rest: str
 
 
 def statement_of(line: str) -> JumpStatement | None:
-    """Return the statement of a line, or None for a line of words."""
+    """Return the statement of a line, or None if the line consists of words."""
     found = _STATEMENT.match(line)
     if found is None:
         return None
@@ -82,7 +83,7 @@ def has_statements(lines: Sequence[str]) -> bool:
 
 
 def code_without_spaces(line: str) -> str:
-    """Return a line without comments and spaces. Invalid comments are kept."""
+    """Remove comments and spaces from a line. Invalid comments are kept."""
     try:
         return "".join(split_line(line, nested=True)[0].split())
     except BlockError:
@@ -90,7 +91,7 @@ def code_without_spaces(line: str) -> str:
 
 
 class Jumps:
-    """Executes the macro statements of a program; lines are counted from 0."""
+    """Executes the macro statements of a program. Lines are counted from 0."""
 
     def __init__(self, lines: Sequence[str], parameters: ProgramParameters) -> None:
         self._lines, self._parameters = lines, parameters
@@ -100,18 +101,18 @@ class Jumps:
         self._loops: dict[int, tuple[int, int]] | None = None
 
     def is_jump_target(self, line: int) -> bool:
-        """Return whether a line may be the target of a jump."""
+        """Return whether a jump may lead to a line."""
         if self._goals is None:
             self._goals = self._find_targets()
         return line in self._goals
 
     def line_number_text(self, line: int) -> str:
-        """Return the N word of a line, such as "N20", or "" if it has none."""
+        """Return the N word of a line, such as "N20", or "" if the line has no N word."""
         found = _LABEL.match(self._lines[line])
         return "" if found is None else f"N{int(found.group(1))}"
 
     def label(self, number: int, line: int) -> int | None:
-        """Return the line N`number` to which a jump from `line` leads, or None if there is no such line."""
+        """Return the line N`number` that a jump from `line` leads to, or None if it does not exist."""
         if self._labels is None:
             self._labels = {}
             for at, text in enumerate(self._lines):
@@ -129,9 +130,14 @@ class Jumps:
         return mine[behind] if behind < len(mine) else mine[0] if mine else None
 
     def obey(self, statement: JumpStatement, line: int) -> tuple[int, str]:
-        """Execute the statement on `line`. Return the next line, and a block to execute before that.
+        """Execute the statement on `line`. Return the next line, and a block to execute before it.
 
-        Raises UndecidedJump if the next line is unknown, and BlockError if the statement is invalid.
+        Raises
+        ------
+        UndecidedJump
+            The next line is unknown.
+        BlockError
+            The statement is invalid.
         """
         keyword, rest = statement
         if keyword == "GOTO":
@@ -152,7 +158,7 @@ class Jumps:
         return (line + 1 if condition else end + 1), ""
 
     def undecided(self, line: int, last: int, again: int | None = None) -> UndecidedJump:
-        """Return the exception for the lines up to `last`, which may or may not be executed.
+        """Create the exception for the lines up to `last`, which may or may not be executed.
 
         If these lines may jump elsewhere, the exception covers all following text.
         """
@@ -164,9 +170,9 @@ class Jumps:
         return UndecidedJump(last, again)
 
     def undecided_to_end(self, line: int) -> UndecidedJump:
-        """Return the exception for all text from a line on, which may or may not be executed.
+        """Create the exception for all text from a line on, which may or may not be executed.
 
-        The exception contains the first line to which this text may jump back.
+        The exception also contains the first line that this text may jump back to.
         """
         goals = [
             self._target_line(found, at)
@@ -223,7 +229,7 @@ class Jumps:
         return found[1]
 
     def _all_loops(self) -> dict[int, tuple[int, int]]:
-        """Return first or last line of a loop → number of the loop, and line of its other end."""
+        """Map the first and the last line of each loop to its number and the line at its other end."""
         if self._loops is None:
             self._loops = {}
             opened: dict[int, list[int]] = {}

@@ -1,4 +1,4 @@
-"""Reader for the subset of Heidenhain Klartext that leafcut writes: drilling with cycle 200 and straight moves.
+"""Reader for the subset of Heidenhain Klartext that leafcut writes: drilling with cycle 200, and straight moves.
 
     0 BEGIN PGM LEAFCUT MM
     5 TOOL CALL 1 Z S1000
@@ -36,7 +36,7 @@ CYCLE_200 = {
     "Q204": "2ND SET-UP CLEARANCE",
     "Q211": "DWELL TIME AT DEPTH",
 }
-#: Tolerance for sums of lengths, which are written with three decimals, mm.
+#: Tolerance for sums of lengths, mm. The program states lengths with three decimals.
 _SAME = 1e-6
 
 _NUMBER = r"[+-]?\d{1,7}(?:\.\d{1,6})?"
@@ -53,8 +53,12 @@ _M_WORDS = ("M0", "M1", "M3", "M4", "M5", "M8", "M9", "M30")
 
 
 def interpret_klartext(text: str, file: str = "program") -> Toolpath:
-    """Return the motions of a program. Raises ReadError if the program has no end or contains a block outside the
-    subset; the message names the line.
+    """Interpret a program and return its motions.
+
+    Raises
+    ------
+    ReadError
+        The program has no end, or a block is outside the subset. The message names the line.
     """
     reader = _Reader()
     last = 0
@@ -69,7 +73,7 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
 
 
 def _blocks(program: str) -> Iterator[tuple[int, str]]:
-    """Yield the line number and the text of each block. Continuation lines (~) belong to the block before them.
+    """Yield the line number and the text of each block. A continuation line (~) belongs to the block before it.
 
     Block numbers must be consecutive.
     """
@@ -127,7 +131,7 @@ class _Reader:
         self.name = begin[1]
 
     def _end_program(self, block: str) -> bool:
-        """Return whether the block ends the program; refuse blocks after its end."""
+        """Return whether the block ends the program. Blocks after the end are refused."""
         if self.ended:
             raise BlockError("the program continues after END PGM")
         if self.dwelling and not block.startswith("CYCL DEF 9.1"):

@@ -1,6 +1,6 @@
-"""Recognise unsupported programs: for lathes and 3D printers, and in the languages of Heidenhain and Siemens.
+"""Detect unsupported programs: for lathes and 3D printers, and in the languages of Heidenhain and Siemens.
 
-Outside comments, they contain words that never occur in a program for a mill, a laser or a torch.
+Outside of comments, such programs contain words that never occur in a program for a mill, a laser or a torch.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from functools import partial
 from leafcut.gcode.words import COMMENT
 from leafcut.message import Message
 
-#: Number of characters examined; the start of a program is enough to recognize its kind.
+#: Only this many characters are examined. The start of a program is enough to recognize its kind.
 _LOOKED_AT = 400_000
 
 _HEIDENHAIN = re.compile(
     r"\d*\s*(BEGIN PGM|END PGM|TOOL CALL|TOOL DEF|CYCL DEF|BLK FORM|LBL|CALL LBL)\b", re.IGNORECASE
 )
-#: DIN/ISO programs of Heidenhain: program name, units, and an asterisk at the end of each block.
+#: Matches DIN/ISO programs of Heidenhain: program name, units, and an asterisk at the end of each block.
 _HEIDENHAIN_ISO = re.compile(r"%\S+\s+G7[01]\s*\*", re.IGNORECASE)
 _FMAX = re.compile(r"\d*\s*(?:L|CC|C|CR|APPR|DEP)\s.*\bFMAX\b", re.IGNORECASE)
 _SIEMENS_HEAD = re.compile(r";\s*\$PATH\s*=|%_N_\w+_(?:MPF|SPF|INI)\b", re.IGNORECASE)
@@ -41,14 +41,15 @@ _LATHE = (
     re.compile(r"T[0-9]{4}(?![0-9.])(?!.*M0*6(?![0-9]))", re.IGNORECASE),
     re.compile(r"G7[0-3](?![0-9.])(?=.*P[0-9]+.*Q[0-9]|[UW][0-9.]+R[0-9.])|G76(?![0-9.])(?=.*P[0-9])", re.IGNORECASE),
 )
-#: Words that indicate a lathe even with M6: diameter mode, radius mode (G8 P1 differs on Fanuc), the XZ plane.
+#: Words that indicate a lathe even if the program has M6: diameter mode, radius mode (G8 P1 differs on Fanuc), the XZ
+#: plane.
 _LATHE_MODES = (
     re.compile(r"G0?7(?![0-9.])", re.IGNORECASE),
     re.compile(r"G0?8(?![0-9.])(?!.*P[0-9])", re.IGNORECASE),
     re.compile(r"G18(?![0-9.])", re.IGNORECASE),
 )
 _ARC = re.compile(r"G0?[23](?![0-9.])", re.IGNORECASE)
-#: Words of mills only: the planes G17 and G19, rotary axes.
+#: Matches words that only mills use: the planes G17 and G19, and rotary axes.
 _OF_MILL = re.compile(r"G1[79](?![0-9.])|[AB][-+\[#.0-9]", re.IGNORECASE)
 _Y = re.compile(r"Y\s*[-+\[#.0-9]", re.IGNORECASE)
 _X = re.compile(r"[XU]\s*[-+\[#.0-9]", re.IGNORECASE)
@@ -58,7 +59,7 @@ _CHANGES = re.compile(r"M0*6(?![0-9.])", re.IGNORECASE)
 
 
 def other_language(text: str) -> str:
-    """Return a message that names the unsupported language of a text; "" for G-code for a mill, laser or torch."""
+    """Return a message that names the unsupported language of a text. For a mill, laser or torch program, return ""."""
     lines = text[:_LOOKED_AT].splitlines()
     if len(text) > _LOOKED_AT:
         lines = lines[:-1]
@@ -114,8 +115,9 @@ def _printer_program(lines: list[str], code: list[str]) -> str:
 
 
 def _lathe_program(code: list[str], text: str) -> str:
-    """Return the first lathe word and its line in a program that moves X and Z but not Y and has no drilling cycles.
-    G18 counts only with arcs, as in a turned contour, because a slot along X may also be milled in G18.
+    """Return the first lathe word and its line if the program moves X and Z but not Y and has no drilling cycles.
+
+    G18 counts only if the program has arcs, as in a turned contour. A slot along X may also be milled in G18.
     """
     if any(_Y.search(line) or _DRILLS.search(line) for line in code):
         return ""

@@ -1,4 +1,4 @@
-"""Blocks that LinuxCNC rejects although their meaning is clear (confirmed with rs274)."""
+"""Detect blocks that LinuxCNC rejects although their meaning is clear (confirmed with rs274)."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from leafcut.gcode.word_groups import ENDS_TRANSFORM, GROUP_OF, NO_MOTION, OTHER
 from leafcut.gcode.words import Word
 
 _FAMILIES = frozenset({"linuxcnc", "plasma", "qtplasmac"})
-#: G codes of other controllers, in tenths. LinuxCNC has only G8 of them (lathes: radius mode).
+#: G codes of other controllers, in tenths. Of these, LinuxCNC only has G8 (lathes: radius mode).
 _UNKNOWN_CODES = (NO_MOTION | ENDS_TRANSFORM) - {80}
 _MOTIONS = frozenset(code for code, group in GROUP_OF.items() if group in ("motion", "cycle"))
-#: Codes that use a P word, and a Q word: G codes in tenths, and M codes.
+#: Codes that use a P word, and codes that use a Q word: G codes in tenths, and M codes.
 _TAKES_P = (
     frozenset({20, 30, 40, 50, 52, 100, 640, 740, 760, 820, 840, 860, 880, 890}),
     frozenset({19, 50, 51, 52, 53, 62, 63, 64, 65, 66, 98, *range(100, 200)}),
@@ -22,7 +22,7 @@ _TAKES_Q = frozenset({50, 100, 640, 730, 760, 830}), frozenset({19, 61, 66, 67, 
 
 
 def is_linuxcnc(dialect: Dialect) -> bool:
-    """Return whether a dialect is read by LinuxCNC."""
+    """Return whether LinuxCNC reads a dialect."""
     return dialect.family in _FAMILIES
 
 
@@ -36,7 +36,7 @@ def is_malformed(words: tuple[Word, ...]) -> bool:
 
 
 def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether LinuxCNC rejects a block, given the state before the block. Changes: state.feed_forgotten."""
+    """Return whether LinuxCNC rejects a block, given the state before the block. Updates `state.feed_forgotten`."""
     g, letters = words.g, words.letters
     starts = g.get("radius", 400) != 400
     again = starts and state.radius != 40
@@ -54,7 +54,7 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
 def _breaks_compensation(state: InterpreterState, words: SortedBlock, *, starts: bool) -> bool:
     """Return whether LinuxCNC rejects the words of a block because cutter compensation is active.
 
-    `starts`: the block itself starts the compensation. Compensation works in the XY and XZ planes.
+    `starts` means that the block itself starts the compensation. Compensation works in the XY and XZ planes.
     """
     g, letters = words.g, words.letters
     on, plane = state.radius in (41, 42), g.get("plane", 10 * state.plane)

@@ -1,8 +1,8 @@
-"""Materials that a program defines in comments for its controller, and the moves that the controller adds at every cut.
+"""Read the materials that a program defines in comments, and add the moves that the controller makes at every cut.
 
-`gcode.torch.convert_for_controller` omits these moves from the program.
+The program itself does not contain these moves: `gcode.torch.convert_for_controller` leaves them out.
 
-Source: QtPlasmaC manual, material handling. ``(o=0, …)`` applies to the current program; ``o=1`` and ``o=2`` are stored
+Source: QtPlasmaC manual, material handling. ``(o=0, …)`` applies to the current program. ``o=1`` and ``o=2`` are stored
 in the table under the number ``nu``, and selected by M190.
 """
 
@@ -25,9 +25,9 @@ _FIGURE = re.compile(r"\b([a-z]{2})\s*=\s*([0-9]{1,9}(?:\.[0-9]{0,9})?|\.[0-9]{1
 _CHOICE = re.compile(r"(?:^|[\s0-9])M190\s*P([0-9]{1,9})", re.IGNORECASE)
 _FLOWING = re.compile(r"^(?:\s*N[0-9]+)?\s*M(?:62|63|67)(?![0-9])", re.IGNORECASE)
 _UNITS = re.compile(r"(?:^|[\s0-9])G(20|21)(?![0-9.])", re.IGNORECASE)
-#: Maximum number of rows (outputs and pauses) between the start of the torch and the cut.
+#: At most this many rows (outputs and pauses) come between the start of the torch and the cut.
 _NEAR = 40
-#: Offset that marks a feed as taken from the controller's table, units per minute.
+#: This offset marks a feed as taken from the controller's table, units per minute.
 _APART = 1e-6
 _CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 _MOVING = [int(kind) for kind in MOTIONS]
@@ -43,7 +43,7 @@ class Material:
     feed: float
 
 
-#: Line from which a material applies, and the material; None if only the controller knows it.
+#: A material and the line from which it applies. The material is None if only the controller knows it.
 Choice = tuple[int, Material | None]
 
 
@@ -68,21 +68,21 @@ def read_materials(lines: Sequence[str]) -> list[Choice]:
 
 
 class MaterialFeeds:
-    """Feeds that a program takes from the selected material of the controller by a `word` such as
-    ``F#<_hal[plasmac.cut-feed-rate]>``.
+    """Feeds that a program takes from the selected material of the controller.
 
-    `words` maps each such feed to its word. The feeds are a millionth higher than those of the material, so that they
-    differ from every feed that a program states.
+    The program refers to the feed by a `word` such as ``F#<_hal[plasmac.cut-feed-rate]>``. `words` maps each of these
+    feeds to its word. The feeds are a millionth higher than in the material, so that they differ from every feed that a
+    program states.
     """
 
     def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:
-        """Take the feeds from the materials of a program; `otherwise` is the feed, mm/s, of all other materials."""
+        """Take the feeds from the materials of a program. For all other materials, the feed is `otherwise`, mm/s."""
         self.word, self.words = word, dict[float, str]()
         self._choices, self._otherwise = read_materials(lines), otherwise
         self._starts = [line for line, _ in self._choices]
 
     def feed_at(self, line: int, unit: float) -> float:
-        """Return the feed at a line, in program units per minute; `unit` is the length of a program unit, mm."""
+        """Return the feed at a line, in program units per minute. `unit` is the length of a program unit, mm."""
         chosen = bisect_right(self._starts, line)
         material = self._choices[chosen - 1][1] if chosen else None
         known = material.feed if material is not None and material.feed > 0.0 else self._otherwise
@@ -101,13 +101,14 @@ def _material(figures: dict[str, float], unit: float) -> Material:
 
 
 def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
-    """Return a path with the moves that its controller adds at every cut, and the number of cuts of unknown material.
+    """Add the moves that the controller makes at every cut. Return the path and the number of cuts of unknown material.
 
-    The torch descends to the pierce height, waits, descends to the cut height, and retracts after the cut; marking has
+    The torch descends to the pierce height, waits, descends to the cut height, and retracts after the cut. Marking has
     no delay. The second descent uses the feed of the first cutting move, as in leafcut's plans; the real feed is a
     controller setting. Probing is not included, because its path and feed are settings. Outputs synchronized with
-    motion (M62, M63, M67) are left out, since the machine does not stop for them. `clearance` is the height of travel
-    moves above the sheet, mm.
+    motion (M62, M63, M67) are left out, because the machine does not stop for them.
+
+    `clearance` is the height of travel moves above the sheet, mm.
     """
     choices = read_materials(lines)
     starts = [line for line, _ in choices]
@@ -138,7 +139,10 @@ def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float
 
 
 def _feed_after(path: Toolpath, index: int) -> float:
-    """Return the feed of the first cut after a row, mm/s; 0 if a rapid comes before it, or if no cut follows."""
+    """Return the feed of the first cut after a row, mm/s.
+
+    The result is 0 if a rapid comes before the cut, or if no cut follows.
+    """
     ahead = path.kind[index + 1 : index + 1 + _NEAR]
     moving = np.flatnonzero(np.isin(ahead, _MOVING))
     first = index + 1 + int(moving[0]) if len(moving) else index
@@ -146,8 +150,9 @@ def _feed_after(path: Toolpath, index: int) -> float:
 
 
 def _switching_moves(row: Motion, material: Material, place: Point3, clearance: float, feed: float) -> Iterator[Motion]:
-    """Yield the moves that the controller adds where the program switches the torch; `feed` is the feed of the
-    following cut.
+    """Yield the moves that the controller adds when the program switches the torch.
+
+    `feed` is the feed of the next cut.
     """
 
     def to(kind: Kind, z: float, feed: float = 0.0) -> Motion:

@@ -1,7 +1,7 @@
 """Modal dependencies of a range of blocks: the modes that it inherits from earlier blocks, and the modes that it sets.
 
-`G1 Z-1` inherits the feed; `X5` inherits the motion and the Y position. If the range is moved to another position in
-the program, its inherited modes must be restated.
+`G1 Z-1` inherits the feed. `X5` inherits the motion and the Y position. If a range moves to another position in the
+program, the modes that it inherits must be stated again.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from leafcut.gcode.word_groups import GROUP_OF
 from leafcut.gcode.words import plain_block
 from leafcut.model.toolpath import Kind
 
-#: Fields of `Modal` that a block may inherit from earlier blocks, in addition to the position. "motion" includes the
-#: active cycle and its words.
+#: Fields of `Modal` that a block may inherit from earlier blocks, apart from the position. "motion" includes the active
+#: cycle and its words.
 INHERITED = frozenset({"motion", "plane", "incremental", "absolute_centres", "to_initial", "feed", "feed_mode", "rpm"})
-#: Group of G words → the field of `Modal` that it sets.
+#: The field of `Modal` that each group of G words sets.
 _FIELD_OF = {
     "motion": "motion",
     "cycle": "motion",
@@ -32,9 +32,9 @@ _FIELD_OF = {
     "retract": "to_initial",
     "feed mode": "feed_mode",
 }
-#: Letters of M words for outputs and inputs; their values are not lengths.
+#: Letters in M words for outputs and inputs. Their values are not lengths.
 _OF_OUTPUTS = frozenset("PQEL$")
-#: M words that store modes (M70), forget them (M71), or restore them, now (M72) or at the end of a call (M73).
+#: M words that store modes (M70), forget them (M71), or restore them, either now (M72) or at the end of a call (M73).
 _RESTORE = (70, 71, 72, 73)
 _CUTS = frozenset({int(Kind.FEED), int(Kind.ARC_CW), int(Kind.ARC_CCW), int(Kind.DRILL)})
 _ARCS = frozenset({int(Kind.ARC_CW), int(Kind.ARC_CCW)})
@@ -43,16 +43,24 @@ _MOVES = _CUTS | {int(Kind.RAPID)}
 
 @dataclass(frozen=True, slots=True)
 class BlockWords:
-    """The words of a block: the fields of `Modal` that they set, letter → numbers as text, and whether M3 or M4
-    occurs.
+    """The words of a block.
+
+    Attributes
+    ----------
+    states
+        Fields of `Modal` that the words set.
+    letters
+        Numbers as text, by letter.
+    starts_spindle
+        Whether the block contains M3 or M4.
     """
 
     states: frozenset[str]
     letters: dict[str, str]
     starts_spindle: bool
-    #: The block has no words, only comments, which may be active.
+    #: Whether the block has no words but only comments, which may be active.
     empty: bool = False
-    #: The block has only M words for outputs and their letters.
+    #: Whether the block consists of M words for outputs and their arguments.
     outputs: bool = False
 
 
@@ -73,7 +81,10 @@ def replace_fields(modal: Modal, fields: Iterable[str], source: Modal) -> Modal:
 
 
 class BlockReader:
-    """Parses and caches the words of a program's blocks. With `beam`, S is a beam power, which may act in rapids."""
+    """Parses the words of a program's blocks and caches the result.
+
+    With `beam`, S is a beam power, which may act in rapids.
+    """
 
     def __init__(self, program: Program, *, beam: bool = False) -> None:
         self.program = program
@@ -85,7 +96,10 @@ class BlockReader:
 
     @cached_property
     def blocks_by_letter(self) -> dict[str, tuple[list[int], list[str]]]:
-        """Letter → the blocks that contain it, in order, and its numbers as text. Cycle words count only in cycles."""
+        """Map each letter to its blocks, in order, and to its numbers as text.
+
+        Letters other than F and S count only in blocks that drill.
+        """
         found: dict[str, tuple[list[int], list[str]]] = {}
         for block in range(self.program.n_blocks):
             words = self.words(block)
@@ -109,7 +123,7 @@ class BlockReader:
         return found
 
     def states(self, begin: int, end: int) -> set[str]:
-        """Return the fields of `Modal` that the words of blocks begin … end - 1 set."""
+        """Return the fields of `Modal` that the words in a half-open range of blocks set."""
         words = (self.words(block) for block in range(begin, end))
         return {field for w in words if w is not None for field in w.states}
 
@@ -138,7 +152,7 @@ class BlockReader:
         return BlockWords(frozenset(states - {""}), letters, spindle, not words, outputs)
 
     def modal_use(self, begin: int, end: int) -> ModalUse:
-        """Return the modes that blocks begin … end - 1 inherit from earlier blocks, and the modes that they set."""
+        """Return the modes that a range of blocks inherits from earlier blocks, and the modes that it sets."""
         relies: set[str] = set()
         sets: set[str] = set()
         for block in range(begin, end):
@@ -190,10 +204,10 @@ HERE = "here"
 
 
 def next_position(reader: BlockReader, blocks: Iterable[int], clearance: float) -> tuple[float, float] | str | None:
-    """Return the first position in X and Y in `blocks`, or None if they do not move in X or Y.
+    """Return the first position in X and Y in `blocks`.
 
-    Return `HERE` if the blocks depend on the position before them. `clearance` is the height, mm, above which the tool
-    may descend anywhere.
+    If the blocks do not move in X or Y, the result is None. If they depend on the position before them, it is `HERE`.
+    `clearance` is the height, mm, above which the tool may descend anywhere.
     """
     program = reader.program
     path, first = program.path, program.first
@@ -231,7 +245,7 @@ def next_position(reader: BlockReader, blocks: Iterable[int], clearance: float) 
 
 
 def depends_on_height(reader: BlockReader, blocks: Iterable[int]) -> bool:
-    """Return whether the effect of `blocks` depends on the height of the tool before the first block."""
+    """Return whether the effect of `blocks` depends on the height of the tool before them."""
     program = reader.program
     drilled = False
     for block in blocks:

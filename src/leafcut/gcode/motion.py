@@ -1,7 +1,7 @@
-"""Execute moves: straight, circular, in machine coordinates, and moves of the origin (G10, G52, G92 and related codes).
+"""Execute moves: straight moves, arcs, moves in machine coordinates, and moves of the origin (G10, G52, G92 …).
 
-After a move of the origin, the position on an axis is known only if the word states it (G92 X0, or G10 L20 of the
-active frame). Otherwise it is unknown until the axis is programmed again.
+After a move of the origin, the position on an axis is known only if the word states it. Examples are G92 X0, and G10
+L20 of the active frame. Otherwise, the position is unknown until the axis is programmed again.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import Arc, plane_axes
 
-#: Maximum difference between the start and end radius of an arc, mm, …
+#: The start and end radius of an arc may differ by this much, mm, …
 _RADIUS_TOLERANCE = 0.0127
-#: … or relative to the radius, if that is more (LinuxCNC: SPIRAL_RELATIVE_TOLERANCE; GRBL has the same 0.1 %).
+#: … or by this share of the radius, whichever is more (LinuxCNC: SPIRAL_RELATIVE_TOLERANCE; GRBL also uses 0.1 %).
 _RADIUS_RELATIVE_TOLERANCE = 0.001
-#: Maximum amount by which a radius may be too small to reach the end, mm.
+#: A radius may be too small to reach the end of an arc by at most this much, mm.
 SHORT_RADIUS_TOLERANCE = 0.002
-#: Maximum number of turns in a block; more are an error in the program.
+#: Maximum number of turns in a block. A larger number is an error in the program.
 MAX_TURNS = 10_000
 #: G codes that move the origin or store a position, in tenths.
 _G10, _G28_1, _G30_1, _G52, _G92 = 100, 281, 301, 520, 920
@@ -39,7 +39,7 @@ def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Execute G38.2: move straight down until the probe trips, and raise an alarm if it never does."""
+    """Execute G38.2: move straight down until the probe trips. If it never trips, the controller raises an alarm."""
     if "X" in letters or "Y" in letters or "Z" not in letters:
         raise BlockError("a probe (G38.2) that does not go straight down is not understood")
     before, z = state.path.position[2], state.target(letters, 2)
@@ -61,9 +61,9 @@ def run_machine_move(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Execute G28 or G30: a rapid to the programmed point, then, on the same axes, a rapid to machine zero.
+    """Execute G28 or G30: a rapid to the programmed point, followed by a rapid to machine zero on the same axes.
 
-    The stored position is machine zero by convention.
+    By convention, the stored position is machine zero.
     """
     given = [axis in letters for axis in AXES]
     before = list(state.path.position)
@@ -75,7 +75,7 @@ def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Execute an arc, G2 or G3, given by its centre (I, J, K) or its radius (R); P is the number of turns."""
+    """Execute an arc (G2 or G3), given by its centre (I, J, K) or by its radius (R). P is the number of turns."""
     begin = (state.path.position[0], state.path.position[1], state.path.position[2])
     targets = [state.target(letters, axis) for axis in range(3)]
     end = [b if t is None else t for b, t in zip(begin, targets, strict=True)]
@@ -119,7 +119,7 @@ def _in_plane(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[
 def _centre_from_offsets(
     state: InterpreterState, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
 ) -> list[float]:
-    """Return the centre of an arc from two of I, J and K. Its third coordinate is that of the start."""
+    """Compute the centre of an arc from two of I, J and K. The third coordinate is taken from the start."""
     names = ["IJK"[axis] for axis in axes[:2]]
     if not any(name in letters for name in names):
         raise BlockError("an arc needs {} and {}, or R", names[0], names[1])
@@ -134,7 +134,7 @@ def _centre_from_offsets(
 
 
 def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float) -> None:
-    """Raise an error if start (u0, v0) and end (u1, v1) of an arc have different distances from its centre (uc, vc)."""
+    """Check that the start (u0, v0) and the end (u1, v1) of an arc are equally far from its centre (uc, vc)."""
     inner, outer = math.hypot(u0 - uc, v0 - vc), math.hypot(u1 - uc, v1 - vc)
     if inner == 0.0:
         raise BlockError("an arc of radius 0")
@@ -149,7 +149,7 @@ def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float
 def _centre_from_radius(
     begin: Point3, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
 ) -> list[float]:
-    """Return the centre of an arc with a given radius; a negative radius selects the arc of more than half a turn."""
+    """Return the centre of an arc with a given radius. A negative radius selects the arc of more than half a turn."""
     (u0, v0), (u1, v1) = _in_plane(begin, axes), _in_plane(end, axes)
     du, dv = u1 - u0, v1 - v0
     half = math.hypot(du, dv) / 2.0
@@ -169,7 +169,7 @@ def _centre_from_radius(
 def _swept_angle(
     begin: Point3, end: list[float], center: list[float], axes: tuple[int, int, int], clockwise: bool, turns: int
 ) -> float:
-    """Return the swept angle of an arc, rad; it is always positive."""
+    """Return the swept angle of an arc, rad. It is always positive."""
     (u0, v0), (u1, v1), (uc, vc) = _in_plane(begin, axes), _in_plane(end, axes), _in_plane(center, axes)
     turn = math.atan2(v1 - vc, u1 - uc) - math.atan2(v0 - vc, u0 - uc)
     sweep = (-turn if clockwise else turn) % math.tau
@@ -184,7 +184,12 @@ def changes_origin(code: int) -> bool:
 def run_origin_change(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
     """Execute a code that moves the origin, and add a SHIFT row.
 
-    Raises BlockError if a word is missing, and UnclearBlock if the program does not contain the stored value.
+    Raises
+    ------
+    BlockError
+        A word is missing.
+    UnclearBlock
+        The program does not contain the stored value.
     """
     if code in _G92_OFF:
         if state.policy.cancels_shift(state):
@@ -203,7 +208,7 @@ def run_origin_change(state: InterpreterState, code: int, letters: dict[str, Wor
 
 
 def _set_work_offset(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Execute G10: L2 and L20 set a work offset; other tables are not supported."""
+    """Execute G10. L2 and L20 set a work offset. Other tables are not supported."""
     if "L" not in letters:
         raise UnclearBlock("G10 without L is not understood")
     table = whole_number(letters.pop("L"), 999)
@@ -227,6 +232,6 @@ def _set_work_offset(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def _take_axis_words(letters: dict[str, Word]) -> tuple[tuple[bool, bool, bool], dict[int, Word]]:
-    """Remove the X, Y and Z words from `letters`. Return which of the axes are stated, and their words."""
+    """Remove the X, Y and Z words from `letters`. Return a flag for each axis, and the removed words by axis."""
     named = named_axes(letters)
     return named, {axis: letters.pop(AXES[axis]) for axis in range(3) if named[axis]}

@@ -1,4 +1,4 @@
-"""Interpretation of a program that leafcut wrote, in the language of its controller."""
+"""Interpret programs that leafcut wrote, in the language of the controller."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def interpret(
     left_over: bool = False,
     material_feeds: Mapping[int, float] | None = None,
 ) -> Toolpath:
-    """Return the motions and commands of a program; every word must be supported.
+    """Return the motions and commands of a program. Every word must be supported.
 
     A coordinate is NaN until the program moves its axis. Text after the end of the program is ignored. G28 and G30 are
     assumed to end at machine zero.
@@ -30,14 +30,18 @@ def interpret(
     Parameters
     ----------
     left_over
-        True: start with modes that another program may have left active (G1, G18, G91, G95, G99), which exposes a
-        program that does not state its own modes. False: start with the power-on modes.
+        Whether to start with modes that another program may have left active (G1, G18, G91, G95, G99). This exposes a
+        program that does not state its own modes. Otherwise, the interpreter starts with the power-on modes.
     material_feeds
         Feeds in the controller's material table, mm/s, by number. M190 selects the number, and the material F word of
-        the dialect uses its feed. Other numbers are errors. None: any number may be selected; all feeds are unknown.
+        the dialect uses its feed. Other numbers are errors. With None, any number may be selected, and all feeds are
+        unknown.
 
-    Raises ReadError if a word or block is unsupported (the message names its line), or the end required by the
-    controller is missing.
+    Raises
+    ------
+    ReadError
+        A word or block is unsupported, or the end word that the controller requires is missing. The message names the
+        line.
     """
     if dialect.language == "klartext":
         from leafcut.gcode.klartext import interpret_klartext
@@ -67,7 +71,7 @@ def interpret(
 
 
 def _interpreter_of(language: str) -> type[Interpreter]:
-    """Return the interpreter of a language; dialects without their own language use G-code."""
+    """Return the interpreter of a language. Dialects without their own language use G-code."""
     if language == "sinumerik":
         from leafcut.gcode.sinumerik import SinumerikInterpreter
 

@@ -1,7 +1,7 @@
 """Policies of the interpreter.
 
-A program from another CAM system may contain any word; a block that is not understood is kept. leafcut's own programs
-contain only supported words.
+A program from another CAM system may contain any word, and a block that is not understood is kept. leafcut's own
+programs only contain supported words.
 """
 
 from __future__ import annotations
@@ -14,18 +14,21 @@ from leafcut.gcode.words import Block, BlockError, Word
 from leafcut.message import Message
 from leafcut.model.toolpath import UNKNOWN
 
-#: Supported motions and cycles in tenths; G76, G87 and G88 wait for the operator or move aside at the bottom.
+#: Supported motions and cycles, in tenths. G76, G87 and G88 wait for the operator or move aside at the bottom.
 _MOTIONS = frozenset({0, 10, 20, 30, 730, 810, 820, 830, 840, 850, 860, 890})
 
 
 class Policy:
     """Policy for programs from other CAM systems.
 
-    A block that is not understood is kept. Any state that it may change is unknown afterwards.
+    A block that is not understood is kept. Afterwards, any state that it may have changed is unknown.
     """
 
     def unknown(self, message: str) -> None:
-        """Handle an unknown or unexpected part of a block: raise an error, or return so that the block is kept."""
+        """Handle an unknown or unexpected part of a block.
+
+        Either raise an error, or return so that the block is kept.
+        """
 
     def codes(self, dialect: Dialect) -> tuple[frozenset[int], frozenset[int]]:
         """Return the supported G codes, in tenths, and the supported M codes."""
@@ -43,8 +46,9 @@ class Policy:
         return {3: 1, 4: -1, 5: 0}
 
     def is_refused(self, state: InterpreterState, block: Block, words: SortedBlock) -> bool:
-        """Return whether the controller refuses a block although its meaning is clear. Changes:
-        state.feed_forgotten.
+        """Return whether the controller refuses a block although its meaning is clear.
+
+        Updates `state.feed_forgotten`.
         """
         if not is_linuxcnc(state.dialect):
             return False
@@ -59,21 +63,22 @@ class Policy:
             state.unknown_motion = Message("the motion mode at power-on")
 
     def is_known_motion(self, code: int) -> bool:
-        """Return whether the G code of a motion or a cycle, in tenths, is supported."""
+        """Return whether a motion or cycle is supported. `code` is its G code in tenths."""
         return code in _MOTIONS
 
     def is_known_spindle(self, number: float) -> bool:
-        """Return whether the spindle that a $ word selects is supported."""
+        """Return whether the spindle selected by a $ word is supported."""
         return number in (0.0, -1.0)
 
     def changes_blending(self, state: InterpreterState, blending: tuple[int, float, float]) -> bool:
-        """Return whether a path control word adds a row; `blending` is its mode, tolerance and joining, as in
-        `Modal`.
+        """Return whether a path control word adds a row.
+
+        `blending` is its mode, tolerance and joining, as in `Modal`.
         """
         return blending != (state.blending, state.tolerance, state.joining)
 
     def register(self, state: InterpreterState, code: int, word: Word | None) -> float:
-        """Return the register number in the D word of cutter compensation; `code` is G41 to G42.1, in tenths."""
+        """Return the register number in the D word of cutter compensation. `code` is G41 to G42.1, in tenths."""
         return 0.0 if word is None else word.value
 
     def forget_height(self, state: InterpreterState) -> None:
@@ -82,7 +87,7 @@ class Policy:
         state.path.initial_plane = None
 
     def forget_xy_position(self, state: InterpreterState) -> None:
-        """Mark the position in X and Y as unknown after G43 if the offset may include X and Y."""
+        """After G43, mark the position in X and Y as unknown if the offset may include X and Y."""
 
     def cancels_shift(self, state: InterpreterState) -> bool:
         """Return whether G92.1 to G92.3 may move the origin."""
@@ -90,9 +95,7 @@ class Policy:
 
 
 class OwnPolicy(Policy):
-    """Policy for leafcut's own programs: an unsupported word is an error, and positions are those of the planned
-    toolpath.
-    """
+    """Policy for leafcut's own programs. An unsupported word is an error, and positions match the planned toolpath."""
 
     def unknown(self, message: str) -> None:
         """Raise an error."""
@@ -103,7 +106,7 @@ class OwnPolicy(Policy):
         return dialect.g_codes, dialect.m_codes
 
     def spindle_directions(self, dialect: Dialect) -> dict[int, int]:
-        """Return the spindle directions; M4 may also switch on a beam."""
+        """Return the spindle directions. M4 may also switch on a beam."""
         beam = {} if dialect.torch is None else {dialect.torch.on_code: 1}
         return {**super().spindle_directions(dialect), **beam}
 
@@ -127,7 +130,7 @@ class OwnPolicy(Policy):
         return 640 in (blending[0], state.blending)
 
     def register(self, state: InterpreterState, code: int, word: Word | None) -> float:
-        """Return the kerf width, mm, or the number of the register that contains half of it."""
+        """Return the kerf width, mm, or the number of the register that contains half of the kerf width."""
         torch = state.dialect.torch
         if torch is None or not torch.compensation:
             raise BlockError("radius compensation (G41, G42) is not understood")
@@ -136,10 +139,13 @@ class OwnPolicy(Policy):
         return state.mm(word) if code in (411, 421) else float(whole_number(word, 9_999))
 
     def forget_height(self, state: InterpreterState) -> None:
-        """Keep the height, which is known."""
+        """Do nothing, because the height is known."""
 
     def forget_xy_position(self, state: InterpreterState) -> None:
-        """Mark X and Y as unknown if the marking tool has X and Y offsets, which are only in the controller's table."""
+        """Mark X and Y as unknown if the marking tool has offsets in X and Y.
+
+        Only the controller's table contains these offsets.
+        """
         if state.dialect.torch is not None and state.dialect.torch.mark_tool is not None:
             state.path.position[:2] = [UNKNOWN, UNKNOWN]
 

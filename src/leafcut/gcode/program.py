@@ -1,4 +1,4 @@
-"""`Program`: a program from any CAM system, as blocks with their motions and the modal state before each block."""
+"""`Program`: a program from any CAM system as a sequence of blocks, with its motions and modal states."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class Lines(Sequence[str]):
     """The lines of a program with their line ends. A slice is a tuple.
 
-    They are stored as a single string, because separate strings would need five times the memory.
+    All lines are stored in a single string, because separate strings would need five times the memory.
     """
 
     __slots__ = ("_starts", "_text")
@@ -68,7 +68,7 @@ class Modal:
     Attributes
     ----------
     motion
-        0 to 3 for G0 to G3; None after G80, before the first motion, and while a cycle is active.
+        0 to 3 for G0 to G3. None after G80, before the first motion, and while a cycle is active.
     cycle
         Number of the active canned cycle (81 for G81), or None.
     cycle_words
@@ -78,22 +78,22 @@ class Modal:
     incremental, absolute_centres, to_initial
         Whether G91, G90.1 and G98 are active.
     feed_mode, feed
-        93, 94 or 95; F as written, in units per minute, units per revolution, or 1/min; 0 without F.
+        93, 94 or 95, and F as written: in units per minute, units per revolution, or 1/min; 0 without F.
     rpm, spindle, coolant
         Spindle speed S; direction of the spindle (1 for M3, -1 for M4, 0 for M5); coolant (0 off, 1 mist, 2 flood, 3
         both).
     tool, next_tool
         The tool in the spindle, and the tool of the last T word; None if unknown.
     length
-        Register of the length offset (0: G49). After a block that may have changed the offset, the value is minus the
-        number of such blocks so far.
+        Register of the length offset (0: G49). After a block that may have changed the offset, this is minus the number
+        of such blocks up to here.
     radius, register
-        40, 41 or 42 for cutter compensation, and its D number; `radius` is negative after a block that may have changed
+        40, 41 or 42 for cutter compensation, and its D number. `radius` is negative after a block that may have changed
         it.
     frame
         Work offset in tenths (540 for G54, 591 for G59.1).
     shift
-        Number of changes of the origin so far (G52, G92 …).
+        Number of changes of the origin up to here (G52, G92 …).
     blending, tolerance, joining
         610, 611 or 640 (G61, G61.1, G64), or 0 before any of them; P of G64, mm, or 0 without P; Q of G64, mm, or P
         without Q.
@@ -124,7 +124,7 @@ class Modal:
     joining: float = 0.0
 
 
-#: Kind of a row → the field of `Modal` that its `ref` sets.
+#: The field of `Modal` that the `ref` of a row sets, by the kind of the row.
 _FIELD_OF = {
     Kind.TOOL: "tool",
     Kind.OFFSET: "length",
@@ -146,23 +146,23 @@ class Program:
     lines
         The text in lines, with their line ends.
     line
-        int32[m]: the line of each block, from 1.
+        The line of each block, from 1, int32[m].
     first
-        int32[m + 1]: the rows of block b in `path` are ``first[b] … first[b + 1] - 1``.
+        Rows of the blocks, int32[m + 1]. Block b has the rows ``first[b] … first[b + 1] - 1`` of `path`.
     before
-        int32[m + 1]: the row of `modals` before block b; the last is the state at the end.
+        The row of `modals` before each block, int32[m + 1]. The last entry is the state at the end.
     switched_off
-        For each block that switches the spindle or coolant off, or changes the tool, after its motion: the first row
-        after the motion, and the row of `modals` during the motion.
+        Blocks that switch the spindle or coolant off, or change the tool, after their motion. Each block maps to the
+        first row after the motion, and to the row of `modals` during the motion.
     fixed
-        For each block that must stay unchanged in its position: the reason. It may be unsupported, belong to a loop or
-        subprogram, have a computed number, or depend on the block-delete switch of the machine.
+        Reason for each block that must stay unchanged in its position. Such a block is unsupported, belongs to a loop
+        or subprogram, has a computed number, or depends on the block-delete switch of the machine.
     descriptions
         Descriptions of the blocks with unknown effects or an active comment.
     calls
-        The block ranges (begin … end - 1) of all subprogram calls in the main program, including the calling blocks.
+        Half-open block ranges of all subprogram calls in the main program, including the calling blocks.
     last_line
-        The last line of the program; the text after it is ignored.
+        The last line of the program. The text after it is ignored.
     feed_words
         Feeds that replace words such as F with a parameter of the controller's material, with these words.
     assumed_units
@@ -194,9 +194,9 @@ class Program:
 
     @classmethod
     def of_toolpath(cls, path: Toolpath, lines: Sequence[str]) -> Program:
-        """Return the program of a toolpath.
+        """Create the program of a toolpath.
 
-        Each line that has rows in the toolpath becomes a block. The rows determine the modal state.
+        Each line that has rows in the toolpath becomes a block. The modal state follows from the rows.
         """
         line, first = np.unique(path.line, return_index=True)
         modal = Modal(unit=1.0)
@@ -235,8 +235,9 @@ class Program:
 
     @cached_property
     def row_modal(self) -> NDArray[np.int32]:
-        """int32[n]: the index in `modals` of the modal state in which each row of `path` acts. All words of a block
-        apply to its own motion, except those that switch off after the motion.
+        """Index in `modals` of the modal state that applies to each row of `path`, int32[n].
+
+        All words of a block apply to its own motion, except words that switch a device off after the motion.
         """
         number: NDArray[np.int32] = self.before[np.minimum(self.row_block + 1, len(self.before) - 1)]
         for block, (end, during) in self.switched_off.items():
@@ -250,7 +251,7 @@ class Program:
 
     @cached_property
     def text_line(self) -> NDArray[np.int32]:
-        """int32[m]: the line of each block; for a block of a subprogram, the line of the call in the main program."""
+        """The line of each block, int32[m]. A block of a subprogram has the line of the call in the main program."""
         line = self.line.copy()
         for begin, end in self.calls:
             line[begin:end] = line[begin]
@@ -258,7 +259,7 @@ class Program:
 
     @cached_property
     def row_block(self) -> NDArray[np.int32]:
-        """int32[n]: the block of each row of `path`."""
+        """The block of each row of `path`, int32[n]."""
         block = self.first.searchsorted(np.arange(len(self.path), dtype=self.first.dtype), side="right") - 1
         return block.astype(np.int32)
 
@@ -267,7 +268,7 @@ class Program:
         return self.modals[int(self.before[block])]
 
     def words(self, block: int) -> tuple[Word, ...]:
-        """Return the words of a block, or an empty tuple if the block contains more than plain words."""
+        """Return the words of a block. If the block contains more than plain words, the result is empty."""
         plain = plain_block(self.lines[int(self.line[block]) - 1])
         return () if plain is None else plain.words
 

@@ -1,6 +1,7 @@
-"""Reader of programs from any CAM system. It converts text to a `Program`, which includes the modal state before every
-block. `control_flow` and `jumps` choose the next line, `expressions` evaluates its numbers, and `interpreter` executes
-it. Plain lines (G0 to G3, coordinates, F and S in ordinary modes) skip these steps.
+"""Reader of programs from any CAM system. It converts a text to a `Program`, with the modal state before every block.
+
+`control_flow` and `jumps` choose the next line, `expressions` evaluates its numbers, and `interpreter` executes it.
+Plain lines (G0 to G3, coordinates, F and S in ordinary modes) skip these steps.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ from leafcut.units import MM_PER_UNIT, SECONDS_PER_MINUTE
 _FILLING = " \t\f\x1a\0"
 #: Maximum number of title lines above the first percent sign.
 _MOST_TITLE = 200
-#: Reasons for keeping control-flow blocks and repeated blocks.
+#: Reasons for keeping control-flow blocks and repeated blocks in place.
 _DIRECTS = Message("the block controls a loop, a condition or a subprogram")
 _LOOPED = Message("the block is in a loop or a subprogram")
 CALLED = frozenset((_DIRECTS, _LOOPED))
@@ -64,7 +65,7 @@ _SENDS = Message("the block sends a record")
 _GOAL = Message("a jump leads here")
 _PIERCED = Message("the controller only pierces there (#<pierce-only>=1)")
 _AGAIN = Message("the block may be run again")
-#: Mask of the line number: `on_progress` is called every 4,096 lines.
+#: Mask of the line number. It makes the reader call `on_progress` every 4,096 lines.
 _LINES_BETWEEN_CHECKS = 0xFFF
 _MAYBE = Message("only the machine knows whether the block is run")
 #: Indices in `InterpreterState.modal_values`.
@@ -74,8 +75,9 @@ _SHORT_NUMBER = r"([+-]?(?:[0-9]{1,8}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+))"
 
 
 def _plain_line_pattern(coordinate: str) -> re.Pattern[str]:
-    """Return the pattern of a plain line. Its groups are G, X, Y, Z, I, J, S, F and S, because S may come before or
-    after F.
+    """Build the pattern of a plain line.
+
+    Its groups are G, X, Y, Z, I, J, S, F and S, because S may come before or after F.
     """
     letters = [(letter, coordinate) for letter in "XYZIJ"] + [(letter, _SHORT_NUMBER) for letter in "SFS"]
     words = "".join(rf"(?:[{letter}{letter.lower()}][ \t]*+{number}[ \t]*+)?+" for letter, number in letters)
@@ -83,9 +85,9 @@ def _plain_line_pattern(coordinate: str) -> re.Pattern[str]:
     return re.compile(rf"{start}{words}[\r\n]*+")
 
 
-#: A plain line, the most common kind: G0 to G3, coordinates, feed and speed, such as `G1X12.5Y3.F600`.
+#: Matches a plain line, the most common kind: G0 to G3, coordinates, feed and speed, such as `G1X12.5Y3.F600`.
 _PLAIN_LINE = _plain_line_pattern(_SHORT_NUMBER)
-#: The same for controllers that require a decimal point in a coordinate.
+#: The same pattern for controllers that require a decimal point in a coordinate.
 _PLAIN_LINE_WITH_POINTS = _plain_line_pattern(r"([+-]?(?:[0-9]{1,8}+\.[0-9]{0,20}+|\.[0-9]{1,20}+))")
 
 
@@ -100,24 +102,27 @@ def interpret_program(
 ) -> Program:
     """Return the motions and modal states of a program from any CAM system, block by block.
 
-    A block is a line with words, O-words or messages; blank lines and plain comments are not blocks. Of the text after
-    the end (M2, M30, a closing percent sign), only called subprograms are read. A valid block that is not understood
-    becomes a row of kind `Kind.FOREIGN`, with the reason in `Program.fixed`. Blocks with block delete are executed. No
-    other file is opened.
+    A block is a line with words, O-words or messages. Blank lines and plain comments are not blocks. After the end of
+    the program (M2, M30, a closing percent sign), only called subprograms are read. If a valid block is not understood,
+    it becomes a row of kind `Kind.FOREIGN`, and `Program.fixed` contains the reason. Blocks with block delete are
+    executed. No other file is opened.
 
     Parameters
     ----------
     units
-        "mm" or "in" for a program that does not state its units before the first length. None: such a program is an
-        error.
+        "mm" or "in" for a program that does not state its units before the first length. With None, such a program is
+        an error.
     on_progress
         Called with the fraction of processed lines.
     material_feed
-        Feed for materials in the controller's table that the program does not define, mm/s; None: their feed is
+        Feed for materials in the controller's table that the program does not define, mm/s. With None, their feed is
         unknown.
 
-    Raises ReadError if a block is invalid (a letter without a number, an arc that does not end on its circle, a cut
-    without a feed, a missing subprogram …), or loops run too many blocks. The message names the line.
+    Raises
+    ------
+    ReadError
+        A block is invalid (a letter without a number, an arc that does not end on its circle, a cut without a feed, a
+        missing subprogram …), or loops run too many blocks. The message names the line.
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError("unknown unit '{}'; use mm or in", units)
@@ -128,7 +133,7 @@ def interpret_program(
 
 
 def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
-    """Split a text into lines with their line ends, as its controller does."""
+    """Split a text into lines the way its controller does. The lines keep their line ends."""
     if "\r" in text and "\n" not in text.rstrip() and dialect.line_ends == "lf" and "\r" in text.rstrip():
         reason = Message(
             "the lines end in a carriage return alone, so the controller reads them as a single line; save the "
@@ -147,8 +152,9 @@ def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
 
 
 def _first_line(lines: tuple[str, ...]) -> int:
-    """Return the index of the first line of the program: the line of the first percent sign if only a title stands
-    above it.
+    """Return the index of the first line of the program.
+
+    If a title precedes the first percent sign, the title is skipped.
     """
     percent = next((at for at, line in enumerate(lines[:_MOST_TITLE]) if line.lstrip(_FILLING).startswith("%")), 0)
     words = False
@@ -172,18 +178,18 @@ def _is_readable(line: str) -> bool | None:
 
 #: Commands of GRBL that only unlock, check or report. Source: GRBL 1.1, "Commands".
 _REPORTS = ("$X", "$G", "$I", "$N", "$#", "$$")
-#: Settings of GRBL that change neither position nor modes: maximum rates, accelerations and travel of X, Y and Z; and
-#: the speeds of full and least spindle power, with the spindle off. Laser mode ($32) is not among them: it decides
-#: whether the beam is on in rapids. Source: GRBL 1.1, settings.c, settings_store_global_setting.
+#: Settings of GRBL that change neither position nor modes: maximum rates, accelerations and travel of X, Y and Z, and
+#: the speeds of full and least spindle power while the spindle is off. Laser mode ($32) is not included, because it
+#: decides whether the beam is on in rapids. Source: GRBL 1.1, settings.c, settings_store_global_setting.
 _LIMITS = re.compile(r"\s*\$1[123][012]=[0-9.]+\s*")
 _SPINDLE_RANGE = re.compile(r"\s*\$3[01]=[0-9.]+\s*")
-#: Millimetres per unit that a G word selects; a block may select it for its own feed.
+#: Millimetres per unit that a G word selects. A block may select the unit for its own feed.
 _UNIT_OF = {20.0: MM_PER_UNIT["in"], 21.0: MM_PER_UNIT["mm"]}
 
 
 @dataclass
 class _BlockRecord:
-    """The blocks read so far, in columns; `current` is the index of the active modal state."""
+    """Records the blocks read up to now in columns. `current` is the index of the active modal state."""
 
     state: InterpreterState
     line: array[int] = field(default_factory=lambda: array("i"))
@@ -212,7 +218,7 @@ class _BlockRecord:
     def add(
         self, line: int, rows: int, reason: str, during_motion: tuple[int, tuple[object, ...]] | None = None
     ) -> None:
-        """Add a block. `Interpreter` describes `during_motion`."""
+        """Add a block. See `Interpreter` for `during_motion`."""
         if reason:
             self.fixed[len(self.line)] = reason
         if during_motion is not None:
@@ -232,9 +238,7 @@ class _BlockRecord:
             self.calls.append((self._called, len(self.line)))
 
     def number_of_state(self, motion: int, feed: float, speed: float) -> int:
-        """Return the index of the modal state that equals the last state except for motion, feed and speed. Add the
-        state if it is new.
-        """
+        """Return the index of the current modal state with the given motion, feed and speed. A new state is added."""
         number = self._plain.get((motion, feed, speed))
         if number is None:
             values = list(self.state.modal_values())
@@ -263,7 +267,10 @@ class _BlockRecord:
         )
 
     def _fixed_blocks(self) -> dict[int, str]:
-        """Return the reason for each fixed block. All blocks after a setting that turns cuts into pierces are fixed."""
+        """Return the reason for each fixed block.
+
+        After a setting that turns cuts into pierces, all blocks are fixed.
+        """
         start = next((setting.line for setting in self.obeyed if setting.pierces_only), None)
         if start is None:
             return self.fixed
@@ -298,9 +305,9 @@ class _ProgramReader:
         self._title = _first_line(self.lines)
         #: Digest of the text that the program repeats endlessly (M99 P in the main program).
         self._endless = ""
-        #: Text that may be repeated: (number of blocks up to its end, first line from 0).
+        #: Text that may be repeated: number of blocks up to its end, and first line from 0.
         self._again: list[tuple[int, int]] = []
-        #: Depths of calls at whose end the modes are restored (M73).
+        #: Depths of the calls that restore the modes when they end (M73).
         self.restored: list[int] = []
 
     def program(self) -> Program:
@@ -326,8 +333,9 @@ class _ProgramReader:
         return program if self.feeds is None else replace(program, feed_words=self.feeds.words)
 
     def _run_plain_lines(self, start: int) -> int:
-        """Execute plain lines, starting at line `start` (counted from 0). Return the first line that `_run_line` must
-        execute.
+        """Execute plain lines from line `start` on (counted from 0).
+
+        Return the first line that `_run_line` must execute.
         """
         state, record, lines = self.state, self.record, self.lines
         path, arcs, feed = state.path, state.path.arcs, state.feed_rate
@@ -387,7 +395,13 @@ class _ProgramReader:
         return len(lines)
 
     def _check_after_percent(self, last: int) -> None:
-        """Raise ReadError for words after the final percent sign: GRBL and Marlin ignore the sign and continue."""
+        """Refuse words after the final percent sign, because GRBL and Marlin ignore the sign and continue.
+
+        Raises
+        ------
+        ReadError
+            Such a word exists.
+        """
         if not self.ended or not self.lines[last - 1].strip(_FILLING + "\r\n").startswith("%"):
             return
         for k in range(last, len(self.lines)):
@@ -400,7 +414,7 @@ class _ProgramReader:
                 raise ReadError(self.file, reason, k + 1)
 
     def _fix_repeated_blocks(self) -> None:
-        """Mark every block that a backward jump may repeat as fixed in its position."""
+        """Fix the position of every block that a backward jump may repeat."""
         again, left = len(self.lines) + 1, sorted(self._again)
         for block in range(len(self.record.line) - 1, -1, -1):
             while left and left[-1][0] > block:
@@ -409,8 +423,9 @@ class _ProgramReader:
                 self.record.fixed.setdefault(block, _AGAIN)
 
     def _run_line(self, at: int) -> int:
-        """Execute the line `at`, counted from 0. Return the next line, or the number of lines at the end of the
-        program.
+        """Execute the line `at`, counted from 0.
+
+        Return the next line, or the number of lines at the end of the program.
         """
         line = self.lines[at].rstrip("\r\n").replace("\r", " ")
         if not line.strip(_FILLING):
@@ -431,9 +446,7 @@ class _ProgramReader:
             raise ReadError(self.file, str(problem), at + 1) from None
 
     def _keep_undecided_lines(self, at: int, unknown: UndecidedJump) -> int:
-        """Mark the lines from `at` on that may or may not be executed as fixed in their position. Return the next
-        line.
-        """
+        """Fix the position of lines from `at` on that may or may not be executed. Return the next line."""
         if unknown.last is None:
             done = set(self.record.line)
             kept = [k for k in range(len(self.lines)) if k >= at or k + 1 not in done]
@@ -491,8 +504,8 @@ class _ProgramReader:
     def _keep_board_command(self, command: str, at: int) -> int:
         """Keep a firmware command such as ``$H`` at its line.
 
-        After homing or jogging, the position of the tool is unknown. After most other commands, so is the state of the
-        controller.
+        After homing or jogging, the position of the tool is unknown. After most other commands, the state of the
+        controller is unknown too.
         """
         state, text = self.state, self.lines[at]
         state.line, rows, path = at + 1, len(state.path), state.path
@@ -558,7 +571,7 @@ class _ProgramReader:
         return after
 
     def _read_block(self, line: str, number: int) -> BlockReading:
-        """Parse the block of a line; its feed may come from the controller's material table."""
+        """Parse the block of a line. Its feed may come from the controller's material table."""
         feeds = self.feeds
         rest = None if feeds is None else without_word(line, feeds.word)
         if feeds is None or rest is None:
@@ -571,12 +584,12 @@ class _ProgramReader:
         return reading._replace(block=replace(reading.block, words=words))
 
     def _computed_reason(self, reading: BlockReading, line: str) -> str:
-        """Return the reason to fix a block that contains parameters, or "" if none of the parameters can change."""
+        """Return why a block with parameters must be fixed, or "" if none of its parameters can change."""
         stays = reading.computed and (reading.settings or self.parameters.asked or words_as_written(line) is None)
         return _COMPUTED if stays else ""
 
     def _next_line(self, at: int) -> int:
-        """Return the line that follows a block, which may call or end a subprogram."""
+        """Return the line that runs after a block, which may call or end a subprogram."""
         runner, flow, after = self.runner, self.flow, at + 1
         if runner.restores:
             self.restored.append(len(flow.calls))
@@ -624,14 +637,12 @@ class _ProgramReader:
         return subprogram_digest(self.lines, self.state.dialect)
 
     def _significant_text(self, at: int) -> str:
-        """Return the significant text of a line, including its line number if a jump may lead there."""
+        """Return the significant text of a line. The line number is included if a jump may lead to it."""
         text = significant_text(self.lines[at], self.state.dialect)
         return self.flow.jumps.line_number_text(at) + text if self.flow.jumps.is_jump_target(at) else text
 
     def _full_description(self, at: int) -> BlockDescription:
-        """Return the description of a line with unknown effects: its text, and a digest of all parameters set before
-        it.
-        """
+        """Describe a line with unknown effects: its text, and a digest of all parameters set before it."""
         shown = shown_comments(self.lines[at].rstrip("\r\n"), self.state.dialect)
         text = " ".join([self._significant_text(at), *shown])
         return BlockDescription(text, self.parameters.digest(), self._subprograms)

@@ -1,4 +1,4 @@
-"""Reversible cuts: blocks that move to a position, cut at constant Z, and retract.
+"""Detect reversible cuts: blocks that move to a position, cut at constant Z, and retract.
 
     G0 X0 Y0 / G1 Z-1 F50  |  X5 F200 / G2 X9 I2  |  G0 Z5
     lead                   |  body                |  tail
@@ -18,7 +18,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.words import Block, plain_block
 from leafcut.model.toolpath import Kind
 
-#: G codes, in tenths, allowed in the lead and the tail, where they stay.
+#: G codes, in tenths, that may occur in the lead and the tail. They stay where they are.
 _ASIDE = frozenset({0, 10, 170, 400, 900, 901, 911, 940})
 _SPINDLE = frozenset({3.0, 4.0, 5.0})
 _LETTERS = frozenset("NGMXYZFS")
@@ -26,7 +26,7 @@ _DWELL_LETTERS = frozenset("NGP")
 _BODY_LETTERS = frozenset("NGXYZIJRFS")
 _MOTIONS = frozenset({10, 20, 30})
 _CUTS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
-#: A comment with a position, which would be wrong after reversing.
+#: Matches a comment with a position, which would be wrong after reversing the cut.
 _STATES_POSITION = re.compile(r"[XYIJR]\s*(?:[:=]\s*)?[-+]?\.?[0-9]", re.IGNORECASE)
 _TOLERANCE = 1e-6
 
@@ -35,8 +35,8 @@ _TOLERANCE = 1e-6
 class ReversibleCut:
     """The blocks of a lead, a cut and a retract.
 
-    The cut starts at block `body`, the retract at block `tail`. `places` contains X and Y, as text, of all points along
-    the cut, including the start. A coordinate without a word is None.
+    The cut starts at block `body`, and the retract starts at block `tail`. `places` contains X and Y as text for all
+    points along the cut, including its start. A coordinate without a word is None.
     """
 
     begin: int
@@ -98,7 +98,7 @@ class _CutReader:
         return plain if len(plain) == len(blocks) and not any(states) else None
 
     def _cutting_row(self, block: int, words: Block) -> int | None:
-        """Return the toolpath row of a block that does nothing but cut, otherwise None."""
+        """Return the toolpath row of a block that only cuts. For all other blocks, return None."""
         low, high = int(self.program.first[block]), int(self.program.first[block + 1])
         rows = [row for row in range(low, high) if self.path.kind[row] != Kind.SPINDLE]
         letters = [word.letter for word in words.words]
@@ -125,7 +125,7 @@ class _CutReader:
         return level and all(self.path.arcs[int(self.path.ref[row])].turns == 1 for row in arcs)
 
     def _is_plain_lead_block(self, block: int, words: Block, at: tuple[float, float]) -> bool:
-        """Return whether a block of the lead or tail is plain, and moves to `at` if it moves in X or Y."""
+        """Return whether a block of the lead or tail is plain. If the block moves in X or Y, it must move to `at`."""
         rows = range(int(self.program.first[block]), int(self.program.first[block + 1]))
         letters = {word.letter for word in words.words}
         if self.path.kind[rows.start : rows.stop].tolist() == [int(Kind.DWELL)]:
@@ -150,14 +150,14 @@ class _CutReader:
         )
 
     def _is_adjacent_to_cut(self, low: int, high: int, *, down: bool) -> bool:
-        """Return whether the feed moves of the lead or retract are adjacent to the cut."""
+        """Return whether the feed moves of the lead or retract are next to the cut."""
         kinds = [int(k) for k in self.path.kind[low:high] if k in (Kind.RAPID, Kind.FEED)]
         return kinds == sorted(kinds, reverse=not down)
 
     def _points_as_text(
         self, blocks: list[Block], body: int, tail: int, rows: list[int]
     ) -> tuple[tuple[str | None, str | None], ...] | None:
-        """Return X and Y, as text, of every point of the cut. Return None if a text does not match its coordinate."""
+        """Return X and Y as text for every point of the cut, or None if a text does not match its coordinate."""
         unit = self.program.modal(body).unit or 1.0
         stated: dict[str, str | None] = {"X": None, "Y": None}
         places: list[tuple[str | None, str | None]] = []

@@ -1,4 +1,4 @@
-"""Parser for the subset of Siemens SINUMERIK blocks that leafcut writes; all other blocks are errors.
+"""Parser for the subset of Siemens SINUMERIK blocks that leafcut writes. All other blocks are errors.
 
     N10 G0 X1 Y2 ; a comment
     T="3"
@@ -6,8 +6,9 @@
     G0 SUPA Z0 D0
     MCALL CYCLE82(25,2,0,-5.5,,0.25)
 
-Parentheses are not comments. The arguments RTP, RFP, SDIS and DP of a cycle are the height after the cycle, the
-reference plane, the clearance above that plane, and the bottom of the hole. R of other controls is RFP + SDIS.
+Parentheses do not enclose comments. The arguments RTP, RFP, SDIS and DP of a cycle are the height after the cycle, the
+reference plane, the clearance above that plane, and the bottom of the hole. R on other controls corresponds to RFP +
+SDIS.
 """
 
 from __future__ import annotations
@@ -32,8 +33,9 @@ _MOST_ARGUMENTS = {"CYCLE81": 4, "CYCLE82": 6, "CYCLE83": 12}
 
 
 class SinumerikInterpreter(Interpreter):
-    """Executes lines of programs for Siemens controls. `state.call` is the cycle that runs at every position
-    (MCALL).
+    """Executes programs for Siemens controls line by line.
+
+    `state.call` is the cycle that runs at every position (MCALL).
     """
 
     def run_line(self, line: str, number: int) -> None:
@@ -59,7 +61,13 @@ class SinumerikInterpreter(Interpreter):
 
 
 def sinumerik_block(line: str, number: int) -> Block:
-    """Parse a line without MCALL. Raises BlockError for unsupported words, such as expressions and parameters."""
+    """Parse a line without MCALL.
+
+    Raises
+    ------
+    BlockError
+        A word is unsupported, such as an expression or a parameter.
+    """
     body, _, comment = line.partition(";")
     body = body.strip()
     comments = (comment.strip(),) if comment.strip() else ()
@@ -80,7 +88,10 @@ def _shown(text: str) -> str:
 def _call_cycle(state: InterpreterState, name: str, arguments: Sequence[str]) -> None:
     """Execute MCALL with a cycle. The cycle then runs in every following block with a position.
 
-    Raises BlockError if an argument is missing, or has a value that leafcut does not write.
+    Raises
+    ------
+    BlockError
+        An argument is missing, or has a value that leafcut does not write.
     """
     if state.call is not None:
         raise BlockError("MCALL within MCALL; an MCALL without a cycle is missing before it")
@@ -121,7 +132,8 @@ _ARGUMENTS = {
     "CYCLE82": (*_BASE, "DTB"),
     "CYCLE83": (*_BASE, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI"),
 }
-#: Fixed arguments of CYCLE83: no degression of the pecks, no dwells, the first peck at the full feed.
+#: Fixed arguments of CYCLE83: all pecks have the same depth, the cycle does not dwell, and the first peck runs at the
+#: full feed.
 _FIXED = {"DPR": "", "FDPR": "", "DAM": "0", "DTB": "0", "DTS": "0", "FRF": "1"}
 
 
@@ -137,9 +149,12 @@ def _length(state: InterpreterState, name: str, values: dict[str, str], key: str
 
 
 def _drill_position(state: InterpreterState, cycle: DrillCycle, words: SortedBlock) -> None:
-    """Drill at the position of a block. Under MCALL, every block that moves drills, even with only F or G0.
+    """Drill at the position of a block. While MCALL is active, every block that moves drills, even with only F or G0.
 
-    Raises BlockError if the block contains more than a position and G0, because it would drill an unintended hole.
+    Raises
+    ------
+    BlockError
+        The block contains more than a position and G0, and would drill an unintended hole.
     """
     letters = words.letters
     if words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:

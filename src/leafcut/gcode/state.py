@@ -1,4 +1,4 @@
-"""State of the interpreter between two blocks, and the interpretation of single words in this state."""
+"""State of the interpreter between two blocks. It also interprets single words in this state."""
 
 from __future__ import annotations
 
@@ -18,18 +18,20 @@ from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 AXES = ("X", "Y", "Z")
 #: The values of the fields of `Modal`, in order.
 ModalValues = tuple[Any, ...]
-#: Pseudo-register for a tool length outside the registers (G43.1, G43.2); real registers go up to 99,999.
+#: Pseudo-register for a tool length that is not in a register (G43.1, G43.2). Real registers go up to 99,999.
 DYNAMIC_LENGTH = 100_000
-#: Rows after which an active length offset may have another value: the tool or the controller's table may have changed.
-#: Moves in machine coordinates (G28, G53) cancel the offset on Fanuc and Haas.
+#: After these rows, an active length offset may have another value, because the tool or the controller's table may have
+#: changed. On Fanuc and Haas, moves in machine coordinates (G28, G53) cancel the offset.
 _MAY_CHANGE_LENGTH = frozenset({Kind.TOOL, Kind.PAUSE, Kind.SHIFT, Kind.MACHINE, Kind.FOREIGN})
 _modal_values = attrgetter(*(f.name for f in fields(Modal)))
 
 
 @dataclass
 class CycleValues:
-    """Modal words of a canned cycle, in mm and s. `incremental` and `unit` (mm) are the modes that were active when the
-    words were stated. `spare` contains the stated letters that the cycle does not use.
+    """Modal words of a canned cycle, in mm and s.
+
+    `incremental` and `unit` (mm) are the modes that were active when the words were stated. `spare` contains letters
+    that were stated but are not used by the cycle.
     """
 
     r: float | None = None
@@ -42,7 +44,7 @@ class CycleValues:
 
 
 class StatePolicy(Protocol):
-    """The part of `policy.Policy` that is needed for the state and for the interpretation of single words."""
+    """The part of `policy.Policy` that the state and the interpretation of single words need."""
 
     def unknown(self, message: str) -> None:
         """Handle a part of a block that is not understood."""
@@ -59,18 +61,18 @@ class StatePolicy(Protocol):
 
 @dataclass
 class InterpreterState(Modal):
-    """Complete state of the interpreter: the modal state, the toolpath so far, and hidden state.
+    """Complete state of the interpreter: the modal state, the toolpath up to now, and hidden state.
 
     Attributes
     ----------
     policy
-        The rules that differ between leafcut's own programs and those from other CAM systems.
+        The rules that differ between leafcut's own programs and programs from other CAM systems.
     motion
         As in `Modal`, but kept while a cycle is active.
     call
         The cycle that a Siemens control runs at every position (MCALL).
     last_dwell
-        Dwell of the last cycle that had one, s.
+        Dwell of the last cycle that had a dwell, s.
     offset_number, offset_on
         The number of the last D word if D selects the length offset, and whether a length offset is active.
     unknown_lengths
@@ -82,11 +84,11 @@ class InterpreterState(Modal):
     dark, holds_height
         Whether outputs keep the arc off although the torch is on, and whether they hold the torch height.
     material, material_feeds
-        Material selected by M190; known feeds of the controller's material table by number, mm/s.
+        Material selected by M190, and known feeds of the controller's material table by number, mm/s.
     default_unit, assumed_units
         Length of the unit that is assumed until the program states its units, mm, and whether it was needed.
     unknown_modes
-        Modes that a block that is not understood may have changed: plane, distance, retract, feed, speed.
+        Modes that a block may have changed although it was not understood: plane, distance, retract, feed, speed.
     unknown_motion
         The active motion or cycle if it is unsupported, otherwise ``""``.
     transforms
@@ -106,7 +108,7 @@ class InterpreterState(Modal):
     cycle_values: CycleValues = field(default_factory=CycleValues)
     call: DrillCycle | None = None
     last_dwell: float = 0.0
-    #: Holes of repeated cycles so far.
+    #: Number of holes drilled by repeated cycles up to now.
     repeated_holes: int = 0
     offset_number: int | None = None
     offset_on: bool = False
@@ -133,13 +135,14 @@ class InterpreterState(Modal):
 
     @property
     def stores_cycles(self) -> bool:
-        """Whether a cycle with zero repeats is stored, and G82 and peck cycles may omit their words."""
+        """Whether a cycle with zero repeats is stored. If so, G82 and peck cycles may omit their words."""
         return self.dialect.groups == "fanuc"
 
     @property
     def takes_plain_lines(self) -> bool:
-        """Whether a line with only G0 to G3, coordinates, F and S needs no checks, because all modes are known and
-        ordinary.
+        """Whether plain lines need no checks because all modes are known and ordinary.
+
+        A plain line only contains G0 to G3, coordinates, F and S.
         """
         return (
             self.unit is not None
@@ -182,7 +185,7 @@ class InterpreterState(Modal):
 
     @property
     def feed_rate(self) -> float:
-        """The active feed, mm/s, or mm per revolution with G95; 0 before the units are known."""
+        """The active feed, mm/s, or mm per revolution with G95. It is 0 before the units are known."""
         return self.feed * (self.unit or 0.0) / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
 
     def _assume_unit(self) -> None:
@@ -212,7 +215,10 @@ class InterpreterState(Modal):
         return word.value * self.unit
 
     def target(self, letters: dict[str, Word], axis: int) -> float | None:
-        """Remove the word of an axis from `letters`, and return the target coordinate, mm, or None without the word."""
+        """Remove the word of an axis from `letters`.
+
+        Return the target coordinate, mm, or None if the block has no such word.
+        """
         word = letters.pop(AXES[axis], None)
         if word is None:
             return None
@@ -233,8 +239,9 @@ class InterpreterState(Modal):
         self.feed = word.value
 
     def feed_for(self, letters: dict[str, Word], length: float) -> float:
-        """Return the feed of a cut of `length` mm, mm/s. With G93, F is the reciprocal of the duration of the cut in
-        minutes.
+        """Return the feed of a cut with the given length (mm), mm/s.
+
+        With G93, F is the reciprocal of the duration of the cut in minutes.
         """
         if self.feed_mode == 93:
             return self._feed_of_time(letters, length)
@@ -274,7 +281,7 @@ class InterpreterState(Modal):
     def move_origin(self, unknown: tuple[bool, bool, bool], known: dict[int, float] | None = None) -> None:
         """Add a SHIFT row for a move of the origin.
 
-        `known` contains the new coordinates by axis; `unknown` marks the axes with unknown coordinates.
+        `known` contains the new coordinates by axis. `unknown` marks the axes with unknown coordinates.
         """
         self.shift += 1
         place = [UNKNOWN if lost else p for p, lost in zip(self.path.position, unknown, strict=True)]
@@ -283,24 +290,27 @@ class InterpreterState(Modal):
         self.path.set_place(Kind.SHIFT, (place[0], place[1], place[2]), self.shift, line=self.line)
 
     def set_frame(self, number: int) -> None:
-        """Select a work offset (591 for G59.1). If it differs from the active work offset, the position becomes
-        unknown.
+        """Select a work offset (591 for G59.1).
+
+        If it differs from the active work offset, the position becomes unknown.
         """
         if number != self.frame:
             self.frame = number
             self.path.set_place(Kind.FRAME, (UNKNOWN, UNKNOWN, UNKNOWN), number, line=self.line)
 
     def set_dynamic_length(self) -> None:
-        """Set a tool length offset that is not in a register (G43.1, G43.2). It stays active until the next G43 or
-        G49.
+        """Set a tool length offset that is not in a register (G43.1, G43.2).
+
+        It stays active until the next G43 or G49.
         """
         self.length = DYNAMIC_LENGTH
         self.path.offset(DYNAMIC_LENGTH, line=self.line)
 
     def set_length(self, register: int) -> None:
-        """Select the tool length offset of a register; register 0 cancels it.
+        """Select the tool length offset of a register. Register 0 cancels the offset.
 
-        The origin in Z moves if the register differs from the last, or if the tool or the tool table has changed since.
+        The origin in Z moves if the register differs from the last register, or if the tool or the tool table has
+        changed since.
         """
         self.offset_on = register != 0
         since, self.length_row = self.length_row, len(self.path)
@@ -323,7 +333,7 @@ class InterpreterState(Modal):
         return word.value / (100.0 if unit == "cs" else 1000.0)
 
     def known_value(self, name: str) -> float | None:
-        """Return the value of a system parameter if the program determines it, otherwise None."""
+        """Return the value of a system parameter, or None if the program does not determine it."""
         if name.isdecimal() and self.dialect.groups != "rs274":
             return None
         lengths = {"_x": 0, "_y": 1, "_z": 2, "5420": 0, "5421": 1, "5422": 2}
@@ -345,7 +355,7 @@ class InterpreterState(Modal):
 
 
 def named_axes(letters: dict[str, Word]) -> tuple[bool, bool, bool]:
-    """Return which of the axes X, Y and Z a block states."""
+    """Return for each of the axes X, Y and Z whether a block states it."""
     return (AXES[0] in letters, AXES[1] in letters, AXES[2] in letters)
 
 
@@ -357,5 +367,5 @@ def whole_number(word: Word, most: int = 99_999_999) -> int:
 
 
 def unit_of(code: int) -> float:
-    """Return the length of the unit that G20, G21, G70, G71, G700 or G710 selects, mm; `code` is in tenths."""
+    """Return the length of the unit that G20, G21, G70, G71, G700 or G710 selects, mm. `code` is in tenths."""
     return MM_PER_INCH if code in (200, 700, 7000) else 1.0

@@ -12,14 +12,15 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.units import MM_PER_INCH
 
-#: Maximum distance of a comment that describes a tool: lines above a section, and lines before its tool change.
+#: A comment about a tool must be at most this many lines above the section, and at most this many lines above the tool
+#: change.
 _FARTHEST_COMMENT, _BEFORE_CHANGE = 2000, 20
-#: Number of lines at the top of a program that may contain a tool list.
+#: A tool list must be within this number of lines at the top of a program.
 _TOP = 200
 _NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6})\.?"
 _UNIT = r"\s?(mm|inch|in\b|\")?"
 _MILL = r"(?:end\s?-?mill|face\s?-?mill|slot\s?-?mill|ball\s?-?nose|bull\s?-?nose|v-?bit|router\s?bit|cutter)"
-#: Limits for the holes of a drawing, in the options of leafcut: --min-diameter 6mm.
+#: Excludes the limits for the holes of a drawing in the options of leafcut: --min-diameter 6mm.
 _NO_LIMIT = r"(?<!min-)(?<!max-)"
 _NO_COUNT = r"(?!\s*(?:-\s*)?(?:flutes?|fl\b|teeth|tooth|inserts?|deg|°))"
 _DIAMETERS = (
@@ -41,15 +42,15 @@ _DIAMETERS = (
         rf"(?<![\w./#-]){_NUMBER}{_NO_COUNT}{_UNIT}[\s-]?(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,2}}?{_MILL}", re.IGNORECASE
     ),
 )
-#: A number with its unit.
+#: Matches a number with its unit.
 _SIZE = re.compile(
     r"(?<![\w./])(?:[0-9]{1,3}/[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6}\.?)\s?-?(mm\b|inch(?:es)?\b|\")", re.IGNORECASE
 )
-#: A comment that names its tool: T5, 5 = …
+#: Matches a comment that names its tool: T5, 5 = …
 _NAMED = re.compile(r"\bT\s?([0-9]{1,9})\b|^[\s(;]*([0-9]{1,9})\s?=", re.IGNORECASE)
 
 
-#: Words for kinds of tools; the first match counts; without a match the tool is an end mill.
+#: Words for kinds of tools. The first match counts. Without a match, the tool is an end mill.
 _SHAPES = (
     (ToolKind.BALL_MILL, re.compile(r"\bball", re.IGNORECASE)),
     (ToolKind.V_BIT, re.compile(r"\bv-?\s?(?:bit|carve|groove)", re.IGNORECASE)),
@@ -64,14 +65,14 @@ _USUAL_POINT = math.radians(118)
 _ABOUT_TOOL = re.compile(r"tool|mill|drill|bit\b|nose|cutter|\bdia|\bD\s?=|Ø", re.IGNORECASE)
 _ANY_NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.[0-9]{1,6}|[0-9]{1,4})\.?"
 _TOOL = r"[a-z-]{0,12}(?:mill|drill|nose|cutter|bit)\b"
-#: A number is a tool width if it is next to a word for the diameter or the tool; only adjectives may be in between.
+#: A number is a tool width if it is next to a word for the diameter or the tool. Only adjectives may separate them.
 _WIDTH = re.compile(
     rf"(?:\bD\s?=|{_NO_LIMIT}\bdia[a-z]*\b\.?|\bsize\b|Ø)\s?[:=]?\s?{_ANY_NUMBER}\s?(mm|inch|in\b|\")?"
     rf"|(?:{_TOOL}|\btool\b|\b(?:tool\s?)?T?[0-9]{{1,3}}(?=\s*[-=:]))[^a-z0-9.]{{1,6}}{_ANY_NUMBER}\s?(mm|inch|in\b|\")"
     rf"|{_ANY_NUMBER}\s?(mm|inch|in\b|\")?[\s-]?(?=(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,3}}?{_TOOL})",
     re.IGNORECASE,
 )
-#: Words that indicate another length if they precede a number or are between it and its tool.
+#: If one of these words comes before a number, or separates it from its tool, the number is a different length.
 _OTHER = (
     r"leav\w*|left|stock|allow\w*|offset\w*|depth|deep|step\w*|over\w*|down|up|tol\w*|clear\w*|finish\w*|rough\w*|"
     r"remain\w*|thick\w*|doc|woc|ae|ap|length|long|stickout|corner|radius|flutes?|fl|teeth|deg|feed|speed|rpm|by|for|of|"
@@ -83,9 +84,9 @@ _AFTER_OTHER = re.compile(r"[^a-z0-9]{0,3}(?:deep|depth|stock|left|long|steps?|p
 
 
 def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
-    """Return line and text of the first size in a comment that is not in `unit` (``mm`` or ``in``).
+    """Return the line and text of the first size in a comment that is not in `unit` (``mm`` or ``in``).
 
-    Return line 0 if there is none, or if comments also give sizes in `unit`.
+    The line is 0 if no such size exists, or if comments also give sizes in `unit`.
     """
     first = (0, "")
     for number, text in enumerate(lines, 1):
@@ -100,14 +101,15 @@ def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
 
 
 def tool_width(program: Program, block: int) -> float:
-    """Return the tool diameter, mm, from the last comment about the tool of a block, or 0."""
+    """Return the tool diameter from the last comment about the tool of a block, mm, or 0."""
     return _described_diameter(program, block)[0]
 
 
 def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | None:
-    """Return the tool of a block as described in comments, or None without a diameter or the angle of a V-bit.
+    """Return the tool of a block as the comments describe it.
 
-    Mills are assumed to be flat. A comment up to line `since` counts only if it names the tool.
+    The result is None if the comments state neither a diameter nor the angle of a V-bit. Mills are assumed to be flat.
+    A comment up to line `since` counts only if it names the tool.
     """
     width, comment = _described_diameter(program, block, since)
     if not width:
@@ -149,8 +151,9 @@ def _described_diameter(program: Program, block: int, since: int = 0) -> tuple[f
 
 
 def _diameter_in(text: str, unit: float) -> tuple[float, int | None, str] | None:
-    """Return the diameter in a comment, mm, the tool number in the comment or None, and the comment. Return None
-    without a diameter.
+    """Return the diameter in a comment, mm, the tool number or None, and the comment itself.
+
+    Without a diameter, return None.
     """
     if "(" not in text and ";" not in text:
         return None
@@ -164,14 +167,15 @@ def _diameter_in(text: str, unit: float) -> tuple[float, int | None, str] | None
 
 
 def comment_start(text: str) -> int:
-    """Return the index of the first character in a line that starts a comment, or -1."""
+    """Return the index of the character that starts a comment in a line, or -1."""
     return min((k for k in (text.find("("), text.find(";")) if k >= 0), default=-1)
 
 
 def size_in_mm(number: str, named: str | None, unit: float) -> float:
-    """Return a size such as 6.35 or 1/4 in mm.
+    """Convert a size such as 6.35 or 1/4 to mm.
 
-    `named` is the unit written after the size. Without it, the size is in program units; `unit` is their length in mm.
+    `named` is the unit written after the size. Without it, the size is in program units, and `unit` is their length in
+    mm.
     """
     whole, _, part = number.partition("/")
     value = float(whole) / (float(part) or 1.0) if part else float(whole)
@@ -179,7 +183,7 @@ def size_in_mm(number: str, named: str | None, unit: float) -> float:
 
 
 def narrowest_tool(program: Program) -> float:
-    """Return the smallest tool width that the comments of a program state, mm, or infinity if they state none."""
+    """Return the smallest tool width in the comments of a program, mm. If the comments state none, return infinity."""
     unit = next((m.unit for m in program.modals if m.unit), 1.0)
     widths = [math.inf]
     for text in program.lines:

@@ -1,4 +1,4 @@
-"""Outputs of a controller for a torch: arc off during a move, height hold, and reduced feed.
+"""Outputs of a controller for a torch. They keep the arc off during a move, hold the height, or reduce the feed.
 
 Source: LinuxCNC, M-code reference, M52 and M62 to M68; QtPlasmaC manual, outputs.
 """
@@ -20,7 +20,7 @@ from leafcut.message import Message
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Arc, Kind, Motion, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Controller register with half the kerf width, if G41 and G42 use a register.
+#: Controller register that contains half the kerf width if G41 and G42 use a register.
 KERF_REGISTER = 1
 #: QtPlasmaC treats a feed override outside these limits as 100 %.
 LEAST_PERCENT, MOST_PERCENT = 10.0, 100.0
@@ -46,9 +46,12 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
 
 
 def material_block(state: InterpreterState, line: str, number: int) -> Block:
-    """Parse the block of a line. F may be the feed of the material that is selected in the controller.
+    """Parse the block of a line. F may refer to the feed of the material selected in the controller.
 
-    Raises BlockError as `words.tokenise` does, and if no material is selected or its feed is unknown.
+    Raises
+    ------
+    BlockError
+        The line is invalid as in `words.tokenise`, no material is selected, or its feed is unknown.
     """
     word = "" if state.dialect.torch is None else state.dialect.torch.material_feed
     rest = without_word(line, word)
@@ -91,7 +94,10 @@ def set_outputs_after_abort(state: InterpreterState) -> None:
 
 
 def spindle_number(letters: dict[str, Word]) -> int:
-    """Remove the `$` word and return the spindle number. Without the word, and for -1 (all spindles), return 0."""
+    """Remove the `$` word and return the spindle number.
+
+    The number is 0 without the word, and for -1 (all spindles).
+    """
     word = letters.pop("$", None)
     return 0 if word is None or word.value == -1.0 else whole_number(word, 7)
 
@@ -105,7 +111,7 @@ def _take_wait(letters: dict[str, Word]) -> None:
 
 
 def set_feed_output(state: InterpreterState, number: int, percent: float) -> None:
-    """Set an analog output. If it is the feed output of the torch, the feed is reduced from here on."""
+    """Set an analog output. If it is the feed output of the torch, the feed is reduced from now on."""
     torch = state.dialect.torch
     if torch is not None and number == torch.feed_output:
         state.override = percent / 100.0 if LEAST_PERCENT <= percent <= MOST_PERCENT else 1.0
@@ -124,7 +130,7 @@ def _switch_output(state: InterpreterState, number: int, high: bool) -> None:
 
 
 def set_speed(state: InterpreterState, rpm: float) -> None:
-    """Apply an S word, which sets the spindle speed or the power of a beam; power 0 keeps the beam off."""
+    """Apply an S word, which sets the spindle speed or the power of a beam. Power 0 keeps the beam off."""
     state.rpm = rpm
     if not state.spindle:
         return
@@ -137,11 +143,16 @@ def set_speed(state: InterpreterState, rpm: float) -> None:
 
 
 def convert_for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
-    """Convert a cutting toolpath to the form that its controller accepts; unchanged for a dialect without a torch.
+    """Convert a cutting toolpath to the form that its controller accepts. Without a torch, nothing changes.
 
-    Probing, Z moves and waits are left out if the controller performs them. If the arc cannot be off during a move, the
-    torch is switched off earlier. Words for height control and G64 are kept only for controllers that support them.
-    Raises PostError if the controller has no word for marking, or for moving with the arc off.
+    If the controller probes, moves Z or waits by itself, these rows are left out. If the arc cannot be off during a
+    move, the torch is switched off earlier. Words for height control and G64 are kept only if the controller supports
+    them.
+
+    Raises
+    ------
+    PostError
+        The controller has no word for marking, or for moving with the arc off.
     """
     torch = dialect.torch
     if torch is None:
@@ -169,7 +180,7 @@ class _TorchWriter:
         self.displaced = False
 
     def write(self, row: Motion, before: np.ndarray) -> None:
-        """Write a row of the toolpath; `before` is the position of the torch before the row."""
+        """Write a row of the toolpath. `before` is the position of the torch before the row."""
         torch, kind = self.torch, row.kind
         if kind is Kind.SPINDLE:
             self._light(row)
@@ -198,7 +209,7 @@ class _TorchWriter:
         self.piercing &= kind not in MOTIONS
 
     def _write_move(self, row: Motion, before: np.ndarray) -> None:
-        """Write a move without its Z; moves in Z only are left out."""
+        """Write a move without its Z. A move in Z alone is left out."""
         x, y, _ = row.end
         if row.kind not in (Kind.RAPID, Kind.FEED) or self.displaced or not _is_same_place((x, y), before):
             self.keep(row._replace(end=(x, y, math.nan)))

@@ -1,4 +1,4 @@
-"""Groups of words that exclude each other in one block (RS274/NGC section 3.4, table 4)."""
+"""Groups of words that exclude each other in a block (RS274/NGC section 3.4, table 4)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from leafcut.gcode.words import Block, BlockError, Word
 
-#: Codes are tenths, so that G59.1 is the whole number 591.
+#: Codes are in tenths, so that G59.1 is the whole number 591.
 _GROUPS: dict[str, tuple[int, ...]] = {
     "non-modal": (40, 100, 280, 281, 300, 301, 520, 530, 920, 921, 922, 923),
     "motion": (0, 10, 20, 30, 50, 51, 52, 53, 330, 331, 382, 383, 384, 385),
@@ -38,17 +38,17 @@ _M_GROUPS: dict[str, tuple[int, ...]] = {
 #: Pause word of a firmware in which M0, M1 and M2 end the program.
 PAUSE = 226
 M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
-#: Words for outputs of the machine; their effect is known only if the dialect names the device.
+#: Words for outputs of the machine. Their effect is known only if the dialect names the device.
 OUTPUT_CODES = frozenset(code for group in ("output", "adaptive", "material") for code in _M_GROUPS[group])
 
-#: G codes in tenths that rotate, scale, mirror or wrap all following moves, with the code that ends them.
-#: After G66 a macro runs at every move, rapids included.
+#: G codes, in tenths, that rotate, scale, mirror or wrap all following moves, with the code that ends them. After G66,
+#: a macro runs at every move, rapids included.
 TRANSFORMS = {
     160: 150, 510: 500, 511: 501, 660: 670, 661: 670, 680: 690, 682: 690, 121: 131, 1120: 1130, 70: 80, 434: 490,
     435: 490,
 }  # fmt: skip
 ENDS_TRANSFORM = frozenset(TRANSFORMS.values()) - {490}
-#: Unsupported G codes in tenths that select no motion: non-modal codes, limits, accuracy, further work offsets.
+#: Unsupported G codes, in tenths, that do not select a motion: non-modal codes, limits, accuracy, further work offsets.
 NO_MOTION = frozenset({
     80, 90, 110, 220, 221, 230, 231, 250, 260, 350, 360, 370, 480, 600, 620, 630, 650, 1030, *range(1100, 1300, 10),
     1530, 1540, 1870, 1880,
@@ -59,6 +59,7 @@ OTHER_AXES = ("A", "B", "C", "U", "V", "W")
 @dataclass(slots=True)
 class SortedBlock:
     """The words of a block by group: one G code per group, M codes by group, and every other letter at most once.
+
     `unknown` contains the unsupported G and M words.
     """
 
@@ -71,9 +72,17 @@ class SortedBlock:
 def sort_words(block: Block, g_codes: frozenset[int], m_codes: frozenset[int], separate_cycles: bool) -> SortedBlock:
     """Sort the words of a block by group.
 
-    `g_codes` (in tenths) and `m_codes` are the codes of the dialect. With `separate_cycles`, cycles and G80 are a
-    separate group (Fanuc); otherwise they exclude G0 to G3 (RS274/NGC). Raises BlockError if two codes belong to the
-    same group, or if a letter occurs twice.
+    Parameters
+    ----------
+    g_codes, m_codes
+        Codes of the dialect. G codes are in tenths.
+    separate_cycles
+        Whether cycles and G80 are a separate group (Fanuc). Otherwise, they exclude G0 to G3 (RS274/NGC).
+
+    Raises
+    ------
+    BlockError
+        Two codes belong to the same group, or a letter occurs twice.
     """
     result = SortedBlock()
     for word in block.words:

@@ -1,4 +1,4 @@
-"""Split a line of G-code into words, such as `N10 g0x1.5 Y-.5 (over the hole) ; go`. Spaces and case are ignored."""
+"""Split a line of G-code into words, such as `N10 g0x1.5 Y-.5 (over the hole) ; go`. Spaces and case do not matter."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import NamedTuple, NoReturn
 from leafcut.errors import LeafcutError
 from leafcut.message import Message
 
-#: Maximum line length, characters; the RS274/NGC limit is 256.
+#: Maximum line length, characters. The limit of RS274/NGC is 256.
 MAX_LINE = 10_000
 #: Maximum absolute value of a number, in any unit.
 MAX_NUMBER = 1e9
 
-#: A number. The possessive `++` keeps a line of a thousand digits linear in its length.
+#: Matches a number. The possessive `++` keeps the time linear for a line of a thousand digits.
 NUMBER = r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)"
 _WORD = re.compile(rf"[ \t]*([A-Za-z$])[ \t]*({NUMBER})")
 COMMENT = re.compile(r"\([^()]*\)|;.*")
@@ -23,15 +23,15 @@ _IN_PARENTHESES = re.compile(r"\([^()]*\)")
 
 
 class BlockError(LeafcutError):
-    """A block is invalid or unsupported. The caller adds the file and the line."""
+    """Raised if a block is invalid or unsupported. The caller adds the file and the line."""
 
 
 class UnclearBlock(BlockError):
-    """A block is valid, but the program does not determine its effect. The block can be kept unchanged."""
+    """Raised if a block is valid but the program does not determine its effect. Such a block can be kept unchanged."""
 
 
 class Word(NamedTuple):
-    """An upper-case letter, its number, and the number as written, because some rules depend on the decimal point."""
+    """A word: an upper-case letter, its number, and the number as written. Some rules depend on the decimal point."""
 
     letter: str
     value: float
@@ -43,10 +43,14 @@ class Word(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A line of G-code: its words, comments and marks.
+    """A line of G-code with its words, comments and marks.
 
-    `percent` is the text after a leading percent sign, or None. `deleted`: the line starts with a slash, so the machine
-    skips it if its block-delete switch is on.
+    Attributes
+    ----------
+    percent
+        Text after a leading percent sign, or None.
+    deleted
+        Whether the line starts with a slash. The machine skips such a line if its block-delete switch is on.
     """
 
     line: int
@@ -64,8 +68,10 @@ def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
 def tokenise(line: str, number: int = 0) -> Block:
     """Parse a line of G-code.
 
-    Raises BlockError for an unclosed or nested comment, a letter without a number, a number out of range, or an invalid
-    character.
+    Raises
+    ------
+    BlockError
+        A comment is unclosed or nested, a letter has no number, a number is out of range, or a character is invalid.
     """
     body, comments = split_line(line)
     if body.startswith("%"):
@@ -77,7 +83,7 @@ def tokenise(line: str, number: int = 0) -> Block:
 
 
 def plain_block(line: str) -> Block | None:
-    """Return the block of a line, or None if the line contains anything but comments and words with plain numbers."""
+    """Parse a line that only contains comments and words with plain numbers. For any other line, return None."""
     try:
         return tokenise(line.rstrip("\r\n"))
     except BlockError:
@@ -85,10 +91,14 @@ def plain_block(line: str) -> Block | None:
 
 
 def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
-    """Split a line into code, without leading and trailing spaces, and comments.
+    """Split a line into its code, without leading and trailing spaces, and its comments.
 
-    `nested` allows nested comments. Raises BlockError if the line is too long, or if a comment is unclosed or wrongly
-    nested.
+    `nested` allows nested comments.
+
+    Raises
+    ------
+    BlockError
+        The line is too long, or a comment is unclosed or wrongly nested.
     """
     if len(line) > MAX_LINE:
         raise BlockError("the line has {} characters; this is not G-code", len(line))
@@ -99,7 +109,7 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
 
 
 def without_word(line: str, word: str) -> str | None:
-    """Remove a word from a line. Return None if `word` is empty, or occurs only in comments."""
+    """Remove a word from a line. Return None if `word` is empty, or only occurs in comments."""
     at = line.find(word) if word else -1
     while at >= 0:
         before = _IN_PARENTHESES.sub("", _flatten_comments(line[:at]))
@@ -115,7 +125,7 @@ def has_nested_comment(line: str) -> bool:
 
 
 def _flatten_comments(line: str) -> str:
-    """Replace the parentheses inside comments with spaces, up to the first semicolon outside comments."""
+    """Replace the parentheses inside comments with spaces, up to the first semicolon outside of comments."""
     if line.count("(") < 2:
         return line
     depth, letters = 0, list(line)
@@ -187,5 +197,5 @@ def refuse_rest(body: str, position: int) -> NoReturn:
 
 
 def _printable_start(text: str) -> str:
-    """Return the start of a text in a form that can be shown safely on one line."""
+    """Return the start of a text in a form that can be shown safely on a single line."""
     return re.sub(r"[^\x21-\x7e]+", " ", text[:12]).strip()

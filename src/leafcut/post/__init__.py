@@ -1,1 +1,1 @@
-"""Post-processors: write a `Toolpath` in the dialect of a controller."""
+"""Post-processors, which write a `Toolpath` in the dialect of a controller."""

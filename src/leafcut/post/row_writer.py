@@ -1,4 +1,4 @@
-"""Writer that converts a toolpath to G-code in a controller's dialect; base class of writers for other languages."""
+"""Writer that converts a toolpath to G-code in a controller's dialect. Writers for other languages inherit from it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from leafcut.post.words import (
 #: Names for a program without tool comments.
 NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
-#: Step and maximum of block numbers.
+#: Step of block numbers, and maximum block number.
 _STEP = 10
 _LAST_NUMBER = 99_990
 
@@ -45,7 +45,7 @@ class Blocks:
         self._active: dict[str, str] = {}
 
     def write(self, *words: str) -> None:
-        """Write a block of words; empty words are left out, and a block without words is not written."""
+        """Write a block of words. Empty words are left out, and a block without words is not written."""
         kept = [word for word in words if word]
         if self._dialect.one_command:
             commands = [word for word in kept if word[0] in "GM"]
@@ -70,7 +70,7 @@ class Blocks:
         self.lines += comment_lines(text, dialect.max_line, dialect.uppercase_comments, dialect.comments)
 
     def modal(self, group: str, word: str) -> str:
-        """Activate a modal word in its group; return the word, or "" if it was active already."""
+        """Activate a modal word in its group. Return the word, or "" if it was already active."""
         repeat = self._dialect.one_command and group == "motion"
         if self._active.get(group) == word and not repeat:
             return ""
@@ -84,11 +84,11 @@ class Blocks:
 
 
 class Writer:
-    """Writes the rows of a toolpath one after the other, and tracks the state of the controller."""
+    """Writes the rows of a toolpath one after another, and tracks the state of the controller."""
 
     #: Word that ends a modal cycle.
     end_of_cycle = "G80"
-    #: Whether a cycle is defined once and then called at each hole, with the same feed and return height.
+    #: Whether a cycle is defined once and then called at each hole with the same feed and return height.
     calls_cycles = False
 
     def __init__(
@@ -121,7 +121,7 @@ class Writer:
         self.spinning = False
         self.ended = False
         self.row: int
-        #: Tools of all changes after the first.
+        #: Tools of all tool changes after the first change.
         self.tools = iter(path.ref[path.kind == Kind.TOOL][1:].tolist())
 
     def program(self, header: Sequence[str]) -> str:
@@ -240,7 +240,7 @@ class Writer:
         self._track_position(row)
 
     def _check_chord(self, row: Motion, axes: tuple[int, int, int]) -> None:
-        """Refuse an arc that is so short, or so close to a full circle, that rounding might turn one into the other."""
+        """Check that rounding cannot turn a very short arc into an almost full circle, or vice versa."""
         steps = [abs(row.end[a] - self.position[a]) / self.numbers.resolution for a in axes[:2]]
         if 1e-6 < max(steps) < 2.0:
             raise PostError("an arc whose ends are less than two units of the last decimal place apart")
@@ -258,7 +258,10 @@ class Writer:
         return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
 
     def _axes(self, row: Motion, only_z: bool = False) -> list[str]:
-        """Return the words of the axes whose position changes, or of all known axes if no position changes."""
+        """Return the words of the axes whose position changes.
+
+        If no position changes, return the words of all known axes.
+        """
         if only_z:
             self.out.forget("Z")
             return [self._axis(row, 2)]
@@ -341,7 +344,7 @@ class Writer:
         return self.cycle is not None and cycle_parameters(self.cycle) == cycle_parameters(cycle)
 
     def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
-        """Write the block of a hole, without the words of the cycle if the cycle is active."""
+        """Write the block of a hole. The words of the cycle are left out if the cycle is active."""
         is_active = self._is_active_cycle(cycle)
         if not is_active:
             self.out.forget(["motion", "retract", *"XY"])
@@ -353,7 +356,7 @@ class Writer:
         self.out.write(plane, retract, name, *position, *words, self._feed_word(row))
 
     def _place_words(self, row: Motion) -> list[str]:
-        """Return the words of X and Y whose values change, or both words if neither value changes."""
+        """Return the words of X and Y whose values change. If neither value changes, return both words."""
         words = [self._axis(row, 0), self._axis(row, 1)]
         if not any(words):
             self.out.forget("XY")
@@ -361,11 +364,11 @@ class Writer:
         return words
 
     def _can_return_to(self, cycle: DrillCycle, height: float) -> bool:
-        """Return whether the cycle can end at `height`, mm; start a new series of cycles if that is necessary.
+        """Return whether the cycle can end at `height`, mm. If necessary, start a new series of cycles.
 
         Within a series, G98 returns to the height before its first hole, even after G99. LinuxCNC's move to the next
-        hole depends on that height (`DrillCycle.approach_in_series`). If the tool would not approach the hole at the
-        current height, a new series starts.
+        hole depends on this height (`DrillCycle.approach_in_series`). A new series starts if the tool would otherwise
+        not approach the hole at the current height.
         """
         if self.cycle is not None:
             returns = self._returns_to(cycle, self.initial, height)

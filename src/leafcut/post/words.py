@@ -1,4 +1,4 @@
-"""Numbers and comments in programs, and words for dwells, coolants and canned cycles in each dialect."""
+"""Format numbers and comments in programs, and the words for dwells, coolants and canned cycles in each dialect."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 #: Maximum length or feed on any machine tool, mm or mm/min.
 MAX_LENGTH = 1e6
-#: ASCII replacements of special characters. GRBL acts at once on ? ! and ~, and % ends a tape.
+#: ASCII replacements for special characters. GRBL acts immediately on ? ! and ~, and % ends a tape.
 _PLAIN = str.maketrans(
     {"(": "[", ")": "]", "{": "[", "}": "]", "%": " pct", "?": ".", "!": ".", "~": "-", "×": "x", "–": "-", "—": "-"}
     | {"µ": "u", "μ": "u", "°": " deg", "Ø": "D", "ø": "d", "⌀": "D", "²": "2", "³": "3", "·": ",", "→": "->"}
@@ -29,12 +29,15 @@ _COOLANT_WORDS = {1: "M7", 2: "M8"}
 
 
 def format_number(value: float, decimals: int, point: bool = False) -> str:
-    """Format a number with at most `decimals` decimals, without trailing zeros; `point` keeps the point of an integer.
+    """Format a number with at most `decimals` decimals, without trailing zeros. `point` keeps the point of an integer.
 
     >>> format_number(-0.0004, 3), format_number(12.5, 3), format_number(3.0, 3, point=True)
     ('0', '12.5', '3.')
 
-    Raises PostError if the number is not finite, or out of range.
+    Raises
+    ------
+    PostError
+        The number is not finite, or out of range.
     """
     if not abs(value) <= MAX_LENGTH:
         raise PostError("the toolpath has the number {:g}, which is out of range for any machine", value)
@@ -48,7 +51,7 @@ def format_number(value: float, decimals: int, point: bool = False) -> str:
 
 @dataclass(frozen=True, slots=True)
 class NumberFormat:
-    """Format of the lengths and feeds in a program: unit (mm or inch), decimals, and decimal point."""
+    """Format of the lengths and feeds in a program: unit (mm or inch), number of decimals, and decimal point."""
 
     inch: bool
     decimals: int
@@ -61,7 +64,7 @@ class NumberFormat:
 
     @property
     def resolution(self) -> float:
-        """Resolution of lengths in the program, mm."""
+        """Smallest step of a length in the program, mm."""
         return self.unit * 10.0**-self.decimals
 
     def length(self, mm: float) -> str:
@@ -69,11 +72,17 @@ class NumberFormat:
         return format_number(mm / self.unit, self.decimals, self.point)
 
     def rounded(self, mm: float) -> float:
-        """Return a length rounded to the resolution of the program, mm."""
+        """Round a length to the resolution of the program, mm."""
         return float(self.length(mm)) * self.unit
 
     def feed(self, mm_per_s: float) -> str:
-        """Format a feed in mm/s as units per minute. Raises PostError if it is zero after rounding, or out of range."""
+        """Format a feed, given in mm/s, as units per minute.
+
+        Raises
+        ------
+        PostError
+            The feed is zero after rounding, or out of range.
+        """
         text = format_number(mm_per_s * SECONDS_PER_MINUTE / self.unit, self.decimals, self.point)
         if not float(text) > 0:
             raise PostError("a cut has the feed {:g} mm/s; give the tool a feed", mm_per_s)
@@ -93,7 +102,7 @@ def dwell_word(seconds: float, dialect: Dialect) -> str:
 
 
 def coolant_words(mode: int, before: int, dialect: Dialect) -> list[str]:
-    """Return the words that change the coolant from mode `before` to `mode`; bit 1 is mist, bit 2 is flood.
+    """Return the words that change the coolant from mode `before` to `mode`. Bit 1 is mist, and bit 2 is flood.
 
     Raises
     ------
@@ -112,12 +121,12 @@ def coolant_words(mode: int, before: int, dialect: Dialect) -> list[str]:
 
 
 def cycle_parameters(cycle: DrillCycle) -> tuple[str, float, float, float, float]:
-    """Return the parameters that a cycle keeps while it is modal; G98 and G99 are separate words."""
+    """Return the parameters that a cycle keeps while it is modal. G98 and G99 are separate words."""
     return cycle.name, cycle.r_plane, cycle.bottom, cycle.peck, cycle.dwell
 
 
 def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
-    """Return whether the controller has this cycle; otherwise, the cycle must be expanded.
+    """Return whether the controller supports this cycle. Otherwise, the caller must expand the cycle.
 
     Raises
     ------
@@ -157,7 +166,7 @@ def cycle_words(cycle: DrillCycle, numbers: NumberFormat, dialect: Dialect) -> t
 
 
 def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
-    """Return the text of a peck depth, rounded so that the number of pecks stays the same.
+    """Format a peck depth, rounded so that the number of pecks stays the same.
 
     For example, 10 mm in three pecks of 3.3333 mm must not need a fourth peck of 0.001 mm after rounding.
     """
@@ -172,7 +181,7 @@ def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
 
 
 def plain_text(text: str) -> str:
-    """Return a text as one line of printable ASCII, without parentheses and without words on which a controller acts.
+    """Convert a text to a single line of printable ASCII. No controller acts on the result, which has no parentheses.
 
     >>> plain_text("Ø3 mm (steel)\\nMSG, 20 %")
     'D3 mm [steel] MSG, 20 pct'
@@ -187,7 +196,7 @@ def plain_text(text: str) -> str:
 
 
 def comment_lines(text: str, width: int, uppercase: bool = False, style: str = "()") -> list[str]:
-    """Return a text as comments in parentheses or after semicolons, with at most `width` characters per line."""
+    """Split a text into comments in parentheses or after semicolons, with at most `width` characters per line."""
     plain = plain_text(text)
     if uppercase:
         plain = plain.upper()

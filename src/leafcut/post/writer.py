@@ -2,8 +2,8 @@
 
     write_program(toolpath, dialect("haas"), PostOptions(), header=["plate.dxf"])
 
-The rows of the toolpath are written one after the other, without additional motion. A move in X or Y is refused while
-the height of the tool is unknown: before the first move in Z, and after every tool change.
+The writer outputs the rows of the toolpath one after another and adds no motion. While the height of the tool is
+unknown, it refuses moves in X or Y. The height is unknown before the first move in Z and after every tool change.
 """
 
 from __future__ import annotations
@@ -41,26 +41,27 @@ def write_program(
     Parameters
     ----------
     toolpath
-        Motion in mm, mm/s, s and rpm; its last row is `Kind.END`. Numbers are rounded to the decimals of the dialect,
-        so a position read back differs by at most half of the last decimal. `Kind.OFFSET` rows are not needed: the
-        length offset of every tool is activated with its first move in Z.
+        Motion in mm, mm/s, s and rpm. Its last row is `Kind.END`. Numbers are rounded to the decimals of the dialect,
+        so a position that is read back differs by at most half of the last decimal. `Kind.OFFSET` rows are not needed,
+        because every tool activates its length offset with its first move in Z.
     options
-        Units, line numbers, program number and header. The dialect of the options is not used.
+        Units, line numbers, program number and header. The dialect in the options is ignored.
     header
-        Comment lines at the top; the first line names the program. They are not written if `options.header` is off.
+        Comment lines at the top. The first line names the program. If `options.header` is off, the lines are not
+        written.
     tool_names
         Tool number → name for comments.
     rapid_velocity
         Speed of rapids, mm/s, for a dialect whose G0 states it (`Dialect.rapid_feed`); NaN to leave it out.
     spindle_start_s
-        Dwell, s, after a spindle start that has no dwell in the toolpath.
+        Dwell after a spindle start if the toolpath has no dwell there, s.
     preselect_tool
-        Whether the next tool is named after each tool change.
+        Whether to name the next tool after each tool change.
 
     Raises
     ------
     PostError
-        The toolpath needs a word that the controller lacks, or would move before its height is known.
+        The toolpath needs a word that the controller lacks, or moves before its height is known.
     """
     check_options(dialect, options)
     writer = _writer_of(dialect.language)(
@@ -70,7 +71,7 @@ def write_program(
 
 
 def _writer_of(language: str) -> type[Writer]:
-    """Return the writer of a language; all dialects without their own language use the writer of G-code."""
+    """Return the writer of a language. Dialects without their own language use the writer of G-code."""
     if language == "klartext":
         return KlartextWriter
     if language == "sinumerik":
@@ -79,7 +80,13 @@ def _writer_of(language: str) -> type[Writer]:
 
 
 def check_options(dialect: Dialect, options: PostOptions) -> None:
-    """Raise PostError for inches or line numbers if the controller does not support them."""
+    """Check that the controller supports the requested units and line numbers.
+
+    Raises
+    ------
+    PostError
+        The controller does not support inches or line numbers.
+    """
     if options.output_units == "inch" and not dialect.units_inch:
         raise PostError("--output-units inch: {} programs are in millimetres; leave it out", dialect.name)
     if options.line_numbers and not dialect.line_numbers:
@@ -87,9 +94,9 @@ def check_options(dialect: Dialect, options: PostOptions) -> None:
 
 
 class KlartextWriter(Writer):
-    """Writes drilling programs in Klartext: every block has a number, and a ~ continues a block on the next line."""
+    """Writes drilling programs in Klartext. Every block has a number, and a ~ continues a block on the next line."""
 
-    #: Any move except to a hole ends a cycle, so no word is needed.
+    #: A cycle ends with any move except a move to a hole, so no word is needed.
     end_of_cycle = ""
     calls_cycles = True
 
@@ -127,7 +134,7 @@ class KlartextWriter(Writer):
         return {**known, Kind.OFFSET: lambda row: None}
 
     def _speeds_of_tools(self) -> dict[int, float]:
-        """Return TOOL row → speed of the next spindle start, rpm."""
+        """Map each TOOL row to the speed of the next spindle start, rpm."""
         speeds: dict[int, float] = {}
         tool = -1
         for number, row in enumerate(self.path):
@@ -208,7 +215,7 @@ class KlartextWriter(Writer):
 class SinumerikWriter(Writer):
     """Writes programs in the language of Siemens controls.
 
-    While MCALL is active, every block with a move drills a hole, and so does a block with F alone. Therefore F is
+    While MCALL is active, every block with a move drills a hole, and so does a block with F alone. F is therefore
     written before the call, and MCALL alone ends the cycle before any other block.
     """
 

@@ -1,1 +1,1 @@
-"""Checks, for all processes, that a program matches the plan and is safe."""
+"""Checks for all processes: a program must match the plan and be safe."""

@@ -14,12 +14,12 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
 from leafcut.proof.difference import cap_differences, end_texts
 
-#: Minimum height above the surface that counts as clear, mm: the smallest R plane that can be requested.
+#: A tool at least this far above the surface counts as clear, mm. This is the smallest R plane that a user can request.
 LEAST_CLEARANCE = 0.05
 
 #: Tolerance for rounded heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.002
-#: Maximum distance between a tool and the centre of the hole below it, mm.
+#: A tool counts as above a hole if it is within this distance of the centre, mm.
 _SAME_POSITION = 0.01
 
 
@@ -33,22 +33,29 @@ def check_clearance(
     tops: NDArray[np.float64] | None = None,
     level: bool = True,
 ) -> list[Difference]:
-    """Return every move that could crash, with its line and position. The list is empty if the program obeys these
-    rules:
+    """Return every move that could crash, with its line and position.
 
-    1. A rapid in x or y stays at least `LEAST_CLEARANCE` above `surface_z`, and its z is known. After a move to machine
-       z (G53, G28) at or above `safe_z`, z counts as high. A move to machine x or y does not start below the clearance
+    The list is empty if the program obeys these rules:
+
+    1. A rapid in x or y has a known z and stays at least `LEAST_CLEARANCE` above `surface_z`. After a move to machine z
+       (G53, G28) at or above `safe_z`, z counts as high. A move to machine x or y must not start below the clearance
        height, whether or not it rises.
-    2. A rapid does not descend below `surface_z`, except back into a hole: a feed at this position must have gone at
-       least as deep since the tool arrived. This rule does not apply to `milled` areas, which
-       `processes.pocket.proof.pocket` checks against earlier cuts.
+    2. A rapid does not descend below `surface_z`, except back into a hole. In that case, a feed at this position must
+       have gone at least as deep since the tool arrived. This rule does not apply to `milled` areas, because
+       `processes.pocket.proof.pocket` compares them with earlier cuts.
     3. The spindle turns during every cut. A tool change stops it. A `torch` must instead be off in every rapid in x or
-       y; a feed move above the sheet with the torch off is harmless.
+       y. A feed move above the sheet with the torch off is harmless.
 
-    Drilling cycles are checked as the moves they consist of. If holes start at different heights, `tops` contains their
-    positions and heights, float64[n, 3]. The first rule uses the highest of them as the surface. So does the second
-    rule, except above a hole. If the surface is not `level`, `proof.surface` checks the height of rapids in x or y; the
-    first rule then only requires that the height is known.
+    Drilling cycles are expanded into moves before the check.
+
+    Parameters
+    ----------
+    tops
+        Positions and heights of the holes if they start at different heights, float64[n, 3]. The first rule uses the
+        highest hole as the surface. The second rule does the same, except above a hole.
+    level
+        Whether the surface is flat. Otherwise, `proof.surface` checks the height of rapids in x or y, and the first
+        rule only requires that the height is known.
     """
     path = expand(path)
     turning = _spindle_speed(path) != 0
@@ -69,7 +76,7 @@ DangerCheck = tuple[Message, Mask, Message]
 
 
 def _surface_height_below(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
-    """Return the height of the surface below the end of each move, mm: the top of a hole, or else `highest`."""
+    """Return the surface height below the end of each move, mm. This is the top of a hole, or else `highest`."""
     import shapely  # slow to import, and needed only for holes with heights in the drawing
 
     result = np.full(len(path), highest)
@@ -90,9 +97,14 @@ def height_checks(
 ) -> list[DangerCheck]:
     """Return the first two rules of `check_clearance` as checks.
 
-    A check has a name, a mask of the rows that violate the rule (bool[n]), and the text of the rule.
+    A check consists of a name, a mask of the rows that violate the rule (bool[n]), and the text of the rule.
 
-    The cycles in `path` are expanded. `surface` is the surface height below each row if it is not `surface_z`.
+    Parameters
+    ----------
+    path
+        Toolpath with expanded cycles.
+    surface
+        Surface height below each row if it differs from `surface_z`.
     """
     surface = surface_z if surface is None else surface
     rapid = path.kind == Kind.RAPID
@@ -121,12 +133,12 @@ def height_checks(
 
 
 def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:
-    """Return the third rule of `check_clearance` as a check; `turning` marks the rows in which the spindle turns."""
+    """Return the third rule of `check_clearance` as a check. `turning` marks the rows in which the spindle turns."""
     return Message("spindle off"), _cutting(path) & ~turning, Message("the spindle must turn before a cut")
 
 
 def torch_check(path: Toolpath, burning: Mask) -> DangerCheck:
-    """Return the third rule of `check_clearance` for a torch; `burning` marks the rows in which the torch is on."""
+    """Return the third rule of `check_clearance` for a torch. `burning` marks the rows in which the torch is on."""
     return (
         Message("torch on in a rapid"),
         (path.kind == Kind.RAPID) & _moves_in_xy(path) & burning,
@@ -158,14 +170,14 @@ def _cutting(path: Toolpath) -> Mask:
 
 
 def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
-    """Return the spindle speed in each row; M6 stops the spindle, as on LinuxCNC and Haas."""
+    """Return the spindle speed in each row. M6 stops the spindle, as on LinuxCNC and Haas."""
     row = last_rows((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL))
     turning = (row >= 0) & (path.kind[row] == Kind.SPINDLE)
     return np.where(turning, path.value[row], 0.0)
 
 
 def rows_at_machine_height(path: Toolpath, safe_z: float) -> Mask:
-    """Return a mask of the rows whose z was last set by a move, in machine coordinates, to a safe height."""
+    """Return a mask of the rows whose z was last set by a move to a safe height in machine coordinates."""
     in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
     in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     row = last_rows(in_machine | in_program)
@@ -174,11 +186,11 @@ def rows_at_machine_height(path: Toolpath, safe_z: float) -> Mask:
 
 
 def _returns_to_cut_depth(path: Toolpath) -> Mask:
-    """Return a mask of the motions that end no deeper than an earlier feed at this x, y since the tool arrived.
+    """Return a mask of the motions that end no deeper than an earlier feed at the same x and y since the tool arrived.
 
-    A visit starts at each stop, change of tool or length offset, and block that is not understood. The running minimum
-    is computed for all visits at once: each visit is shifted down by more than the whole range of heights, so a minimum
-    from an earlier visit is recognisably too high.
+    A new visit starts at each stop, at each change of tool or length offset, and at each block that is not understood.
+    The running minimum is computed for all visits at once. To keep the visits apart, each visit is shifted down by more
+    than the whole range of heights. A minimum from an earlier visit is then too high to be valid.
     """
     arrives = _moves_in_xy(path) | (path.kind == Kind.MACHINE)
     interruption = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])

@@ -18,25 +18,28 @@ from leafcut.model.toolpath import Kind, Toolpath
 
 #: Tolerance for rounded heights, mm.
 _TOLERANCE = 0.002
-#: Maximum distance between a tool and the centre line of the cut that it is on, mm.
+#: A tool is on a cut if it is within this distance of the centre line of the cut, mm.
 _ON_CUT = 0.01
-#: Minimum overlap with a wall that counts as a cut, mm; it allows for chords, rounding, and polygons for circles.
+#: An overlap with a wall counts as a cut from this depth on, mm. The value allows for chords, rounding, and polygons
+#: for circles.
 _GRAZE = 0.02
 #: Number of segments per quarter circle.
 _SEGMENTS = 16
-#: Number of swept areas that are united at a time.
+#: Number of swept areas that are merged at a time.
 _BATCH = 6
-#: Maximum number of cuts whose areas are united for one rapid; other cuts are ignored.
+#: At most this many cuts are merged into an area for a rapid. Other cuts are ignored.
 _MOST_CUTS = 200
-#: Maximum number of rapids that are compared with the areas of cuts; other rapids remain unchecked.
+#: At most this many rapids are compared with the areas of cuts. Other rapids remain unchecked.
 _MOST_RAPIDS = 1000
 #: Number of rapids that are compared with centre lines of cuts at a time.
 _RAPID_BATCH = 256
 
 
 class _Cuts(NamedTuple):
-    """Straight cuts: coordinates of both ends (float64[n, 4], mm), greater height of both ends (mm), and
-    toolpath row.
+    """Straight cuts, stored in columns.
+
+    The columns are the coordinates of both ends (float64[n, 4], mm), the height of the higher end (mm), and the row in
+    the toolpath.
     """
 
     ends: NDArray[np.float64]
@@ -45,17 +48,17 @@ class _Cuts(NamedTuple):
 
 
 class _Stages(NamedTuple):
-    """Set-up and tool stage of each row of a path.
+    """The set-up and the tool stage of each row of a path.
 
     Attributes
     ----------
     setup
-        int64[n, 3]: work offset, shifts, stops. Positions in rows with different values are not comparable. At a stop
-        (M0, M1, M60, or a block that is not understood), the part may be turned over and the tool changed.
+        Work offset, shifts and stops, int64[n, 3]. Positions with different values cannot be compared. At a stop (M0,
+        M1, M60, or a block that is not understood), the operator may turn the part over and change the tool.
     stage
-        int64[n]: increases at each stop and tool change; the tool stays the same within a stage.
+        Number that increases at each stop and tool change, int64[n]. The tool stays the same within a stage.
     offset
-        int64[n]: length offset; within a stage, a different value means different heights.
+        Length offset, int64[n]. Within a stage, a different value means different heights.
     """
 
     setup: NDArray[np.int64]
@@ -70,7 +73,7 @@ class _Stages(NamedTuple):
         return cls(np.column_stack([frame, shift, np.cumsum(stop)]), stage, path.offset)
 
     def comparable(self, earlier: NDArray[np.int64], row: NDArray[np.int64]) -> Mask:
-        """Return a mask of the earlier rows whose positions and heights are comparable with those of `row`."""
+        """Return a mask of the earlier rows whose positions and heights can be compared with `row`."""
         other_height = (self.stage[earlier] == self.stage[row]) & (self.offset[earlier] != self.offset[row])
         result: Mask = (self.setup[earlier] == self.setup[row]).all(axis=1) & ~other_height
         return result
@@ -79,14 +82,25 @@ class _Stages(NamedTuple):
 def find_cleared_descents(
     program: Program, rows: NDArray[np.int32], path: Toolpath, descents: NDArray[np.int64]
 ) -> tuple[Mask, Mask]:
-    """Return two masks of the straight-down rapids, bool[len(descents)]: cleared rapids, and unchecked rapids.
+    """Check straight-down rapids against the material that earlier cuts removed.
 
-    A cleared rapid ends where earlier cuts removed the material. Until the next stop or tool change, a cut clears its
-    own centre line for its tool, whatever the shape of the tool. Flat mills also clear the area that they sweep: if the
-    diameters are known from comments, the tool must fit into the union of these areas.
+    A rapid is cleared if it ends in the removed material. Until the next stop or tool change, a cut clears its own
+    centre line for its tool, whatever the shape of the tool. A flat mill also clears the area that it sweeps. If
+    comments state the diameters, the tool of the rapid must fit into the union of these areas.
 
-    The cycles in `path` are expanded; `rows` contains the row in the program's path for each row of `path`. `descents`
-    contains the rows of the straight-down rapids in `path`, in ascending order.
+    Parameters
+    ----------
+    rows
+        Row in the program's path for each row of `path`.
+    path
+        Toolpath with expanded cycles.
+    descents
+        Rows of the straight-down rapids in `path`, in ascending order.
+
+    Returns
+    -------
+    tuple
+        Masks of the cleared rapids and of the unchecked rapids, bool[len(descents)].
     """
     unchecked = np.zeros(len(descents), dtype=bool)
     stages = _Stages.of(path)
@@ -129,7 +143,7 @@ def find_cleared_descents(
 def _ends_on_earlier_cut(
     path: Toolpath, stages: _Stages, cuts: _Cuts, tree: shapely.STRtree, descents: NDArray[np.int64]
 ) -> Mask:
-    """Return a mask of the rapids that end on an earlier cut of the same stage that is at least as deep."""
+    """Return a mask of the rapids that end on an earlier cut of the same stage, and no deeper than that cut."""
     result = np.zeros(len(descents), dtype=bool)
     for start in range(0, len(descents), _RAPID_BATCH):
         batch = descents[start : start + _RAPID_BATCH]
@@ -157,7 +171,10 @@ def _is_covered(
     distances: NDArray[np.float64],
     width: NDArray[np.float64],
 ) -> bool:
-    """Return whether a tool at a point is inside the area swept by nearby cuts, whose radii are in `width`."""
+    """Return whether a tool at a point fits into the area swept by nearby cuts.
+
+    `width` contains the radii of the cuts.
+    """
     # This polygon contains its circle, whereas the polygons of the cuts lie inside their circles.
     remaining: BaseGeometry = point.buffer((radius - _GRAZE) / np.cos(0.25 * np.pi / _SEGMENTS), quad_segs=_SEGMENTS)
     # Start with the nearest cuts, because they cover most of the circle.
@@ -176,10 +193,10 @@ def _is_covered(
 
 
 def _straight_cuts(path: Toolpath) -> _Cuts:
-    """Return the cuts of a path; the ends of a slanting cut are added as points with their own heights.
+    """Return the cuts of a path. The ends of a slanting cut are added as points with their own heights.
 
-    If the start of a cut is unknown, only its end counts. Cuts with cutter compensation by the controller (G41, G42)
-    are left out, because the area that they sweep is unknown.
+    If the start of a cut is unknown, only its end counts. If the controller applies cutter compensation (G41, G42), the
+    cut is skipped, because the area that it sweeps is unknown.
     """
     moves = straight_moves(path, 0.25 * _GRAZE, np.inf)
     is_compensated = path.latest(Kind.RADIUS, path.ref, 40)[moves.row] != 40
@@ -203,7 +220,7 @@ def _tools_by_stage(
     stages: _Stages,
     descents: NDArray[np.int64],
 ) -> dict[int, Tool]:
-    """Return stage → tool, for tools that the comments of the program describe."""
+    """Map each stage to its tool if the comments of the program describe the tool."""
     stops = stages.setup[:, 2]
     fed = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
     used = np.union1d(fed[np.isin(stops[fed], stops[descents])], descents)

@@ -1,6 +1,6 @@
 """Find dangers in a program of unknown origin.
 
-Each kind of danger is one issue, with the number of positions and the first position.
+Each kind of danger is a single issue, with the number of positions and the first position.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ from leafcut.units import to_fixed
 _TOLERANCE = 0.002
 #: Maximum chord error of arcs, mm.
 _CHORD_ERROR = 0.01
-#: S0 as written in a program.
+#: Matches S0 in the text of a program.
 _NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
-#: A comment; an explicit height in an origin command; and G52 Z0, which only cancels an earlier shift.
+#: Patterns of a comment, of an explicit height in an origin command, and of G52 Z0, which only cancels an earlier
+#: shift.
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _Z_SHIFT = re.compile(r"Z\s*[-+#\[.\d]", re.IGNORECASE)
 _NO_SHIFT = re.compile(r"G\s*52\b.*Z\s*[-+]?(?:0+\.?0*|\.0+)(?![\d.])", re.IGNORECASE)
-#: Issue code, severity, and messages about one and about several, by kind of danger.
+#: Issue code, severity, and messages for a single position and for several positions, by kind of danger.
 _KINDS = {
     "rapid below clearance": (
         "L801",
@@ -81,10 +82,10 @@ def find_dangers(
     heights: bool = True,
     simulated: Mapping[str, Mask] = MappingProxyType({}),
 ) -> list[Issue]:
-    """Return the dangers of a program and the exceeded limits of the machine, one issue per kind, the worst first.
+    """Return the dangers of a program and the exceeded limits of the machine, as one issue per kind, worst first.
 
-    A rapid counts as unsafe if it is below Z0.05, or if it descends below Z0 where earlier cuts have not cleared the
-    depth and width of its tool.
+    A rapid counts as unsafe if it is below Z0.05. It also counts as unsafe if it descends below Z0, unless earlier cuts
+    have cleared the depth and width of its tool.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def find_dangers(
     heights
         Whether to check heights; False if the controller moves Z.
     simulated
-        Masks of the rows, bool[n], whose rapids were checked by a simulation of the stock instead, by issue code.
+        Masks of the rows whose rapids were already checked by simulating the stock, bool[n], by issue code.
     """
     source = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     path = expand(source)
@@ -132,7 +133,7 @@ RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 
 def _cleared_rapids(program: Program, rows: NDArray[np.int32], path: Toolpath, mask: Mask) -> tuple[Mask, Mask]:
-    """Return two masks of the rapids: those that end where earlier cuts removed the material, and unchecked rapids."""
+    """Return masks of the rapids that end in material removed by earlier cuts, and of the unchecked rapids."""
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], path.before[:, :2]).all(axis=1)
     descents = np.flatnonzero(straight)
@@ -155,10 +156,10 @@ def _unchecked_rapids_issue(path: Toolpath, mask: Mask) -> Issue:
 
 
 def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
-    """Return a mask of the rows in which the spindle turns. `default` applies where only the machine knows the spindle
-    state.
+    """Return a mask of the rows in which the spindle turns.
 
-    A tool change stops the spindle. M3 without an S word starts it at the current speed. S0 does not count as a speed.
+    If only the machine knows the spindle state, `default` applies. A tool change stops the spindle. M3 without an S
+    word starts it at the current speed. S0 does not count as a speed.
     """
     kinds = program.path.kind
     sets_state = (kinds == Kind.SPINDLE) | (kinds == Kind.TOOL) | ((kinds == Kind.FOREIGN) & (program.path.ref == 1))

@@ -10,12 +10,12 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.units import to_fixed
 
-#: Maximum number of listed differences; a program that is wrong everywhere may have a million.
+#: Maximum number of differences in a list. A program that is wrong everywhere may have a million.
 MOST_LISTED = 50
 
 
 def cap_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
-    """Return at most `MOST_LISTED` of `count` differences. If there are more, the last entry states how many more."""
+    """Return at most `MOST_LISTED` of `count` differences. If more exist, the last entry states how many."""
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
         return differences
@@ -70,7 +70,7 @@ def _shown_value(motion: Motion) -> str:
     return str(motion.ref)
 
 
-#: Description of a row with its value, by kind.
+#: Describes a row with its value, by kind.
 _DESCRIPTIONS = {
     Kind.RAPID: partial(Message, "rapid to {}"),
     Kind.FEED: partial(Message, "feed to {}"),

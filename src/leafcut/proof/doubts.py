@@ -1,4 +1,4 @@
-"""Find commands that are probably mistakes: unknown to the controller, or valid but implausible."""
+"""Detect commands that are probably mistakes: unknown to the controller, or valid but implausible."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Maximum plausible dwell, s; a longer dwell is probably given in the unit of another controller.
+#: A longer dwell is implausible and probably uses the unit of another controller, s.
 _LONG = 60.0
-#: Name of the unit of dwells, by the unit of the dialect.
+#: Name of the unit of dwells, by the unit in the dialect.
 _UNITS = {"s": "seconds", "ms": "milliseconds", "cs": "hundredths of a second"}
 _CHANGE = re.compile(r"M0*6(?![0-9])", re.IGNORECASE)
-#: Tolerance for equal heights, mm.
+#: Heights that differ by at most this much count as equal, mm.
 _SAME = 1e-6
 _TAPS = ("G84", "G74")
 
@@ -68,7 +68,7 @@ def _cutting_rows(path: Toolpath) -> Mask:
 def _report_spindle_restarts(program: Program) -> Iterator[Issue]:
     """Report a spindle that stops and restarts between cuts with the same tool, without a dwell before the next cut.
 
-    Starts after a tool change are not reported: every program has them, and the operator watches the first start.
+    Starts after a tool change are not reported. Every program has them, and the operator watches the first start.
     """
     path, on = program.path, program.modal_at_rows("spindle") != 0
     cuts = np.flatnonzero(_cutting_rows(path) & on)
@@ -92,7 +92,6 @@ def _report_spindle_restarts(program: Program) -> Iterator[Issue]:
 
 
 def _report_long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
-    """Report dwells of more than a minute, in blocks and in cycles."""
     path = program.path
     seconds = np.where(path.kind == Kind.DWELL, path.value, 0.0)
     drills = np.flatnonzero(path.kind == Kind.DRILL)

@@ -1,4 +1,4 @@
-"""Check the limits of the machine: positions within the travel, and feeds and speeds within range."""
+"""Check the limits of the machine: positions must be within the travel, and feeds and speeds within their range."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _TOLERANCE = 0.001
 
 
 def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
-    """Return a difference for each exceeded limit of `machine`, with the first position that exceeds it.
+    """Return a difference for each limit of `machine` that the path exceeds, with the first position that exceeds it.
 
-    If the `work_offset` of the machine is known, every position in the program, including hole bottoms and arc bulges,
-    must be inside the travel. Otherwise only the size of the job is compared with the travel. Heights are those of the
+    If the `work_offset` of the machine is known, every position in the program must be inside the travel. This includes
+    hole bottoms and arc bulges. Otherwise, only the size of the job is compared with the travel. Heights refer to the
     tool tip, because the tool length is unknown here.
     """
     return cap_differences(
@@ -29,7 +29,10 @@ def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
 
 
 def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return every position that the tool reaches, in program coordinates, float64[m, 3], and the row of each."""
+    """Return every position that the tool reaches, and the row of each position.
+
+    Positions are in program coordinates, float64[m, 3].
+    """
     moving = np.flatnonzero(np.isin(path.kind, [int(k) for k in MOTIONS]))
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     positions, rows = [path.end[moving]], [moving]

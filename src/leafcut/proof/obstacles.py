@@ -1,6 +1,6 @@
 """Check every motion against every named obstacle on the table, using GEOS geometry.
 
-The checks share no geometry with the code that plans moves around or over obstacles (`leafcut.geometry.zones`).
+These checks share no geometry with the code that plans moves around or over obstacles (`leafcut.geometry.zones`).
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ from leafcut.proof.difference import cap_differences, end_texts, position_text
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
-#: Angle per chord of an arc, rad; the chord error is less than a ten-thousandth of the radius.
+#: Angle per chord of an arc, rad. The chord error is less than a ten-thousandth of the radius.
 _STEP = math.radians(1.5)
 
-#: Kinds of differences, in listing order: a cut in an obstacle cannot be avoided by rerouting a move.
+#: Kinds of differences in the order of the list. Cuts come first, because rerouting a move cannot avoid a cut in an
+#: obstacle.
 CUTS, MAY_CROSS, CROSSES = (
     Message("cuts in an obstacle"),
     Message("may cross an obstacle"),
@@ -44,28 +45,29 @@ def check_obstacles(
     safe_z: float = 0.0,
     dogleg: bool = False,
 ) -> list[Difference]:
-    """Return every motion that comes closer to an obstacle than the tool radius; an empty list if there are none.
+    """Return every motion that comes closer to an obstacle than the tool radius.
 
-    The list includes motions in which a part of the tool above the flutes hits an obstacle. It starts with cuts,
+    The list also contains motions in which a part of the tool above the flutes hits an obstacle. It starts with cuts,
     followed by moves on unknown paths, and ends with rapids.
 
     Parameters
     ----------
     path
-        The motion of a program; drilling cycles are checked as the moves they consist of.
+        The motion of a program. Drilling cycles are expanded into moves.
     zones
-        float64[k, 4]: x0, y0, x1, y1, mm.
+        Corners x0, y0, x1, y1 of the obstacles, float64[k, 4], mm.
     height
-        Minimum crossing height, mm: one value for all zones, or float64[k]; infinite if a zone must not be crossed. A
-        rapid from an unknown position is assumed to cross every zone. So is a move in machine coordinates, and so is a
-        block that is not understood.
+        Minimum crossing height, mm: a single value for all zones, or float64[k]. It is infinite if a zone must not be
+        crossed. A rapid from an unknown position is assumed to cross every zone. The same holds for a move in machine
+        coordinates and for a block that is not understood.
     tool_radii
-        Radius of each tool, mm, by tool number; 0 for a missing tool. Arcs are checked as arcs. With `dogleg`, a rapid
-        covers the whole rectangle between its ends.
+        Radius of each tool, mm, by tool number; 0 for a missing tool. Arcs are checked as arcs.
     bodies
         The parts above the flutes that are wider than the tool, by tool number: height above the tip, and radius, mm.
     safe_z
         After a move to this machine height or above, a tool of unknown height counts as raised.
+    dogleg
+        Whether a rapid covers the whole rectangle between its ends.
     """
     sides = np.asarray(zones, dtype=np.float64).reshape(-1, 4).tolist()
     boxes = [shapely.box(left, low, right, high) for left, low, right, high in sides]
@@ -124,7 +126,7 @@ def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
 
 
 def _areas_of_motions(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
-    """Return the area of each motion, seen from above. If its start is unknown, the area is only its end."""
+    """Return the area of each motion, seen from above. If its start is unknown, the area only covers its end."""
     end = path.end[rows, :2]
     start = np.where(np.isnan(path.before[rows, :2]).any(axis=1, keepdims=True), end, path.before[rows, :2])
     shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([start, end], axis=1)))
@@ -140,7 +142,6 @@ def _areas_of_motions(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> N
 
 
 def _along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return points along an arc, float64[n, 2]."""
     radius, start, sweep = arc_sweep(path, row)
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)

@@ -1,4 +1,4 @@
-"""The complete verification of a program before it is released."""
+"""Verify a complete program before it is released."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] |
     Raises
     ------
     ReadError
-        The text is not a valid program for the controller, or contains a comment that a controller acts on.
+        The text is not a valid program for the controller, or a comment in it triggers an action of a controller.
     """
     _refuse_obeyed_comments(text)
     return interpret(text, dialect, left_over=True, material_feeds=material_feeds)
 
 
 def _refuse_obeyed_comments(text: str) -> None:
-    """Raise an error for comments that a controller acts on. Such a comment can only come from a name in the header."""
+    """Refuse comments that a controller acts on. Such a comment can only come from a name in the header."""
     for number, line in numbered_lines(text):
         if "(" not in line and ";" not in line:
             continue
@@ -57,7 +57,7 @@ def _refuse_obeyed_comments(text: str) -> None:
 
 
 def rounding_of(dialect: Dialect, units: str) -> float:
-    """Return the maximum rounding error of a position, mm; `units` are those of the program, mm or inch."""
+    """Return the maximum rounding error of a position, mm. `units` are the units of the program, mm or inch."""
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
         half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
@@ -79,19 +79,30 @@ def check_program(
     surface: NDArray[np.float64] | None = None,
     surface_z: float = 0.0,
 ) -> list[Difference]:
-    """Return all errors of a program, whose motion comes from `read_back`. An empty list means that the program is
-    verified.
+    """Return all errors of a program, whose motion comes from `read_back`. Without errors, the program is verified.
 
-    The program must match the planned toolpath, with cycles expanded if the controller does not have them. It must stay
-    inside the travel of the machine, above the workpiece, and at or above the `zone_height` of the keep-out zones (mm;
-    one value for all zones, or float64[k]). `units` are those of the program, mm or inch: positions may differ by half
-    of the last decimal.
+    The program must match the planned toolpath. If the controller has no cycles, they are expanded before the
+    comparison. The program must also stay inside the travel of the machine, above the workpiece, and at or above the
+    height of the keep-out zones. Parts of a tool above its flutes must stay clear of the zones, too. At a zone, a spot
+    drill is as wide as its cone (`model.cutter.flutes_of`).
 
-    For a `milled` program, `processes.pocket.proof.pocket` checks the rapids below the surface. `tops` contains the
-    positions and heights of holes that start at different heights, float64[n, 3]. `surface` contains the triangles of
-    an uneven surface, float64[n, 3, 3]. Every rapid of the `tools` must stay clear of these triangles. The parts of a
-    tool above its flutes must stay clear of them in every move (`check_surface`), and of the zones. At zones, a spot
-    drill is as wide as its cone (`model.cutter.flutes_of`). `surface_z` is the height of a flat surface, mm.
+    Parameters
+    ----------
+    units
+        Units of the program, mm or inch. Positions may differ by half of the last decimal.
+    zone_height
+        Minimum height at the keep-out zones, mm: a single value for all zones, or float64[k].
+    tools
+        The tools of the program.
+    milled
+        Whether `processes.pocket.proof.pocket` checks the rapids below the surface instead.
+    tops
+        Positions and heights of holes that start at different heights, float64[n, 3].
+    surface
+        Triangles of an uneven surface, float64[n, 3, 3]. Every rapid must stay clear of them. The parts of a tool above
+        its flutes must stay clear of them in every move (`check_surface`).
+    surface_z
+        Height of a flat surface, mm.
     """
     differences = compare_motion(
         expand(planned, keep=dialect.cycles),

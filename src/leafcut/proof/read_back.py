@@ -14,11 +14,13 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
 from leafcut.proof.difference import cap_differences, describe_motion
 
-#: Relative tolerance of feeds: no controller maintains a feed more precisely, and it is not visible on a part.
+#: Relative tolerance for feeds. No controller maintains a feed more precisely, and the difference is not visible on a
+#: part.
 FEED_PART = 0.005
-#: Absolute tolerance of feeds, mm/s: half of 1 mm/min, the coarsest rounding in a program.
+#: Absolute tolerance for feeds, mm/s: half of 1 mm/min, the coarsest rounding in a program.
 FEED_ROUNDING = 0.5 / 60.0 + 1e-6
-#: Tolerances of dwells, s, and speeds, rpm: they are written to a thousandth of a second and to whole revolutions.
+#: Tolerances for dwells, s, and speeds, rpm. Programs state dwells in thousandths of a second and speeds in whole
+#: revolutions.
 DWELL_ROUNDING = 0.001
 SPEED_ROUNDING = 0.5 + 1e-6
 
@@ -33,17 +35,20 @@ def compare_motion(
     *,
     offsets: bool = False,
 ) -> list[Difference]:
-    """Return the differences between the planned toolpath and the motion read back from the program. Both must have the
-    same rows in the same order.
+    """Compare the planned toolpath with the motion read back from the program. Both must have the same rows in order.
 
-    Positions must agree within `tolerance_mm` per axis, feeds within 0.5 % or half of 1 mm/min, and dwells, speeds,
-    tools, coolant and pauses except for rounding. Drilling cycles are compared as cycles (name, R plane, bottom,
-    retract, peck, dwell, feed). Length offsets are not part of a plan; with `offsets`, each tool must have its own
-    offset active before it cuts or moves in z. Straight moves of length 0 are ignored, because a post-processor may
-    omit them.
+    Positions must agree within `tolerance_mm` per axis, and feeds within 0.5 % or half of 1 mm/min. Dwells, speeds,
+    tools, coolant and pauses must agree except for rounding. Drilling cycles are compared as cycles (name, R plane,
+    bottom, retract, peck, dwell, feed). Straight moves of length 0 are ignored, because a post-processor may omit them.
 
-    An empty list means that the program matches the plan. At most `MOST_LISTED` differences are listed; the last entry
-    states how many more there are.
+    A plan contains no length offsets. With `offsets`, each tool must activate its own offset before it cuts or moves in
+    z.
+
+    Returns
+    -------
+    list
+        The differences; empty if the program matches the plan. At most `MOST_LISTED` differences are listed, and the
+        last entry states how many more exist.
     """
     wrong = _wrong_offsets(written) if offsets else []
     a, b = (_comparable_rows(path) for path in (planned, written))
@@ -89,7 +94,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
 
 
 def _difference_masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[Message, Mask]]:
-    """Return the name and mask of each kind of difference between two paths with the same kinds of rows."""
+    """Return the name and the mask of each kind of difference. Both paths must have the same kinds of rows."""
     wrong_ends = ~_values_agree(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
     feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), FEED_ROUNDING)
@@ -114,7 +119,7 @@ def _difference_masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[
 
 
 def _values_agree(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float | NDArray[np.float64]) -> Mask:
-    """Return a mask of the values that agree within the tolerance; unknown values agree with each other."""
+    """Return a mask of the values that agree within the tolerance. Two unknown values agree."""
     near: Mask = (np.abs(a - b) <= tolerance + 1e-9) | (np.isnan(a) & np.isnan(b))
     return near
 
@@ -186,7 +191,7 @@ _SHOWN: dict[str, Callable[[Toolpath, int], str]] = {
 
 
 def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
-    """Return the first difference between two paths with different rows."""
+    """Return the first difference between two paths that have different rows."""
     shorter = min(len(a), len(b))
     kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
     n_same = int(kinds[0]) if len(kinds) else shorter
@@ -204,7 +209,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
 
 
 def _wrong_offsets(path: Toolpath) -> list[Difference]:
-    """Return the rows in which a tool cuts, or moves in z, without its own length offset."""
+    """Return the rows in which a tool cuts or moves in z without its own length offset."""
     tool, offset = path.tool, path.offset
     before = path.before[:, 2]
     rises = (path.kind == Kind.RAPID) & np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] == before)

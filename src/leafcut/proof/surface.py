@@ -1,6 +1,6 @@
 """Check every rapid against the triangles of an uneven surface, using GEOS geometry.
 
-The checks share no geometry with the code that plans travel heights (`leafcut.material.surface`, which uses tiles).
+These checks share no geometry with the code that plans travel heights (`leafcut.material.surface`, which uses tiles).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from leafcut.proof.difference import cap_differences, end_texts
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
 _MOVES = [int(kind) for kind in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
-#: Number of moves per batch; it limits memory use.
+#: Number of moves per batch. Batches limit memory use.
 _BATCH = 500
 
 
@@ -36,17 +36,17 @@ def check_surface(
 ) -> list[Difference]:
     """Return every rapid that enters a surface, or is less than `LEAST_CLEARANCE` above it.
 
-    The list also includes every move, at feed or rapid, in which a part of the tool above the flutes hits the surface.
+    The list also contains every move, at feed or rapid, in which a part of the tool above the flutes hits the surface.
     Moves straight up are not checked.
 
     Parameters
     ----------
     path
-        The motion of a program; drilling cycles are checked as the moves they consist of. A vertical rapid is checked
-        only against the surface within the tool radius of the hole. It may descend as deep as a tool of at least the
-        same width has already cut there.
+        The motion of a program. Drilling cycles are expanded into moves. A vertical rapid is checked only against the
+        surface within the tool radius of the hole. It may descend as deep as a tool of at least the same width has
+        already cut there.
     triangles
-        float64[n, 3, 3], mm.
+        Triangles of the surface, float64[n, 3, 3], mm.
     tool_radii
         Radius of each tool, mm, by tool number.
     bodies
@@ -89,7 +89,7 @@ def check_surface(
 
 
 def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:
-    """Return whether any part of a surface above `height`, mm, is within `radius`, mm, of an area of the plane."""
+    """Return whether a part of a surface above `height` (mm) is within `radius` (mm) of an area of the plane."""
     high = triangles[triangles[:, :, 2].max(axis=1) > height]
     close_triangles = high[shapely.dwithin(shapely.convex_hull(shapely.multipoints(high[:, :, :2])), area, radius)]
     return any(
@@ -101,7 +101,7 @@ def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float,
 def _returns_into_holes(
     path: Toolpath, descending: NDArray[np.bool_], tool_radii: Mapping[int, float]
 ) -> NDArray[np.bool_]:
-    """Return a mask of the straight-down rapids into holes that a tool of at least the same width has already cut."""
+    """Return a mask of straight-down rapids into holes that a tool of at least the same width has already cut."""
     result = np.zeros(len(path.end), dtype=bool)
     holes: dict[tuple[float, float], list[tuple[float, float]]] = {}
     for row in np.flatnonzero(descending & np.isin(path.kind, [int(Kind.RAPID), int(Kind.FEED)])).tolist():
@@ -127,7 +127,10 @@ def _rows_meeting(
     radius: NDArray[np.float64],
     dogleg: bool,
 ) -> list[int]:
-    """Return the moves that hit the surface: within the tool radius, the surface is more than `above` above the tip."""
+    """Return the moves that hit the surface.
+
+    A move hits the surface if some point within the tool radius is more than `above` above the tip.
+    """
     if not len(rows):
         return []
     lowest = np.minimum(path.before[rows, 2], path.end[rows, 2]) + above
@@ -161,7 +164,7 @@ def _moves_meeting(
     radius: NDArray[np.float64],
     dogleg: bool,
 ) -> NDArray[np.int64]:
-    """Return the moves for which part of a triangle within the radius is above their height."""
+    """Return the moves that are lower than some part of a triangle within the radius."""
     shapes: Any
     if dogleg:
         low, high = np.minimum(start, end), np.maximum(start, end)
@@ -186,7 +189,7 @@ def _moves_meeting(
 
 
 def _part_above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
-    """Return the corners, seen from above, of the part of a triangle at or above a height."""
+    """Return the corners of the part of a triangle at or above a height, seen from above."""
     corners = []
     for k in range(3):
         (x0, y0, z0), (x1, y1, z1) = triangle[k].tolist(), triangle[(k + 1) % 3].tolist()

@@ -1,1 +1,1 @@
-"""Reorder programs from other CAM systems to save time, with proof that the work stays the same."""
+"""Reorder programs from other CAM systems to save machine time, and prove that they still do the same work."""

@@ -1,4 +1,4 @@
-"""Finish a reordered program: new heights and feeds, a comment on moves across new areas, and the report."""
+"""Finish a reordered program: choose new heights and feeds, add warning comments, and write the report."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 
 
 def finish_program(plan: Plan, best: Candidate) -> Candidate:
-    """Return the verified program, with new heights and feeds if they are requested.
+    """Verify a reordered program and return it.
 
-    A comment in the header warns of new moves across areas that the original program avoided.
+    If the user asked for new heights or feeds, they are chosen here. If the new program moves across areas that the
+    original program avoided, a comment in the header warns the operator.
 
     Raises
     ------
@@ -44,7 +45,6 @@ def finish_program(plan: Plan, best: Candidate) -> Candidate:
 
 
 def _add_avoided_comment(plan: Plan, best: Candidate) -> Candidate:
-    """Return the program with a comment on new moves across areas that the original program avoided."""
     from leafcut.processes.program.proof.avoided_areas import avoided_areas
 
     if best.text == plan.work.text:
@@ -62,7 +62,10 @@ def _comments(areas: AvoidedAreas) -> list[str]:
 
 
 def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
-    """Return dangers of kinds that do not occur in the original program. They reveal gaps in the verification."""
+    """Return the kinds of dangers that occur only in the new program.
+
+    Each of them exposes a gap in the verification.
+    """
     if program is work.program:
         return ()
     dangers = replace(work.read, program=program).find_dangers()
@@ -72,8 +75,9 @@ def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
 
 
 def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
-    """Return the issues of a reordered program: first dangers, then the reasons why cuts and holes keep their
-    position.
+    """Return the issues of a reordered program.
+
+    The list starts with the dangers. After the dangers, it explains why some cuts and holes keep their position.
     """
     work, detail = plan.work, best.detail
     issues = [*work.before]
@@ -91,7 +95,7 @@ def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
 
 
 def program_detail(plan: Plan, best: Candidate) -> ProgramDetail:
-    """Return the results that are specific to programs: the proof, the work that keeps its position, and the stock."""
+    """Collect the program-specific results: the proof, the work that keeps its position, and the stock."""
     from leafcut.processes.program.plan.fixed_tasks import count_pieces, group_stay_reasons
 
     work, settings, detail = plan.work, plan.job.settings, best.detail

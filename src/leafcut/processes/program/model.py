@@ -1,4 +1,4 @@
-"""Results specific to reordered programs: the proof, and the work that keeps its position."""
+"""Results that only a reordered program has: the proof, and the tasks that keep their position."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from leafcut.model.shown_stock import ShownStock
 
 @dataclass(frozen=True)
 class StockProof:
-    """Result of comparing the stock after the original program with the stock after the new one.
+    """Compares the stock that the original program leaves with the stock that the new program leaves.
 
     Attributes
     ----------
     cells, cell
-        Number of compared cells, and side length of a cell, mm; 0 without a comparison.
+        Number of compared cells and their side length, mm; 0 if the stocks were not compared.
     given
-        Whether the user described the stock; otherwise it is a block around the cuts.
+        Whether the user described the stock. Otherwise, it is a block around the cuts.
     flat
         Numbers of the tools that were treated as flat end mills.
     unknown
-        Numbers of the tools that were left out because their shape is unknown.
+        Numbers of the tools that were skipped because their shape is unknown.
     reason
-        Reason why the stocks were not compared, or "".
+        Why the stocks were not compared, or "".
     """
 
     cells: int = 0
@@ -39,19 +39,18 @@ class StockProof:
 
 @dataclass(frozen=True)
 class AvoidedAreas:
-    """New moves across areas that the original program avoided at their height.
+    """New moves across areas that the original program avoided at this height.
 
     Attributes
     ----------
     moves
         Number of these moves.
     line
-        Line of the first of these moves in the new program, or 0.
+        Line number of the first such move in the new program, or 0.
     below
-        Greatest height of sideways rapids and cuts in the original program, mm, if all new moves are lower; otherwise
-        None.
+        Greatest height of sideways rapids and cuts in the original program, mm. None unless all new moves are lower.
     lowest
-        Lowest height of these moves, mm, if `below` is known; otherwise None.
+        Lowest height of the new moves, mm. None if `below` is None.
     """
 
     moves: int = 0
@@ -61,7 +60,7 @@ class AvoidedAreas:
 
     @property
     def crossings(self) -> Message:
-        """The number of these moves as a message; "" without such moves."""
+        """The number of new moves as a message, or "" if there are none."""
         if not self.moves:
             return Message("")
         if self.moves == 1:
@@ -74,24 +73,24 @@ class AvoidedAreas:
 
     @property
     def text(self) -> Message:
-        """A message with the number of these moves, the line of the first move, and the remedy."""
+        """A message that states the number of new moves, the line of the first move, and the remedy."""
         return Message("{}; name clamps with --keep-out (first: line {} of the new program)", self.crossings, self.line)
 
 
 @dataclass(frozen=True)
 class ProgramDetail:
-    """Results specific to a reordered program.
+    """Results that only a reordered program has.
 
     Attributes
     ----------
     certificate
-        The proof that the work is unchanged.
+        The proof that the new program does the same work.
     barriers
-        Number of groups of fixed blocks, past which no cut or hole may move.
+        Number of groups of fixed blocks. No cut or hole may move past them.
     pieces
-        Number of pieces of work (holes, cuts …).
+        Number of tasks (holes, cuts …).
     staying
-        Pieces of work that keep their position, grouped by reason.
+        Tasks that keep their position, grouped by reason.
     pace
         Changes of speeds and heights; None unless requested.
     stock

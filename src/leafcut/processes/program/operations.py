@@ -1,4 +1,4 @@
-"""The operations of a reordered program for its report, one operation for each section."""
+"""List the operations of a reordered program for its report, one operation per section."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ...]:
-    """Return the operations of a reordered program, one per ordered section, with tool, feed and holes.
+    """Return the operations of a reordered program, with the tool, feed and holes of each operation.
 
-    A fixed hole, such as the first hole of a cycle, belongs to the next section with the same tool, or else to the last
-    section.
+    Each ordered section is an operation. A fixed hole, such as the first hole of a cycle, is assigned to the next
+    section that uses the same tool. If no such section follows, the hole is assigned to the last section.
     """
     program, sequence = work.program, work.sequence
     first, found = 0, list[OperationOutcome]()
@@ -41,7 +41,7 @@ def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ..
 
 
 def _fixed_holes(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: list[int]) -> list[list[int]]:
-    """Return the numbers of the fixed holes of each operation, assigned by tool and position in the program."""
+    """Assign each fixed hole to an operation by its tool and its position in the program."""
     changes = np.flatnonzero(path.kind == Kind.TOOL)
     last = np.searchsorted(changes, rows) - 1
     tool = np.where(last >= 0, path.ref[changes[last]], 0) if len(changes) else np.zeros(len(rows))
@@ -57,7 +57,10 @@ def _fixed_holes(path: Toolpath, rows: NDArray[np.intp], tools: list[int], start
 
 
 def _main_feed(path: Toolpath, works: NDArray[np.intp]) -> float:
-    """Return the feed of the largest share of the XY length of a cut, or of the first row of a hole, mm/s."""
+    """Return the main feed of the tasks, mm/s.
+
+    A cut counts with the feed that covers most of its XY length, a hole with the feed of its first row.
+    """
     if not len(works):
         return 0.0
     places = np.concatenate([path.before[works[:1]], path.end[works]])
@@ -71,7 +74,7 @@ def _main_feed(path: Toolpath, works: NDArray[np.intp]) -> float:
 
 
 def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
-    """Return the operation of a section, with feed, speed and cycle of its first hole, or else of its first cut."""
+    """Describe a section as an operation. Feed, speed and cycle come from its first hole, or from its first cut."""
     path, holes = program.path, [k for k, c in enumerate(section.pieces) if c.kind == "hole"]
     piece = section.pieces[holes[0] if holes else 0]
     rows = np.arange(program.first[piece.begin], program.first[piece.end])

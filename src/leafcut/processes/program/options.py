@@ -47,7 +47,7 @@ class ResequenceOptions(OptionGroup):
 
 
 def pace_flags(settings: Settings) -> list[str]:
-    """Return the flags on the command line that request new speeds or heights."""
+    """Return the command-line flags that request new speeds or heights."""
     options, feeds = settings.of(ResequenceOptions), settings.of(FeedOptions).feeds
     wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
     return [flag_name(name) for name, wants in wanted.items() if wants]

@@ -1,4 +1,7 @@
-"""Choose new speeds and heights for a program (rapids through air, feeds by chip load), write them and verify them."""
+"""Choose new speeds and heights for a program, write them, and verify the result.
+
+Moves through air become rapids, and the feeds of cuts are raised up to the chip load.
+"""
 
 from __future__ import annotations
 
@@ -56,18 +59,20 @@ if TYPE_CHECKING:
     from leafcut.geometry.arrays import Floats
     from leafcut.timing.toolpath import PathTimes
 
-#: A line with block delete (/).
+#: Matches a line with block delete (/).
 _SKIPPED = re.compile(r"[ \t]*(?:[Nn][ \t]*[0-9]+[ \t]*)?/")
-#: Relative tolerance of limits.
+#: Relative tolerance for comparing limits.
 _ROUNDED = 1e-4
-#: Smallest difference of heights, mm.
+#: Heights that differ by less than this count as equal, mm.
 _SAME = 1e-6
-#: Minimum width of a full slot, as a share of the tool diameter; the grid of the model leaves a little at its sides.
+#: A cut at least this wide counts as a full slot, as a share of the tool diameter. The grid of the model always leaves
+#: a little material at the sides.
 _SLOT = 0.95
-#: Maximum number of rounds that undo changes which cost time; number of motions on each side that are timed together.
+#: Changes that turn out to cost time are undone in at most `_TRIALS` rounds. Each changed motion is timed together with
+#: `_NEAR` motions on either side.
 _TRIALS, _NEAR = 3, 2
-#: Minimum clearance of new rapids in the simulation of the new text, as a share of the requested clearance. The new
-#: text divides slopes into other pieces, so that the simulated clearance differs.
+#: Minimum clearance of new rapids when the new text is simulated, as a share of the requested clearance. The new text
+#: divides slopes at different points, so its simulated clearance differs slightly.
 _KEPT = 0.5
 
 
@@ -82,9 +87,10 @@ class PacedProgram:
 
 
 def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
-    """Return a program with the requested heights and speeds where they save time and are proved to be safe.
+    """Return the program with the requested heights and speeds.
 
-    The new program has to leave the same stock as the original.
+    A change is kept only if it saves time and is proved to be safe. The new program must leave the same stock as the
+    original.
 
     Raises
     ------
@@ -140,7 +146,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
 
 
 def _stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
-    """Return the given stock, or the largest stock that the rapids of the program allow."""
+    """Return the stock that the user described, or else the largest stock that the program's rapids do not hit."""
     options = job.settings.stock
     smallest = smallest_tool(cutters)
     if options.workpiece:
@@ -170,7 +176,7 @@ def _stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> 
 
 @dataclass(frozen=True, eq=False)
 class _PaceSteps:
-    """Data shared by the steps that choose heights and speeds; `stock` is the material before the first cut."""
+    """Data shared by the steps that choose heights and speeds. `stock` is the material before the first cut."""
 
     plan: Plan
     tools: Mapping[int, Tool]
@@ -180,12 +186,10 @@ class _PaceSteps:
 
     @property
     def job(self) -> Job:
-        """The job of the plan."""
         return self.plan.job
 
     @property
     def obstacles(self) -> Obstacles | None:
-        """The obstacles that the user named, such as clamps."""
         found: Obstacles | None = self.plan.work.obstacles
         return found
 
@@ -197,21 +201,18 @@ class _PaceSteps:
 
     @cached_property
     def judge(self) -> StockJudge:
-        """The judge that compares the stock after a program with the stock after the original program."""
         return StockJudge.of(self.plan.work.program, self.tools, self.cutters, {}, self.stock.field, self.stock.known)
 
     @property
     def stock_with_surroundings(self) -> StockBefore:
-        """The stock, surrounded by material up to its top, because the positions of the fixtures are unknown."""
+        """The stock, surrounded by material up to the same height because the positions of the fixtures are unknown."""
         return replace(self.stock, beside=self.top)
 
     @property
     def top(self) -> float:
-        """Height of the highest point of the stock, mm; infinite if the stock is unknown."""
         return float(self.stock.field.heights.max()) if self.stock.known else math.inf
 
     def stock_notes(self) -> Iterator[Issue]:
-        """Yield a note if the user did not describe the stock."""
         if not self.stock.known:
             message = Message(
                 "the stock is not given: a move is treated as a move in air only where the program has already moved "
@@ -221,7 +222,6 @@ class _PaceSteps:
             yield Issue("L510", message, severity=Severity.NOTE)
 
     def read(self, text: str) -> Program:
-        """Interpret a new program. Raises VerifyError if that fails."""
         try:
             return read_new(self.job, self.plan.dialect, text)
         except ReadError as problem:
@@ -233,7 +233,7 @@ class _PaceSteps:
     # -- heights -----------------------------------------------------------------------------------------------------
 
     def lower_retracts(self, found: PacedProgram) -> PacedProgram:
-        """Return the program with lower retracts, cycle returns and R planes, where these are proved to be safe."""
+        """Lower retracts, cycle returns and R planes wherever this is proved to be safe."""
         found = replace(found, change=replace(found.change, retracts_s=0.0))
         before = self.seconds(found.program)
         kept: set[int] = set()
@@ -273,7 +273,13 @@ class _PaceSteps:
         return found
 
     def check_heights(self, program: Program, new: Program) -> None:
-        """Raise VerifyError unless the new program differs only in lower moves, which stay clear of the material."""
+        """Check that the new program differs only in lower moves, and that these moves stay clear of the material.
+
+        Raises
+        ------
+        VerifyError
+            Another difference exists, or a lowered move comes too close to the material.
+        """
         bent = self.top if self.job.machine.rapid_style == "dogleg" else -math.inf
         check_lowered(
             program.path,
@@ -285,7 +291,13 @@ class _PaceSteps:
         self.check_stock_and_obstacles(new)
 
     def check_stock_and_obstacles(self, new: Program) -> None:
-        """Raise VerifyError unless the new program leaves the same stock as the original and hits no obstacle."""
+        """Check that the new program leaves the same stock as the original and hits no obstacle.
+
+        Raises
+        ------
+        VerifyError
+            The stock differs, or a move hits an obstacle.
+        """
         self.judge.check(new)
         if self.obstacles is not None and (met := obstacle_hits(self.job, self.obstacles, new.path)):
             raise VerifyError(str(met[0]))
@@ -293,7 +305,10 @@ class _PaceSteps:
     # -- speeds ------------------------------------------------------------------------------------------------------
 
     def raise_speeds(self, found: PacedProgram, loads: Loads) -> PacedProgram:
-        """Return the program with new speeds, or unchanged if these cannot be verified or save no time."""
+        """Raise the speeds of the program.
+
+        Keep the old speeds if the new speeds fail the verification or save no time.
+        """
         program, rules = found.program, self.rules
         pace = self.pace(program, loads, rules)
         issues = (*found.issues, *self.unknown_limit_notes(pace, loads))
@@ -339,7 +354,7 @@ class _PaceSteps:
         )
 
     def arcs_as_chords(self, program: Program, loads: Loads) -> Collection[int]:
-        """Return the rows of arcs through air whose chords are clear of material and obstacles for a rapid."""
+        """Return the rows of arcs through air that a rapid along the chord can replace without hitting anything."""
         path = program.path
         rows = [
             row
@@ -363,9 +378,14 @@ class _PaceSteps:
         return text, self.read(text) if pace.stretches else program
 
     def undo_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
-        """Undo raised speeds that cost time, because a divided cut changes the look-ahead of the controller.
+        """Undo raised speeds that cost time.
 
-        Return the remaining speeds, the text of the program, and the program as read back.
+        Dividing a cut changes the look-ahead of the controller, which can slow the cut down.
+
+        Returns
+        -------
+        tuple
+            The remaining speeds, the new text, and the program read back from that text.
         """
         machine, path = self.job.machine, program.path
         own = _seconds_by_row(time_rows(path, machine), np.arange(len(path)))
@@ -397,11 +417,17 @@ class _PaceSteps:
     def prove_speeds(
         self, program: Program, new: Program, loads: Loads, pace: Pace
     ) -> tuple[Floats, dict[int, tuple[PaceStretch, ...]], float]:
-        """Verify new speeds.
+        """Verify the new speeds.
 
-        Return the speed of each simulated move (mm/s), the changed segments, and the smallest clearance (mm).
+        Returns
+        -------
+        tuple
+            The speed of each simulated move (mm/s), the changed segments, and the smallest clearance (mm).
 
-        Raises VerifyError if the path or the stock changes, or if a new rapid comes too near to the material.
+        Raises
+        ------
+        VerifyError
+            The path or the stock has changed, or a new rapid comes too close to the material.
         """
         found = changed_stretches(program.path, new.path)
         speed = check_limits(loads, found, pace.limits, self.rules, self.cutters)
@@ -430,7 +456,7 @@ class _PaceSteps:
         speed: Floats,
         stretches: Mapping[int, tuple[PaceStretch, ...]],
     ) -> PaceChange:
-        """Return a summary of the new speeds, without the time saved."""
+        """Summarize the new speeds. The caller adds the time saved."""
         every = [part.speed for parts in stretches.values() for part in parts]
         chip = loads.chip
         # In a plunge, the last stretch is in the material.
@@ -471,9 +497,7 @@ class _PaceSteps:
         )
 
     def limits(self, number: int, loads: Loads, speed: Floats, limit: ToolLimits) -> Iterator[FeedLimit]:
-        """Yield the power, the torque and the plunge feed of a tool, each with its maximum before and after the change,
-        and its limit.
-        """
+        """Yield the power, torque and plunge feed of a tool: maximum before the change, maximum after it, and limit."""
         diameter = 2.0 * self.cutters[number].radius
         of_tool = (loads.moves.tool == number) & np.isfinite(speed)
         ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=of_tool & (loads.feed > 0))
@@ -498,7 +522,7 @@ class _PaceSteps:
             yield FeedLimit("plunge", *most(loads.descent_speed, loads.sinks | loads.plunges), limit.plunge)
 
     def unknown_limit_notes(self, pace: Pace, loads: Loads) -> Iterator[Issue]:
-        """Yield notes on tools that keep their feeds, and on limits that are unknown."""
+        """Yield a note for each tool that keeps its feeds, and for each unknown limit."""
         for number, tool in self.tools.items() if self.rules.feeds else ():
             if number in pace.limits:
                 continue
@@ -517,7 +541,7 @@ class _PaceSteps:
     def unchanged_feed_notes(
         self, program: Program, loads: Loads, pace: Pace, change: PaceChange, speed: Floats
     ) -> list[Issue]:
-        """Return a note with the reason for each tool with only unchanged feeds, except tools above a limit."""
+        """Explain why a tool keeps all of its feeds. Tools that exceed a limit are skipped."""
         issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded_limits(tool)}
         for number, limit in sorted(pace.limits.items()) if self.rules.feeds else ():
             mine = loads.cuts_of(number) & np.isfinite(speed)
@@ -530,7 +554,10 @@ class _PaceSteps:
         return issues
 
     def unlimited(self, pace: Pace) -> Iterator[Message]:
-        """Yield a message for each feed limit that does not apply because a value is missing, with the remedy."""
+        """Yield a message for each feed limit that is ignored because a value is missing.
+
+        The message includes the remedy.
+        """
 
         def named(numbers: Iterable[int]) -> str:
             return ", ".join(f"T{number}" for number in numbers)
@@ -554,7 +581,8 @@ class _PaceSteps:
             yield Message("plunges and ramps of {} keep their feeds: give a plunge feed with --tools", named(unknown))
 
 
-#: Messages by `KeptFeed.reason`, with share (%) and line; "chip" is for a feed of the library.
+#: Messages by `KeptFeed.reason`, with share (%) and line. The key "chip" is used if the feed comes from the tool
+#: library.
 _KEPT_WORDS = {
     "chip": partial(
         Message,
@@ -605,8 +633,12 @@ def _kept_feed_text(why: KeptFeed, limit: ToolLimits, diameter: float) -> Messag
 
 
 def _spindle(job: Job) -> SpindleLoad | None:
-    """Return the limits of spindle power and torque, or None without the option ``--material``. Raises OptionError for
-    an unknown material.
+    """Return the limits of spindle power and torque, or None if the option ``--material`` is not used.
+
+    Raises
+    ------
+    OptionError
+        The material is unknown.
     """
     if "material" not in job.settings.given:
         return None
@@ -616,7 +648,7 @@ def _spindle(job: Job) -> SpindleLoad | None:
 
 
 def _first_skippable_line(program: Program) -> int:
-    """Return the first line that contains a move and may be skipped by block delete (/), or 0."""
+    """Return the first line with a move that block delete (/) may skip, or 0."""
     moves = np.isin(program.path.kind, [int(kind) for kind in MOTIONS])
     lines = np.unique(program.line[program.row_block[moves]]).tolist()
     return next((line for line in lines if _SKIPPED.match(program.lines[line - 1])), 0)
@@ -631,7 +663,6 @@ def _threads() -> int:
 
 
 def _exceeded_limit_issues(change: PaceChange) -> Iterator[Issue]:
-    """Yield an issue for each tool that still exceeds a limit."""
     for tool in change.tools:
         if over := _exceeded_limits(tool):
             message = Message(
@@ -646,7 +677,10 @@ def _exceeded_limits(tool: ToolPace) -> list[str]:
 
 
 def _cap_at_feed(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:
-    """Limit the speeds of a cut's segments to its original feed. Return no segments if none is slower than that."""
+    """Cap the speeds of a cut's segments at its original feed.
+
+    Return an empty tuple if no segment is slower than that feed.
+    """
     kept: list[PaceStretch] = []
     for part in parts:
         speed = min(part.speed, own)
@@ -657,6 +691,6 @@ def _cap_at_feed(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretc
 
 
 def _seconds_by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
-    """Return the time of each source row, s. `source` contains the source row of each row of the timed path."""
+    """Add up the time of each source row, s. `source` maps each row of the timed path to its source row."""
     count = int(source.max(initial=-1)) + 1
     return np.bincount(source[times.source], weights=times.seconds, minlength=count).astype(np.float64)

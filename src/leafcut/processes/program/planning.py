@@ -1,4 +1,4 @@
-"""Plan the reordering of a program: its sections become stages, and its pieces of work become tasks."""
+"""Plan the reordering of a program. The sections of the program become stages with tasks."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from leafcut.model.obstacles import Obstacles
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
-#: Maximum number of planning steps. If planning takes more, the program keeps its order.
+#: Maximum number of planning steps. A program that needs more steps keeps its order.
 MOST_STEPS = 1_000_000
-#: A path around an obstacle of unknown height is estimated to cost as much as a retract by this height, mm.
+#: Assumed cost of a path around an obstacle of unknown height: as much as a retract by this height, mm.
 _AROUND = 50.0
 #: Kinds of rows with a position in program or machine coordinates.
 _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
@@ -61,13 +61,14 @@ class ForeignWork:
     sequence
         Sections that can be reordered, and blocks that stay.
     judge, stock
-        The judge that compares the remaining stock, and its height field, or the reason why there is no judge.
+        The judge that compares the remaining stock, with its height field. If there is no judge, `stock` has the
+        reason.
     stands
-        Position of the tool before its first move, if the user states it, mm.
+        Position of the tool before its first move, mm; None unless the user specified it.
     dangers
         Dangers of the original program.
     codes
-        Codes of the dangers that were found without the stock.
+        Codes of the dangers that were detected without simulating the stock.
     before, after
         Other issues, which are reported before and after the dangers.
     """
@@ -96,14 +97,14 @@ class ForeignWork:
 
 
 def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
-    """Plan the reordering of a program. Each of its sections becomes a stage.
+    """Plan the reordering of a program. Each section of the program becomes a stage.
 
     Raises
     ------
     ReadError, OptionError, PlanError
         The program cannot be read or planned.
     VerifyError
-        ``--strict`` refuses the dangers of the program.
+        The program is dangerous, and ``--strict`` is set.
     """
     post_dialect = dialect_of(job)
     if post_dialect.one_command or post_dialect.language != "g-code":
@@ -168,9 +169,12 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
 
 
 def _check_library(job: Job, program: Program, source: str, process: str) -> list[Issue]:
-    """Return an issue for each tool whose diameter in the ``--tools`` library differs from that in the program.
+    """Return an issue for each tool whose diameter in the ``--tools`` library differs from its diameter in the program.
 
-    Raises OptionError if new speeds or heights are requested as well, because they depend on the tool diameters.
+    Raises
+    ------
+    OptionError
+        Such a tool exists, and new speeds or heights are requested. They would depend on the wrong diameter.
     """
     others = [] if process in BEAMS else tool_diameter_warnings(program, job.settings, job.machine)
     flags = pace_flags(job.settings)
@@ -187,11 +191,11 @@ def _refuse_dangers(source: str, dangers: tuple[Issue, ...]) -> None:
 
 
 class _TooManySteps(Exception):
-    """Planning took more than `MOST_STEPS` steps."""
+    """Raised if planning takes more than `MOST_STEPS` steps."""
 
 
 def _sections(job: Job, original: Program, process: str) -> Sequence:
-    """Return the sections of a program. If planning takes too many steps, the whole program stays."""
+    """Divide a program into sections. If this takes too many steps, the whole program stays unchanged."""
     from leafcut.processes.program.plan.resequencing import find_sequence, unchanged_sequence
 
     options, steps = job.settings.of(ResequenceOptions), 0
@@ -223,8 +227,8 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
 def _tool_diameter(job: Job) -> float:
     """Return the diameter of the mills that no comment describes, mm.
 
-    This is the value of ``--tool-diameter``, or the diameter of the largest tool in the library if that is larger.
-    Return 0 without the option.
+    This is the value of ``--tool-diameter``, or the diameter of the largest tool in the library if that tool is larger.
+    Without the option, the result is 0.
     """
     given = job.settings.job.tool_diameter
     if given is None:
@@ -234,9 +238,9 @@ def _tool_diameter(job: Job) -> float:
 
 
 def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None) -> tuple[Stage, ...]:
-    """Return a stage for each section.
+    """Create a stage for each section.
 
-    If no move between two stages has a known position, the second stage starts at the end of the first.
+    If the position of every move between two stages is unknown, the second stage starts where the first stage ends.
     """
     from leafcut.processes.program.plan.resequencing import build_problem
 
@@ -253,7 +257,10 @@ def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Po
 
 
 def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
-    """Return the travel metric of a section. At an obstacle, it includes a rise above it or a path around it."""
+    """Return the travel metric of a section.
+
+    If an obstacle is in the way, the metric adds a rise above it or a path around it.
+    """
     objective = job.settings.solve.objective
     if obstacles is None:
         return travel_metric(job.machine, objective)
@@ -266,8 +273,9 @@ def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
 def _tool_start(
     start: tuple[float, ...] | None, original: Program, sequence: Sequence
 ) -> tuple[Point | None, Point | None]:
-    """Return the position of the tool before the first move, and the same position if the first section starts from
-    there.
+    """Return the position of the tool before the first move, and the start point of the first section.
+
+    The start point is None unless the tool is still at its initial position when the first section starts.
     """
     if start is None:
         return None, None
@@ -295,7 +303,7 @@ def _merge_offers(job: Job, sequence: Sequence) -> list[Issue]:
 
 
 def with_few_speed_changes(plan: Plan, order: Order) -> Order:
-    """Return an order in which each section changes the spindle speed no more often than the original."""
+    """Limit the number of spindle speed changes in each section to the number in the original program."""
     sections = plan.work.sequence.sections
     solutions = tuple(
         _few_speed_changes(plan.work.program, section, solution)
@@ -305,7 +313,10 @@ def with_few_speed_changes(plan: Plan, order: Order) -> Order:
 
 
 def _few_speed_changes(program: Program, section: Section, solution: Solution) -> Solution:
-    """Return the solution if it has few speed changes; otherwise group the work by speed, or keep the given order."""
+    """Return the solution if it has few speed changes.
+
+    Otherwise, group the work by speed, or keep the original order.
+    """
     from leafcut.processes.program.plan.resequencing import piece_order, speeds_of
 
     speeds = speeds_of(program, section)
@@ -339,14 +350,14 @@ def _few_speed_changes(program: Program, section: Section, solution: Solution) -
 
 
 def part_of_program(source: str, program: Program, sequence: Sequence) -> Part:
-    """Return a part with the holes of a program: first the holes in sections, then the fixed holes."""
+    """Return a part with the holes of a program. Holes in sections come first, followed by the fixed holes."""
     holes = [Hole(*piece.entry, 0.0) for s in sequence.sections for piece in s.pieces if piece.kind == "hole"]
     holes += [Hole(x, y, 0.0) for x, y in program.path.end[staying_rows(program, sequence), :2].tolist()]
     return Part(name=Path(source).stem, source=source, format="gcode", holes=tuple(holes))
 
 
 def staying_rows(program: Program, sequence: Sequence) -> NDArray[np.intp]:
-    """Return the rows of the drilled holes outside all sections."""
+    """Return the rows of the drilled holes that belong to no section."""
     path, stays = program.path, np.ones(len(program.path), dtype=bool)
     for section in sequence.sections:
         for piece in section.pieces:
@@ -358,8 +369,9 @@ def staying_rows(program: Program, sequence: Sequence) -> NDArray[np.intp]:
 
 
 class Judging(NamedTuple):
-    """The judge or None, its height field or the reason why there is no judge, and issues about the original
-    program.
+    """Result of creating a stock judge, with issues about the original program.
+
+    Without a judge, the reason replaces the height field.
     """
 
     judge: StockJudge | None = None
@@ -368,19 +380,18 @@ class Judging(NamedTuple):
 
 
 def stock_judge(job: Job, program: Program, source: str, process: str) -> Judging:
-    """Return a judge that compares the stock that new orders of a program leave with the stock that the original
-    leaves.
+    """Create a judge that compares the stock after a reordered program with the stock after the original program.
 
-    Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool of which only the diameter is known
-    counts as a flat end mill. Cuts by tools of unknown diameter are left out. The judge is None for a laser or torch
-    program, and for a program that only drills with tools of unknown diameter.
+    Without ``--workpiece``, the stock is a block around the cuts below Z0. If only the diameter of a tool is known, the
+    tool counts as a flat end mill. Cuts by tools of unknown diameter are skipped. The judge is None for a laser or
+    torch program, and for a program that only drills with tools of unknown diameter.
 
     Raises
     ------
     OptionError
-        The given stock is not a block, or the program never touches it.
+        The stock that the user described is not a block, or the program never touches it.
     PlanError
-        The given stock has too many cells.
+        The stock that the user described has too many cells.
     """
     if process in BEAMS:
         return Judging()

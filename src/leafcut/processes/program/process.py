@@ -1,4 +1,4 @@
-"""The process that reorders a program: options, steps and form fields."""
+"""Defines the process that reorders a program: its options, steps and form fields."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
-#: Options of solids apply only to the stock.
+#: Options for solids only affect the stock.
 _OF_STOCK = (when_given("workpiece"),)
 
 
@@ -132,7 +132,7 @@ class ForeignProgram(Process):
     )
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a plan with a stage for each section of the program, and a task for each piece of work."""
+        """Plan a stage for each section of the program, and a task for each cut or hole."""
         from leafcut.processes.program.planning import plan_program
 
         (source,) = sources
@@ -141,7 +141,7 @@ class ForeignProgram(Process):
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """The pass that does not let the spindle speed change more often than in the input."""
+        """The pass that keeps the spindle speed from changing more often than in the input."""
         from leafcut.processes.program.planning import with_few_speed_changes
 
         return (with_few_speed_changes,)
@@ -153,13 +153,13 @@ class ForeignProgram(Process):
         return rewrite_program(plan, replace(plan.given, unchanged=True))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the program with its pieces of work in the given order."""
+        """Return the program with its tasks in the given order."""
         from leafcut.processes.program.proving import rewrite_program
 
         return rewrite_program(plan, order)
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-        """Return the program in its original order if the new order costs more."""
+        """Return the faster candidate. If the new order costs more, this is the program in its original order."""
         import numpy as np
 
         from leafcut.processes.plan import OrderRefused
@@ -177,21 +177,19 @@ class ForeignProgram(Process):
         return own if plan.work.obstacles is None or own.cost(objective) <= best.cost(objective) else best
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
-        """Prove that the program does the same work as the original."""
+        """Prove that the new program does the same work as the original."""
         from leafcut.processes.program.proving import prove_program
 
         return prove_program(plan, best)
 
     def keep_in_place(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return the order with the faulty pieces of work at their original position."""
+        """Put the faulty tasks back at their original position and return the new order."""
         from leafcut.processes.program.proving import keep_tasks_in_place
 
         return keep_tasks_in_place(plan, order, refused, trial)
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
-        """Return the program, with new heights and feeds if they are requested, and with a comment on moves across new
-        areas.
-        """
+        """Choose new heights and feeds if requested, and add a comment about moves across new areas."""
         from leafcut.processes.program.finishing import finish_program
 
         return finish_program(plan, best)
@@ -203,7 +201,7 @@ class ForeignProgram(Process):
         return operations_of(plan.work, best.order)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return the issues: first the dangers, then the reasons why pieces of work keep their position."""
+        """Return the issues: dangers first, followed by the reasons why tasks keep their position."""
         from leafcut.processes.program.finishing import reordering_issues
 
         return reordering_issues(plan, best)

@@ -1,4 +1,4 @@
-"""Write and verify a reordered program. Pieces of work that fail the verification keep their position."""
+"""Write and verify a reordered program. Tasks that fail the verification keep their position."""
 
 from __future__ import annotations
 
@@ -35,13 +35,16 @@ if TYPE_CHECKING:
     from leafcut.processes.program.pace import PacedProgram
     from leafcut.processes.program.planning import ForeignWork
 
-#: Maximum number of trials before all pieces of work keep their place; each trial is a full proof.
+#: Maximum number of trials. Each trial runs a full proof. After the last trial, all tasks keep their position.
 _MOST_TRIALS = 6
 
 
 @dataclass(frozen=True, eq=False)
 class Rewritten:
-    """A reordered program with its proof. `avoided`: new moves across areas that the original program avoided."""
+    """A reordered program with its proof.
+
+    `avoided` contains the new moves across areas that the original program avoided.
+    """
 
     program: Program
     certificate: Certificate | None = None
@@ -51,9 +54,9 @@ class Rewritten:
 
 
 def measure_program(plan: Plan, program: Program) -> Measure:
-    """Return the time and the lengths of a program. Moves with the beam off count as travel moves.
+    """Compute the time and the lengths of a program. Moves with the beam off count as travel moves.
 
-    On GRBL, the time includes the transfer of the lines to the board.
+    On GRBL, the time includes sending the lines to the board.
     """
     machine = plan.job.machine
     lines = None
@@ -63,14 +66,14 @@ def measure_program(plan: Plan, program: Program) -> Measure:
 
 
 def rewrite_program(plan: Plan, order: Order) -> Candidate:
-    """Return the program with its sections in the given order, without a proof.
+    """Write the program with its sections in the given order. The result is not yet proved.
 
     Raises
     ------
     OrderRefused
         A section cannot be written in this order.
     PostError
-        Even the original order cannot be written.
+        Not even the original order can be written.
     """
     work: ForeignWork = plan.work
     text = work.text
@@ -81,10 +84,14 @@ def rewrite_program(plan: Plan, order: Order) -> Candidate:
 
 
 def prove_program(plan: Plan, best: Candidate) -> Candidate:
-    """Verify a program, and add comments that state the proof.
+    """Verify a program, and add comments that describe the proof.
 
-    The program must do the same work as the original program, hit no obstacle, and leave the same stock. Otherwise,
-    OrderRefused is raised with the first difference and the pieces of work and sections at fault.
+    The program must do the same work as the original program, hit no obstacle, and leave the same stock.
+
+    Raises
+    ------
+    OrderRefused
+        The verification failed. The error contains the first difference, and the tasks and sections at fault.
     """
     from leafcut.processes.program.proof.certificate import certify, proof_lines
 
@@ -127,23 +134,28 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
 
 
 def _first_difference_text(found: Sequence[Difference]) -> Message:
-    """Return the first difference as a message with the number of the other differences."""
+    """Describe the first difference, and state the number of further differences."""
     more = Message(" (and {} more)", len(found) - 1) if len(found) > 1 else ""
     return Message("{}{}", found[0], more)
 
 
 def replace_text(plan: Plan, best: Candidate, text: str) -> Candidate:
-    """Return a candidate with a new text for the same motion."""
+    """Replace the text of a candidate. The new text must describe the same motion."""
     program = read_new(plan.job, plan.dialect, text)
     timed = best.measure if best.measure.lines is None else measure_program(plan, program)
     return replace(best, text=text, path=program.path, measure=timed, detail=replace(best.detail, program=program))
 
 
 def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-    """Return the order with more pieces of work at their original position; no other piece moves past them.
+    """Return the order with more tasks at their original position. No other task moves past them.
 
-    These are the pieces at fault, or else their sections, or else all pieces. The last resort is the unchanged program.
-    Raises VerifyError if the unchanged program fails the verification too.
+    If the tasks at fault are known, only they go back. Otherwise, their sections go back, or else all tasks. The last
+    resort is the unchanged program.
+
+    Raises
+    ------
+    VerifyError
+        Even the unchanged program fails the verification.
     """
     from leafcut.processes.program.plan.resequencing import nodes_in_order, piece_order
 
@@ -165,7 +177,7 @@ def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: 
 
 
 def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
-    """Yield one issue for each reason why pieces of work keep their position although a better order was known."""
+    """Yield one issue for each reason why tasks keep their position although a better order was known."""
     by_reason: dict[str, list[tuple[int, int]]] = {}
     for place, reason in sorted(order.kept.items()):
         by_reason.setdefault(reason, []).append(place)
@@ -213,9 +225,9 @@ def _read_back(plan: Plan, text: str) -> Program:
 
 
 def _kept_in_place(order: NDArray[np.int32], kept: set[int]) -> NDArray[np.int32]:
-    """Return the order with the pieces `kept` at their original position; no other piece moves past them.
+    """Return the order with the tasks `kept` at their original position. No other task moves past them.
 
-    The result satisfies the precedence, because both the given order and the original order do.
+    The result satisfies the precedence, because the given order and the original order both satisfy it.
     """
     fixed = np.array(sorted(kept), dtype=np.int32)
     piece = np.where(order < 0, ~order, order)
@@ -227,9 +239,7 @@ def _kept_in_place(order: NDArray[np.int32], kept: set[int]) -> NDArray[np.int32
 
 
 def _pieces_at(work: ForeignWork, lines: set[int]) -> set[tuple[int, int]]:
-    """Return the pieces of work, as (section, piece), with a block on one of the given lines of the original
-    program.
-    """
+    """Return the tasks, as (section, task), with a block on one of the given lines of the original program."""
     named = np.isin(work.program.text_line, list(lines))
     return {
         (number, k)
@@ -240,8 +250,9 @@ def _pieces_at(work: ForeignWork, lines: set[int]) -> set[tuple[int, int]]:
 
 
 def _section_at(work: ForeignWork, line: int) -> int:
-    """Return the section that contains a line of the original program, or else the last section before it; -1 if there
-    is none.
+    """Return the section that contains a line of the original program.
+
+    If no section contains the line, return the last section before it, or -1 if no section comes before it.
     """
     last, text_line = -1, work.program.text_line
     for number, section in enumerate(work.sequence.sections):

@@ -38,24 +38,24 @@ if TYPE_CHECKING:
     from leafcut.model.machine import Machine
     from leafcut.read import Input
 
-#: Options that set the feed of a program that takes it from the material table of the controller.
+#: Options that set the feed if the program takes its feed from the material table of the controller.
 _OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "nozzle", "chart")
-#: Thickness for a feed from the cut chart if the user states none, mm.
+#: Assumed thickness for a feed from the cut chart if the user does not specify a thickness, mm.
 _USUAL_THICKNESS = 3.0
-#: File extensions of drawings that a user may give instead of the program.
+#: File extensions of drawings that a user may pass by mistake instead of a program.
 DRAWINGS = (".dxf", ".svg", ".step", ".stp", ".stl")
 #: Issue codes of rapids that are dangerous only if the part surface is at Z0 everywhere.
 BELOW_SURFACE = ("L801", "L802")
-#: Number of lines at the top of a program whose comments may name the machine.
+#: The machine may be named in comments within this number of lines at the top of a program.
 _TOP = 200
-#: Names of router software and controllers in comments, with the machine profile; makers come before firmware.
+#: Names of router software and controllers in comments, with the machine profile. Manufacturers come before firmware.
 #: "Carbide" alone would match the material of a tool.
 _NAMED = (
     (re.compile(r"open\s?builds", re.IGNORECASE), "openbuilds-router"),
     (re.compile(r"shapeoko|carbide\s?(?:3d|create|motion)", re.IGNORECASE), "shapeoko-router"),
     (re.compile(r"\bgrbl", re.IGNORECASE), "shapeoko-router"),
 )
-#: Controllers of both routers and mills. A program with the spindle speed of a router is for a router.
+#: Controllers that run on both routers and mills. A program with the spindle speed of a router is for a router.
 _WITH_SPEED = (
     (re.compile(r"\bmach\s?4\b", re.IGNORECASE), "mach4-router"),
     (re.compile(r"\bmach\s?[23]\b", re.IGNORECASE), "mach3-router"),
@@ -63,14 +63,14 @@ _WITH_SPEED = (
     (re.compile(r"\bmasso\b", re.IGNORECASE), "masso-router"),
     (re.compile(r"\beding\s?cnc\b", re.IGNORECASE), "edingcnc-router"),
 )
-#: Names of machining centres and high-speed mills in comments; their spindles can be as fast as router spindles.
+#: Names of machining centres and high-speed mills in comments. Their spindles can be as fast as router spindles.
 _CENTRE = re.compile(
     r"\b(?:haas|fanuc|mazak|okuma|doosan|hurco|brother|mori|makino|datron|tormach|fadal|sinumerik|heidenhain|fagor|"
     r"centroid|syil)\b",
     re.IGNORECASE,
 )
-#: Range of router spindle speeds, rpm: VFD spindles reach 24000, trim routers 30000. Belt-driven mills and most
-#: machining centres stay below.
+#: Range of router spindle speeds, rpm. VFD spindles reach 24000, and trim routers reach 30000. Belt-driven mills and
+#: most machining centres stay below this range.
 _ROUTER_RPM = (12_000.0, 30_000.0)
 
 
@@ -78,7 +78,7 @@ _ROUTER_RPM = (12_000.0, 30_000.0)
 class ProgramRead:
     """A program that was read for a dialect and a machine.
 
-    If the machine was only guessed from the program, `limits` is the machine whose limits are checked.
+    If the machine was only guessed from the program, `limits` is the machine whose limits are checked instead.
     """
 
     program: Program
@@ -94,10 +94,10 @@ class ProgramRead:
         return self.limits or self.machine
 
     def find_dangers(self, simulated: Mapping[str, Mask] = MappingProxyType({})) -> list[Issue]:
-        """Return the dangers of the program, worst first, one issue per kind.
+        """Return the dangers of the program as one issue per kind, with the worst danger first.
 
-        In a program that leafcut wrote for a solid or a surface, a rapid below Z0 is only a warning. `simulated`
-        contains, by issue code, masks of the rows that a simulation of the stock has checked.
+        If leafcut wrote the program for a solid or a surface, a rapid below Z0 is only a warning. `simulated` maps
+        issue codes to masks of the rows that were checked by simulating the stock.
         """
         from leafcut.processes.program.stated_part import stated_part
         from leafcut.proof.dangers import RANK, find_dangers
@@ -120,7 +120,10 @@ def read_file(
     check_cancelled: Heartbeat,
     base: ProgramRead | None = None,
 ) -> ProgramRead:
-    """Read a program file for the machine and dialect of the settings, or for those of another program (`base`)."""
+    """Read a program file for the machine and dialect of the settings.
+
+    If another program is passed as `base`, its machine and dialect are used.
+    """
     machine = base.machine if base else machine_of(settings)
     program_dialect = base.dialect if base else dialect(dialect_name or machine.controller)
     return read_foreign(
@@ -129,7 +132,10 @@ def read_file(
 
 
 def controller_motion(program: Program, program_dialect: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
-    """Return the motion with the moves that the controller adds at each cut, and a warning about unknown materials."""
+    """Return the motion of a program, including the moves that the controller adds at each cut.
+
+    A warning reports unknown materials.
+    """
     if program_dialect.torch is None or not program_dialect.torch.material_comment:
         return program.path, []
     path, unknown = with_controller_moves(program.path, program.lines, clearance)
@@ -157,7 +163,15 @@ def read_new(job: Job, program_dialect: Dialect, text: str) -> Program:
 
 
 def refuse_other_languages(text: str, source: str) -> None:
-    """Raise OptionError for a drawing, and ReadError for a language other than G-code; both name the format."""
+    """Refuse files that are not G-code. The error names the format.
+
+    Raises
+    ------
+    OptionError
+        The file is a drawing.
+    ReadError
+        The program is in a language other than G-code.
+    """
     if Path(source).suffix.lower() in DRAWINGS and (kind := format_name(source)) not in ("", "gcode"):
         raise OptionError(
             "{}: this is a drawing ({}), not a program; create its program first: leafcut {}", source, kind, source
@@ -180,11 +194,11 @@ def read_foreign(
 ) -> ProgramRead:
     """Read a program from another CAM system for a machine.
 
-    If the user named no machine and `choose` is set, laser programs are read for a laser, and QtPlasmaC programs for a
-    plasma table. A laser or torch program on a spindle machine is timed without spindle start.
+    If the user did not name a machine, `choose` picks a laser for a laser program and a plasma table for a QtPlasmaC
+    program. On a spindle machine, a laser or torch program is timed without spindle starts.
 
-    With `router`, router programs are timed on a router. Do not use it if speeds or heights will change, because their
-    safety depends on the corner rounding of the real controller.
+    With `router`, a router program is timed on a router. Do not set it if speeds or heights will change, because their
+    safety depends on how the real controller rounds corners.
 
     Raises
     ------
@@ -232,17 +246,17 @@ def read_foreign(
     return read
 
 
-#: Machine head and its name in messages, by beam process.
+#: The machine head and its name in messages, by beam process.
 _BEAMS: dict[str, tuple[Head, str]] = {
     ProgramKind.LASER: (Head.LASER, Message("a laser")),
     ProgramKind.PLASMA: (Head.TORCH, Message("a torch")),
 }
-#: Machine to suggest if the default machine rejects a program; most machining centres have the same dialect.
+#: Machine to suggest if the default machine rejects a program. Most machining centres use the same dialect.
 _HAAS = "haas-vf2"
 _QTPLASMAC = "#<_hal[plasmac."
-#: Words that only QtPlasmaC uses: the choice of torch or scribe, and the material number.
+#: Words that only QtPlasmaC uses: they select the torch or the scribe, or a material number.
 _OF_QTPLASMAC = re.compile(r"^[^(;\n]*M0*(?:[35]\s*\$[0-2]|190\s*P)", re.IGNORECASE | re.MULTILINE)
-#: Laser profiles from slow to fast; the first that is fast and large enough is chosen.
+#: Laser profiles from slow to fast. The first profile that is fast and large enough is chosen.
 _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
 
 
@@ -263,7 +277,7 @@ def _read_for_plasma(
 
 
 def _timed_on_router(read: ProgramRead) -> ProgramRead:
-    """Return the program timed on the router that it indicates; the limits of the default machine still apply."""
+    """Time the program on the router that it indicates. The limits of the default machine still apply."""
     if (found := router_for(read.program)) is None:
         return read
     name, word = found
@@ -298,7 +312,6 @@ def _assumed_machine_note(machine: Machine, what: str) -> Issue:
 
 
 def _laser_for(program: Program) -> str:
-    """Return the slowest laser profile that is fast and large enough for the program."""
     path = program.path
     feeds = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
     fastest = float(np.max(feeds, initial=0.0))
@@ -314,7 +327,7 @@ def _laser_for(program: Program) -> str:
 def _read_leafcut_language(
     text: str, source: str, settings: Settings, machine: Machine, program_dialect: Dialect
 ) -> ProgramRead:
-    """Read a program in a language other than G-code, which must have been written by leafcut."""
+    """Read a program in a language other than G-code. Only programs that leafcut wrote are supported."""
     from leafcut.gcode.own_program import interpret
     from leafcut.gcode.program_interpreter import split_lines
 
@@ -327,7 +340,7 @@ def _read_leafcut_language(
 def _read(
     text: str, source: str, settings: Settings, machine: Machine, program_dialect: Dialect, check_cancelled: Heartbeat
 ) -> ProgramRead:
-    """Read a G-code program for a machine, with notes on assumed units and feeds."""
+    """Read a G-code program for a machine. Notes report assumed units and feeds."""
     from leafcut.gcode.program_interpreter import interpret_program
 
     units = settings.read.units or machine.units
@@ -370,8 +383,9 @@ _UNIT_WORDS = {"mm": "mm", "in": Message("inches")}
 
 
 def _material_feed(text: str, settings: Settings, program_dialect: Dialect) -> tuple[float | None, list[Issue]]:
-    """Return the feed for materials that the program does not define, mm/s, or None if the program does not use the
-    feed of a material.
+    """Return the feed for materials that the program does not define, mm/s.
+
+    The result is None if the program does not take its feed from a material.
     """
     word = "" if program_dialect.torch is None else program_dialect.torch.material_feed
     if not word or word not in text:
@@ -394,7 +408,7 @@ def _material_feed(text: str, settings: Settings, program_dialect: Dialect) -> t
 
 
 def _chart_feed(settings: Settings) -> tuple[float, str]:
-    """Return the feed from the cut chart, mm/s, and a text that names its source."""
+    """Look up the feed in the cut chart, mm/s. Return the feed and a text that names its source."""
     from leafcut.read.cutchart import find_cut_data, load_chart
 
     options, job = settings.cut_data, settings.job
@@ -410,8 +424,9 @@ def _chart_feed(settings: Settings) -> tuple[float, str]:
 
 
 def router_for(program: Program) -> tuple[str, str] | None:
-    """Return the router profile that a program indicates, and the word that indicates it, or None without such a
-    word.
+    """Return the router profile that a program indicates, and the word that indicates it.
+
+    Return None if the program contains no such word.
     """
     top = " ".join(text for line in program.lines[:_TOP] for text in COMMENT.findall(line))
     for name, machine in _NAMED:
@@ -426,10 +441,10 @@ def router_for(program: Program) -> tuple[str, str] | None:
 
 
 def timed_as(machine: Machine, router: Machine) -> Machine:
-    """Return a machine with the motion and times of a router, but with its own limits.
+    """Return a machine with the motion and times of a router but with its own limits.
 
-    The router is only assumed, so the maximum feed is the lower of the two. Units, travel, heights and spindle of the
-    machine stay.
+    The router is only a guess, so the lower of the two maximum feeds applies. Units, travel, heights and spindle do not
+    change.
     """
     return replace(
         machine,

@@ -1,4 +1,4 @@
-"""Report of a reordered program: its work, and the pieces of work that moved or kept their position."""
+"""Report on a reordered program: its work, and the tasks that moved or kept their position."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from leafcut.report.wording import count, replace_unprintable
 if TYPE_CHECKING:
     from leafcut.report.drawing import Scene
 
-#: Maximum number of reasons for fixed pieces in the summary.
+#: Maximum number of reasons for fixed tasks in the summary.
 MOST_REASONS = 6
 
 
@@ -35,9 +35,7 @@ class ProgramReport(PathReport[ProgramDetail]):
             self.found = "but no cut and no hole was found in this program"
 
     def counts(self) -> list[Fact]:
-        """Return the numbers of features that the proof compared, and the numbers of pieces of work that can be
-        reordered and that are reversed.
-        """
+        """Count the features that the proof compared, the tasks that can be reordered, and the reversed tasks."""
         outcome, detail = self.outcome, self.outcome.detail
         numbers, turned = asdict(detail.certificate.before), detail.certificate.reversed_cuts
         counted = {"holes": count(numbers["holes"], "hole"), "cuts": count(numbers["cuts"], "cutting move")}
@@ -57,9 +55,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         return [*facts, Fact(sentence=Message("{} reversed", turned) if turned else "")]
 
     def own_facts(self) -> list[Fact]:
-        """Return facts about the proof, the fixed work, new moves across avoided areas, the savings, and the remaining
-        stock.
-        """
+        """Return facts about the proof, fixed work, moves across avoided areas, savings, and the remaining stock."""
         detail = self.outcome.detail
         head, *reasons = staying_words(detail, MOST_REASONS) or [""]
         stays = f"{head}: {'; '.join(reasons)}" if head else ""
@@ -76,7 +72,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         ]
 
     def savings(self) -> list[Fact]:
-        """Return the time that new heights and speeds save, if they were requested."""
+        """Return the time saved by new heights and speeds if they were requested."""
         pace = self.outcome.detail.pace
         if pace is None:
             return []
@@ -84,13 +80,13 @@ class ProgramReport(PathReport[ProgramDetail]):
         return pace_facts(pace)
 
     def saved(self) -> dict[str, Any]:
-        """Return the headline figure, which is a text if the order is unchanged."""
+        """Return the headline figure. If the order did not change, this is a text."""
         outcome, row = self.outcome, super().saved()
         same = outcome.before == outcome.after and outcome.before.time_s > 0
         return {**row, "percent": "The order is unchanged."} if same else row
 
     def staying(self) -> list[str]:
-        """Return sentences about the pieces of work that keep their position, with the reasons."""
+        """Return sentences about the tasks that keep their position, with the reasons."""
         return staying_words(self.outcome.detail)
 
     def stock(self) -> ShownStock:
@@ -103,7 +99,7 @@ class ProgramReport(PathReport[ProgramDetail]):
 
 
 def stock_words(stock: StockProof) -> str:
-    """Return the result of comparing the remaining stock in words, or the reason why it was not compared."""
+    """Describe the result of comparing the remaining stock, or the reason why it was not compared."""
     if stock.reason:
         return f"the remaining stock was not compared: {stock.reason}"
     words = f"the remaining stock is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
@@ -114,9 +110,10 @@ def stock_words(stock: StockProof) -> str:
 
 
 def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
-    """Return the number of fixed pieces of work in words, followed by a text for each reason.
+    """Describe the fixed tasks: a text with their number, followed by a text for each reason.
 
-    At most `most` reasons are listed (0: all). A last text states the number of pieces with other reasons.
+    At most `most` reasons are listed (0: all). If more exist, a last text states the number of tasks with other
+    reasons.
     """
     if not detail.staying:
         return []

@@ -1,4 +1,4 @@
-"""Simulate a program: machine time, motion and dangers."""
+"""Simulate a program and report its machine time, motion and dangers."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ if TYPE_CHECKING:
     from leafcut.read import Input
     from leafcut.timing.grbl import SentLines
 
-#: Minimum lost time for a warning, as a share of the program time.
+#: A warning appears only if at least this share of the program time is lost.
 WORTH_TELLING = 0.01
 
-#: Maximum number of lines between two delayed moves of one stretch.
+#: Two delayed moves belong to the same stretch if at most this many lines separate them.
 GAP = 20
 
 
 def simulate(program: Input, settings: Settings, dialect: str | None, progress: OnProgress | None) -> Simulation:
-    """Return the motion of a program on the machine in `settings`, with its time and dangers.
+    """Simulate a program on the machine in `settings`. Return its motion, time and dangers.
 
-    An exception that `progress` raises cancels the simulation.
+    The simulation is cancelled if `progress` raises an exception.
     """
     read = read_file(program, settings, dialect, heartbeat_for_step(progress, Message("reading")))
     _check_clearance_height(settings, read.dialect)
@@ -57,7 +57,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
 
 
 def _starvation_issue(path: Toolpath, machine: Machine, lines: SentLines, seconds: float) -> list[Issue]:
-    """Return a warning if a GRBL board waits for lines for more than `WORTH_TELLING` of the program time."""
+    """Return a warning if a GRBL board spends more than `WORTH_TELLING` of the program time waiting for lines."""
     rows, lost = starved_rows(path, machine, lines)
     if not lost.sum() > WORTH_TELLING * seconds:
         return []
@@ -77,7 +77,7 @@ def _starvation_issue(path: Toolpath, machine: Machine, lines: SentLines, second
 
 
 def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[int, int, float]:
-    """Return the range of lines with the greatest loss of time: first line, last line, and lost seconds. See `GAP`."""
+    """Return the range of lines that loses the most time: first line, last line, and lost seconds. See `GAP`."""
     ends = np.flatnonzero(np.diff(line) > GAP)
     begins = np.append(0, ends + 1)
     ends = np.append(ends, len(line) - 1)
@@ -87,7 +87,13 @@ def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[
 
 
 def _check_clearance_height(settings: Settings, program_dialect: Dialect) -> None:
-    """Raise OptionError if a clearance height is given although the controller adds no moves of its own."""
+    """Check that a clearance height is set only if the controller adds its own moves.
+
+    Raises
+    ------
+    OptionError
+        A clearance height is set, but the controller adds no moves.
+    """
     if "clearance_height" in settings.asked and (
         program_dialect.torch is None or not program_dialect.torch.material_comment
     ):

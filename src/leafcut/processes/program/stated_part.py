@@ -1,4 +1,4 @@
-"""The part that the header of a program names, and the stock before the program, derived from this part."""
+"""Identify the part that the header of a program names, and derive the stock before the program from this part."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from leafcut.model.cutter import Cutter
     from leafcut.model.heartbeat import Heartbeat
 
-#: Number of lines at the top that may contain the header.
+#: The header is expected within this number of lines at the top.
 _FIRST_LINES = 60
 _STATED = re.compile(
     r"\bpart: (?P<name>.+?)(?:, (?P<up>-?[xyz]) up)?(?:, Z0 at Z(?P<z>-?[\d.]+) mm)?"
@@ -32,15 +32,16 @@ _STATED = re.compile(
     r"(?:, turned (?P<turn>-?[\d.]+) deg)?\s*\)?\s*$",
     re.IGNORECASE,
 )
-#: The two lines of the leafcut header before the line that names the part.
+#: The two lines of the leafcut header that precede the line with the name of the part.
 _OURS, _SOURCE = re.compile(r"\bleafcut \d", re.IGNORECASE), re.compile(r"\bsource: ", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class StatedPart:
-    """The part named in the header of a program, with its placement.
+    """The part named in the header of a program, and its placement.
 
-    The axis `up` of the part points up, the height `z` (mm) of the part becomes Z0, and then `placing` is applied.
+    The part is turned so that its axis `up` points up, and moved so that its height `z` (mm) becomes Z0. Then `placing`
+    is applied.
     """
 
     name: str
@@ -50,8 +51,9 @@ class StatedPart:
 
 
 def stated_part(program: Program) -> StatedPart | None:
-    """Return the part that the header of a program written by leafcut names, or None. Headers from other CAM systems do
-    not count.
+    """Return the part that the header of a program names, or None.
+
+    Only headers written by leafcut count, not those written by other CAM systems.
     """
     header = list(program.lines[:_FIRST_LINES])
     for before, source, line in zip(header, header[1:], header[2:], strict=False):
@@ -66,7 +68,7 @@ def stated_part(program: Program) -> StatedPart | None:
 
 
 def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
-    """Return the part in program coordinates; without a stated placement it is unchanged."""
+    """Move the part to its place in program coordinates. Without a stated placement, the part does not move."""
     if stated is None:
         return mesh
     return place_mesh(turn_mesh_up(mesh, stated.up, stated.z), Part(mesh.name), stated.placing)
@@ -75,11 +77,14 @@ def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
 def stock_before_cuts(
     mesh: Mesh, cell: float, moves: StraightMoves, cutters: Mapping[int, Cutter], check_cancelled: Heartbeat
 ) -> HeightField:
-    """Return the stock before the cuts of a program, derived from the finished part. `cell` is the side length of a
-    cell, mm.
+    """Derive the stock before the cuts of a program from the finished part. `cell` is the side length of a cell, mm.
 
     Drilled holes are filled up to the surrounding surface. Milled areas are filled up to the highest point of the part.
-    Raises PlanError if the height field would have too many cells.
+
+    Raises
+    ------
+    PlanError
+        The height field would have too many cells.
     """
     from leafcut.material.cutting import cut
     from leafcut.material.mesh_field import block_of_mesh, field_of_mesh

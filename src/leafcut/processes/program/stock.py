@@ -1,4 +1,4 @@
-"""The material that a program removes from its stock, move by move, and the remaining stock."""
+"""Simulate how a program removes material from its stock, move by move, and return the remaining stock."""
 
 from __future__ import annotations
 
@@ -44,18 +44,19 @@ if TYPE_CHECKING:
     from leafcut.processes.program.reading import ProgramRead
     from leafcut.read import Input
 
-#: Maximum length of a simulated move: this share of the smallest tool diameter, or this number of cells if longer.
+#: A simulated move is at most this share of the smallest tool diameter long, or at most this number of cells. The
+#: larger limit applies.
 _PIECE, _PIECE_CELLS = 0.5, 2.0
-#: Maximum number of rapids in the material that are reported one by one.
+#: At most this many rapids in the material are reported individually.
 _MOST_LISTED = 10
 
 
-#: Tolerance of heights, mm: rounding depends on the order of the cuts.
+#: Tolerance for heights, mm. Rounding depends on the order of the cuts.
 TOLERANCE = 0.01
 
 
 class _Cuts(NamedTuple):
-    """A program with its tools and their shapes. `whole` contains its moves, with undivided cuts."""
+    """A program with its tools and their shapes. In `whole`, the cuts are not divided into shorter moves."""
 
     source: str
     read: ProgramRead
@@ -66,7 +67,6 @@ class _Cuts(NamedTuple):
 
     @property
     def smallest(self) -> float:
-        """Diameter of the smallest tool, mm."""
         return smallest_tool(self.cutters)
 
 
@@ -78,7 +78,7 @@ def cut_stock(
     *,
     same_as: Input | None = None,
 ) -> StockCut:
-    """Simulate the material removal of a program. With `same_as`, compare the stock with that of another program.
+    """Simulate how a program removes material. With `same_as`, compare the remaining stock with another program.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def cut_stock(
 
 
 def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
-    """Return the dangers that the simulation does not check, including rapids next to an assumed block."""
+    """Return the dangers that the simulation does not cover, including rapids next to an assumed block."""
     path = one.read.program.path
     if any(
         len(np.unique(path.latest(kind, path.ref)[path.kind <= Kind.DRILL])) > 1 for kind in (Kind.FRAME, Kind.SHIFT)
@@ -179,7 +179,10 @@ def _read(program: Input, settings: Settings, dialect: str | None, check_cancell
 
 
 def _simulate(one: _Cuts, field: HeightField, check_cancelled: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
-    """Simulate a program in its stock. Return the remaining stock, the moves, and the material removed by each move."""
+    """Simulate a program in its stock.
+
+    Return the remaining stock, the moves, and the material that each move removes.
+    """
     from leafcut.material.cutting import cut
 
     moves = _divided_moves(one, field.cell)
@@ -210,8 +213,12 @@ def _assumed_block(stated: StatedPart | None) -> list[Issue]:
 
 
 def _common_block(programs: Sequence[_Cuts]) -> StockBlock:
-    """Return the smallest block around the cuts of all programs below Z0. Raises PlanError for a program without such
-    cuts.
+    """Return the smallest block around the cuts of all programs below Z0.
+
+    Raises
+    ------
+    PlanError
+        A program has no cuts below Z0.
     """
     blocks = []
     for one in programs:
@@ -257,8 +264,9 @@ def _collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:
 
 
 def _body_issues(collisions: tuple[BodyCut, ...]) -> list[Issue]:
-    """Return a danger for each tool whose shank or holder enters the material, with the first line and the number of
-    lines.
+    """Return a danger for each tool whose shank or holder enters the material.
+
+    The message states the first line and the number of lines.
     """
     groups: dict[tuple[int, Body], list[BodyCut]] = {}
     for one in collisions:
@@ -276,8 +284,9 @@ def _body_issues(collisions: tuple[BodyCut, ...]) -> list[Issue]:
 
 
 def _rapid_issues(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
-    """Return the rapids in the material as dangers, or as warnings if the stock is uncertain. Only the first rapids are
-    listed.
+    """Report the rapids in the material as dangers, or as warnings if the stock is uncertain.
+
+    Only the first rapids are listed.
     """
     severity = Severity.WARNING if doubtful else Severity.DANGER
     issues = [
@@ -294,7 +303,7 @@ def _rapid_issues(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
 
 
 def _unknown_move_issues(moves: StraightMoves) -> list[Issue]:
-    """Return an issue about cuts with an unknown start, of which only the end is simulated."""
+    """Report cuts with an unknown start. Only the end of such a cut is simulated."""
     fed = moves.unknown[moves.path.kind[moves.unknown] != Kind.RAPID]
     if not len(fed):
         return []
@@ -339,7 +348,7 @@ def _by_tool(
 
 
 def _seconds(moves: StraightMoves, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the time of every move, s. The time of a row is divided among its moves by length."""
+    """Return the time of every move, s. The time of a row is divided among its moves in proportion to their length."""
     length = np.sqrt(((moves.ends[:, 3:] - moves.ends[:, :3]) ** 2).sum(axis=1))
     whole = np.bincount(moves.row, weights=length, minlength=len(by_row))[moves.row]
     share = np.divide(length, whole, out=np.zeros_like(length), where=whole > 0)

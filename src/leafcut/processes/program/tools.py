@@ -1,4 +1,4 @@
-"""The cutting tools of a program, from its comments, a tool library and options, and the stock that a view shows."""
+"""Determine the tools of a program from its comments, a tool library and options, and the stock that a view shows."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.read import Input
 
-#: Tolerance of tool diameters, mm and relative; comments round diameters, and mills are reground.
+#: Tolerance for tool diameters, mm and relative. Comments round diameters, and mills are reground.
 _OTHER_TOOL, _OTHER_SHARE = 0.1, 0.02
 
 
@@ -35,7 +35,12 @@ def tools_of(
 ) -> dict[int, Tool]:
     """Return the cutting tools of a program by number, in the order of use.
 
-    Without `by_options`, error messages do not mention options. Raises OptionError if a tool shape is unknown.
+    Without `by_options`, error messages do not mention options.
+
+    Raises
+    ------
+    OptionError
+        A tool shape is unknown.
     """
     found, unknown = known_tools(program, settings, machine)
     for number, block in unknown.items():
@@ -59,7 +64,7 @@ def tools_of(
 
 
 def tool_diameter_warnings(program: Program, settings: Settings, machine: Machine) -> list[Issue]:
-    """Return a warning for each tool whose diameter in the library differs from the comments of the program."""
+    """Return a warning for each tool whose diameter in the library differs from the program's comments."""
     if not settings.job.tools:
         return []
     found = []
@@ -78,7 +83,7 @@ def tool_diameter_warnings(program: Program, settings: Settings, machine: Machin
 
 
 def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> list[tuple[int, int, Tool | None]]:
-    """Return number, first cutting block and library entry of each cutting tool, in the order of use."""
+    """Return the number, first cutting block and library entry of each cutting tool, in the order of use."""
     whole = library_of(settings, machine)
     library = whole.by_number if whole is not None else {}
     kind = program.path.kind
@@ -92,10 +97,10 @@ def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> lis
 def known_tools(
     program: Program, settings: Settings, machine: Machine, *, flat: bool = False
 ) -> tuple[dict[int, Tool], dict[int, int]]:
-    """Return the cutting tools of a program, and the first cutting block of each tool of unknown shape.
+    """Return the cutting tools of a program, and the first cutting block of each tool with an unknown shape.
 
-    Both are sorted by the order of use, with the tool number as key. With `flat`, a tool of which only the diameter is
-    known counts as a flat end mill.
+    The keys of both dictionaries are tool numbers, in the order of use. With `flat`, a tool counts as a flat end mill
+    if only its diameter is known.
     """
     found: dict[int, Tool] = {}
     unknown: dict[int, int] = {}
@@ -116,7 +121,10 @@ def shown_stock(
 ) -> ShownStock:
     """Return the known stock and tools of a program. Without `by_options`, error messages do not mention options.
 
-    Raises ReadError or OptionError if the tool library or ``--workpiece`` is unusable.
+    Raises
+    ------
+    ReadError, OptionError
+        The tool library or ``--workpiece`` is unusable.
     """
     if process in BEAMS:
         return CUT_THROUGH
@@ -135,7 +143,7 @@ def shown_stock(
 
 
 def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
-    """Return the known stock and tools of a program file; see `tools_of` for `by_options`."""
+    """Return the known stock and tools of a program file. See `tools_of` for `by_options`."""
     try:
         read = read_file(program, settings, None, ignore_heartbeat)
         return shown_stock(read.program, str(program), settings, read.machine, read.process, by_options=by_options)

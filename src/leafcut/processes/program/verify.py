@@ -1,4 +1,4 @@
-"""Compare two programs and certify that both do the same work."""
+"""Compare two programs, and certify that both do the same work."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def verify(
     *,
     allow_reverse: bool,
 ) -> Certificate:
-    """Return a certificate that two programs do the same work on the machine in `settings`, or their differences."""
+    """Certify that two programs do the same work on the machine in `settings`, or list their differences."""
     from leafcut.processes.program.proof.avoided_areas import avoided_areas
     from leafcut.processes.program.proof.certificate import certify
 

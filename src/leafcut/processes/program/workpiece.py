@@ -1,4 +1,4 @@
-"""The stock of a program: the block or solid of ``--workpiece``, or a block around the cuts."""
+"""Determine the stock of a program: the block or solid of ``--workpiece``, or a block around the cuts."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from leafcut.options import StockOptions
 from leafcut.read.step import ChosenSolid
 from leafcut.units import MM_PER_INCH, parse_quantity
 
-#: Default: the only solid of a file, as drawn.
+#: Default: the only solid of a file, in its original position.
 THE_ONLY = ChosenSolid()
-#: Maximum distance from the start of a lead to the material beyond the tool diameter, mm.
+#: A lead may start outside the material by at most the tool diameter plus this distance, mm.
 _LEAD = 5.0
-#: Depth of a derived block below the deepest cut, mm.
+#: A derived block extends this far below the deepest cut, mm.
 BELOW = 1.0
-#: Minimum area of an undercut, mm²; smaller areas are rounding errors.
+#: Smaller undercuts are treated as rounding errors, mm².
 _SMALL_AREA = 0.1
-#: Tolerance of equal lengths, mm.
+#: Lengths that differ by at most this much count as equal, mm.
 _SAME = 1e-6
 #: Maximum length of a stock, mm.
 LONGEST = 20_000.0
-#: Distance of a cut from the stock, in stock lengths, beyond which the stock is probably in the wrong unit.
+#: If a cut is more than this many stock lengths away from the stock, the stock is probably in the wrong unit.
 FAR_OFF = 3.0
 
 if TYPE_CHECKING:
@@ -41,12 +41,12 @@ if TYPE_CHECKING:
 
 
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
-    """Return the block of ``--workpiece``, or the box around the solid of its STL or STEP file.
+    """Return the block of ``--workpiece``, or the bounding box of the solid in its STL or STEP file.
 
     Raises
     ------
     OptionError
-        The value is neither six lengths (lower corner first) nor the path of such a file.
+        The value is neither six lengths (lower corner first) nor the path of an STL or STEP file.
     ReadError
         The file contains no closed solid.
     """
@@ -76,7 +76,13 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
 
 
 def field_of(options: StockOptions, block: StockBlock, cell: float, which: ChosenSolid = THE_ONLY) -> HeightField:
-    """Return the material before the first cut as a height field. Raises PlanError if the field has too many cells."""
+    """Return the material before the first cut as a height field.
+
+    Raises
+    ------
+    PlanError
+        The field has too many cells.
+    """
     if not options.workpiece or not _is_file(options.workpiece):
         return HeightField.of_block(block, cell)
 
@@ -90,7 +96,10 @@ def stock_issues(
     block: StockBlock,
     which: ChosenSolid = THE_ONLY,
 ) -> list[Issue]:
-    """Return warnings about the stock that the user described: cuts beyond it, and undercuts, which count as filled."""
+    """Check the stock that the user described. Return warnings about cuts beyond it and about undercuts.
+
+    Undercuts count as filled.
+    """
     if not options.workpiece:
         return []
     outside = first_cut_beyond(program, cutters, block)
@@ -106,8 +115,12 @@ def stock_issues(
 
 
 def solid_of_file(text: str, which: ChosenSolid = THE_ONLY) -> Mesh | None:
-    """Return the solid of ``--workpiece``, or None for a block. Raises ReadError if the file contains no closed
-    solid.
+    """Return the solid of ``--workpiece``, or None if it describes a block.
+
+    Raises
+    ------
+    ReadError
+        The file contains no closed solid.
     """
     return solid_file(text, which) if _is_file(text) else None
 
@@ -117,7 +130,13 @@ def _is_file(text: str) -> bool:
 
 
 def solid_file(path: str, which: ChosenSolid) -> Mesh:
-    """Return the solid in a file, in mm. Raises ReadError if the file contains no closed solid."""
+    """Load the solid in a file, in mm.
+
+    Raises
+    ------
+    ReadError
+        The file contains no closed solid.
+    """
     try:
         return _load_cached(path, which, Path(path).stat().st_mtime_ns)
     except OSError:
@@ -126,7 +145,7 @@ def solid_file(path: str, which: ChosenSolid) -> Mesh:
 
 @lru_cache(maxsize=1)
 def _load_cached(path: str, which: ChosenSolid, _changed: int) -> Mesh:
-    """Return the solid in a file. The last solid is cached, because several steps of a job need it."""
+    """Load the solid in a file. The last solid is cached, because several steps of a job need it."""
     from leafcut.read.meshes import load_mesh
 
     mesh = load_mesh(path, "mm", Message("save it in mm"), which.which, which.pose)
@@ -136,7 +155,10 @@ def _load_cached(path: str, which: ChosenSolid, _changed: int) -> Mesh:
 
 
 def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
-    """Return a block around the cuts below Z0; None without such cuts, because the top of the stock is unknown."""
+    """Return a block around the cuts below Z0.
+
+    Without such cuts, the result is None, because the top of the stock is unknown.
+    """
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
     if not deep.any():
         return None
@@ -145,8 +167,12 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
 
 
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:
-    """Raise OptionError if a cut below the top of a block is far outside the block, because the real stock must be
-    larger.
+    """Check that no cut below the top of a block is far outside the block. Otherwise, the real stock must be larger.
+
+    Raises
+    ------
+    OptionError
+        Such a cut exists.
     """
     found = first_cut_beyond(program, cutters, block)
     if found is not None:
@@ -165,8 +191,9 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
 
 
 class CutBeyondStock(NamedTuple):
-    """A cut that reaches far outside a block, with the coordinates of the cut (`place`) and of the edge of the block,
-    mm.
+    """A cut that reaches far outside a block.
+
+    `place` is the coordinate of the cut, and `edge` is the edge of the block, mm.
     """
 
     line: int
@@ -183,13 +210,14 @@ class CutBeyondStock(NamedTuple):
 
 
 def unit_hint(unit: str) -> str:
-    """Return the end of a message that states the unit in which the stock would contain all cuts, or ""."""
+    """Return the end of a message, which suggests the unit in which the stock would contain all cuts, or ""."""
     return Message("; in {}, the stock would contain all cuts: save the file in mm", unit) if unit else ""
 
 
 def unit_that_fits(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
-    """If a cut is many stock lengths away from the stock, return the unit in which the stock would contain all cuts,
-    otherwise "".
+    """Return the unit in which the stock would contain all cuts, or "".
+
+    A unit is suggested only if a cut is many stock lengths away from the stock.
     """
     length = max(high - low for low, high in zip(block.low[:2], block.high[:2], strict=True))
     outside = first_cut_beyond(program, cutters, block) if _is_file(text) else None
@@ -206,7 +234,7 @@ def unit_that_fits(text: str, program: Program, cutters: Mapping[int, Cutter], b
 def first_cut_beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> CutBeyondStock | None:
     """Return a cut below the top of a block that is far outside the block, or None.
 
-    A tool may start outside the block by its diameter and the length of a lead.
+    A tool may start outside the block by its diameter plus the length of a lead.
     """
     moves = undivided_moves(program.path, cutters)
     across = np.abs(moves.ends[:, 3:5] - moves.ends[:, :2]).max(axis=1) > 0

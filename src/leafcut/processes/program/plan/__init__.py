@@ -1,1 +1,1 @@
-"""Planning of a reordered program: find the cuts and holes that can move, and the blocks that must stay."""
+"""Plan how to reorder a program: find the cuts and holes that can move, and the blocks that must stay."""

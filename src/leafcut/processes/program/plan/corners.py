@@ -1,4 +1,4 @@
-"""Find the corners between rapids that the controller rounds, and the size of the rounding."""
+"""Find the corners between rapids that the controller rounds, and compute how far it rounds them."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
 
-#: Maximum rounding of a corner of two rapids if one of them is slow there, mm.
+#: A corner of two rapids is rounded by at most this distance if one of the rapids is slow at the corner, mm.
 _ROUNDED = 0.05
-#: Smallest change of direction that counts as a corner, rad.
+#: A change of direction counts as a corner from this angle on, rad.
 _STRAIGHT = math.radians(2.0)
 
 
 def rows_with_free_rounding(path: Toolpath, machine: Machine, clearance: float) -> NDArray[np.bool_]:
-    """Return a mask of the rows in which the controller may round corners by more than `clearance`, mm."""
+    """Detect the rows where the controller may round corners by more than `clearance` (mm). Return a mask."""
     if (machine.corners or machine.control) == "grbl":
         return np.zeros(len(path), dtype=np.bool_)
     blending = path.latest(Kind.BLENDING, path.ref, 640)
@@ -26,18 +26,21 @@ def rows_with_free_rounding(path: Toolpath, machine: Machine, clearance: float) 
 
 
 def longest_rounding(machine: Machine) -> float:
-    """Return the maximum distance from a corner of two rapids at which rounding can start, mm: v²/2a."""
+    """Return the distance from a corner of two rapids where the controller may start to round the corner, mm.
+
+    This is the stopping distance, v²/2a.
+    """
     return 0.5 * max(machine.rapid_velocity) ** 2 / min(machine.acceleration)
 
 
 class RapidCorners:
-    """Finds corners between rapids that a controller may round by more than the clearance from the material.
+    """Detects corners between rapids that the controller may round by more than the clearance from the material.
 
-    The rounding starts at most v²/2a before the corner, the stopping distance of the slower move. A corner between a
-    rapid and a cut is therefore harmless. A corner between two rapids is harmless if one of them is slow at the corner.
+    The rounding starts no earlier than the stopping distance of the slower move, v²/2a. A corner between a rapid and a
+    cut is therefore harmless. So is a corner between two rapids if one of them is slow at the corner.
     """
 
-    #: Speed at which the rounding of a corner stays within `_ROUNDED`, mm/s.
+    #: At this speed or below, the controller rounds a corner by at most `_ROUNDED`, mm/s.
     slow: float
 
     def __init__(self, path: Toolpath, machine: Machine, clearance: float, top: float, fast: NDArray[np.bool_]) -> None:

@@ -1,7 +1,7 @@
-"""Find the reason why each fixed piece of work keeps its position, and the line of its cause.
+"""Explain why a fixed task keeps its position, and which line is the cause.
 
-A piece of work is fixed if every other piece must come either before or after it. The reason is the rule without which
-the piece could move. If no single rule is the reason, a combination of rules is.
+A task is fixed if every other task must come either before or after it. The reason is the rule that must be lifted for
+the task to move. If no single rule is enough, the reason is a combination of rules.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from leafcut.message import Message
 from leafcut.model.sequence import Section, Sequence, StayGroup, StayReason
 from leafcut.processes.program.plan.precedence import ties_at_edges
 
-#: Messages by reason; `{cause}` is the cause, such as the kind of barrier.
+#: Messages by reason. `{cause}` stands for the cause, such as the kind of barrier.
 PHRASES: dict[str, str] = {
     "frees": "because each may detach a part (a closed cut at the full depth of the mill)",
     "touches": "because cuts that touch keep their order",
@@ -42,15 +42,15 @@ PHRASES: dict[str, str] = {
     "too-large": "because the program is too large to plan",
 }
 OPERATION = "operation"
-#: Maximum length of a block in a message, characters.
+#: Blocks are shortened to this length in messages, characters.
 _MOST_LETTERS = 40
 _NUMBER = re.compile(r"^[/ \t]*N[ \t]*[0-9]+(?:\.[0-9]+)?[ \t]*", re.IGNORECASE)
 
 
 def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[StayReason | None, ...]:
-    """Return the reason why each piece of work is fixed, or None for pieces that can move.
+    """Return the reason why each task is fixed, or None if the task can move.
 
-    `apart` contains the first pieces of CAM operations that are not mixed.
+    `apart` contains the first task of each CAM operation whose work must not be mixed with other operations.
     """
     n = len(section.pieces)
     ties = dict(section.ties)
@@ -72,9 +72,9 @@ def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[StayReason 
 
 
 def _immovable_tasks(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
-    """Return a mask of the pieces of work that cannot change places with any other piece, bool[n].
+    """Return a mask of the tasks that cannot change places with any other task, bool[n].
 
-    A piece cannot move forward if each earlier piece has to come before it, or before another piece that precedes it.
+    A task cannot move forward if every earlier task has to come before it, either directly or through a third task.
     """
     if not ties or n < 2:
         return np.zeros(n, dtype=bool)
@@ -88,7 +88,7 @@ def _immovable_tasks(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]
 
 
 def line_text(program: Program, line: int) -> str:
-    """Return the text of a program line without its line number and comments, shortened for a message."""
+    """Return a program line without its line number and comments, shortened for a message."""
     text = program.lines[line - 1].strip() if 0 < line <= len(program.lines) else ""
     body, comments = split_line(text, nested=True) if text.count("(") == text.count(")") else (text, ())
     body = " ".join(_NUMBER.sub("", body).split())
@@ -97,16 +97,16 @@ def line_text(program: Program, line: int) -> str:
 
 
 def count_pieces(sequence: Sequence) -> int:
-    """Return the number of pieces of work in a program."""
+    """Count the tasks of a program."""
     return len(sequence.stays) + sum(len(section.pieces) for section in sequence.sections)
 
 
 def group_stay_reasons(
     sequence: Sequence, refused: Mapping[tuple[int, int], str], keep_order: bool
 ) -> tuple[StayGroup, ...]:
-    """Return the fixed pieces of work grouped by reason, the largest group first.
+    """Group the fixed tasks by reason, with the largest group first.
 
-    `refused` contains the reason why a piece could not be written in a new order, by section number and piece number.
+    `refused` maps (section number, task number) to the reason why the task could not be written in a new order.
     """
     stays = list(sequence.stays)
     for number, section in enumerate(sequence.sections):

@@ -1,4 +1,4 @@
-"""Lower the retracts, R planes and cycle returns of a program to a height just above the material below each move."""
+"""Lower the retracts, R planes and cycle returns of a program to just above the material."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from leafcut.model.pace import CycleReturn, Lowered
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.plan.corners import longest_rounding, rows_with_free_rounding
 
-#: Smallest reduction worth a change, mm.
+#: A height is lowered only if the reduction is at least this large, mm.
 _WORTH = 0.25
 _SAME = 1e-6
 _LETTERS = frozenset("NGXYZF")
 _CODES = frozenset((0, 1, 17, 18, 19, 40, 90, 94))
-#: Words allowed in the block that states an initial height: length offset, work offset, coolant, spindle.
+#: Letters allowed in a block that sets an initial height: length offset, work offset, coolant, spindle.
 _BESIDE_LETTERS = frozenset("HMS")
 _BESIDE_CODES = frozenset((43, 54, 55, 56, 57, 58, 59))
 #: Rows that do not move the tool.
 _STILL = (Kind.SPINDLE, Kind.DWELL)
-#: Kinds of travel moves between cuts: rapids, or feed moves through air.
+#: Kinds of travel moves between cuts: rapids, and feed moves through air.
 _MOVES = (Kind.RAPID, Kind.FEED)
-#: Cycles whose R plane depends on the thread pitch or on an oriented spindle stop.
+#: These cycles keep their R plane because it depends on the thread pitch or on an oriented spindle stop.
 _KEEP_R = ("G74", "G76", "G84", "G87", "G88")
-#: Cycles that must retract to the initial height: manual retract, or oriented spindle stop.
+#: These cycles must retract to the initial height because they retract by hand or with an oriented spindle.
 _KEEP_INITIAL = ("G76", "G87", "G88")
 
 
 @dataclass
 class _MovesAtHeight:
-    """The moves at a height that the program states.
+    """All moves at a height that the program states.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class _MovesAtHeight:
     contacts
         Heights at which these moves would touch the material, mm.
     planes
-        Other lower limits, such as R planes, mm.
+        Other lower bounds for the height, such as R planes, mm.
     returns
         Whether a cycle retracts to this height.
     """
@@ -59,14 +59,14 @@ class _MovesAtHeight:
 
 
 class HeightLowering:
-    """Finds heights of a program that can be lowered while every move keeps its clearance from the material.
+    """Finds heights in a program that can be lowered while every move keeps its clearance from the material.
 
-    If the controller rounds corners without a limit, retracts keep an extra height, because the sideways move may start
-    early. Moves over a named obstacle keep their height. `top` is the height of the highest point of the material, mm,
-    and the lowest height for rapids that are not straight.
+    If the controller rounds corners without a limit, retracts get some extra height, because the sideways move may
+    start early. Moves over an obstacle that the user named keep their height. `top` is the highest point of the
+    material, mm. It is also the lowest height for rapids that are not straight.
     """
 
-    #: Lines of the moves that keep their height because of a named obstacle.
+    #: Lines of the moves that keep their height because an obstacle is in the way.
     kept: set[int]
 
     def __init__(
@@ -112,9 +112,10 @@ class HeightLowering:
         return [*self.retracts(), *self.r_planes()]
 
     def returns(self) -> list[CycleReturn]:
-        """Return changes of G98 and G99 words that keep the tool at the R plane between the holes of a series.
+        """Replace G98 by G99 where the tool can stay at the R plane between the holes of a series.
 
-        After the last hole of a series, the tool still retracts to the initial height, where the next move starts.
+        After the last hole of a series, the tool still retracts to the initial height, because the next move starts
+        there.
         """
         found: list[CycleReturn] = []
         series: list[int] = []
@@ -143,7 +144,7 @@ class HeightLowering:
         return found if any(one.code == 99 for one in found) else []
 
     def _drills_alone(self, row: int) -> bool:
-        """Return whether a block only drills its hole, so that G98 or G99 can be added to it."""
+        """Return whether a block only drills its hole, so that G98 or G99 can be added to the block."""
         return self.program.is_plain(row) and not self.program.modal(self._block(row) + 1).incremental
 
     def _can_stay_at_plane(self, row: int, following: int, plane: float) -> bool:
@@ -155,7 +156,7 @@ class HeightLowering:
         ) + self.clearance <= plane + _SAME and not self._hits_obstacle([following], plane)
 
     def _hits_obstacle(self, moves: list[int], height: float) -> bool:
-        """Return whether a lowered move would hit a named obstacle, and record the line of the move in `kept`."""
+        """Return whether a lowered move would hit an obstacle. If so, record the line of the move in `kept`."""
         if self.obstacles is None or height >= self.obstacles.height:
             return False
         over = [row for row in moves if height < self._least_height(row)]
@@ -163,20 +164,20 @@ class HeightLowering:
         return bool(over)
 
     def _least_height(self, row: int) -> float:
-        """Return the lowest height at which a move clears all obstacles below it, mm; −∞ without obstacles."""
+        """Return the lowest height that clears all obstacles below a move, mm, or −∞ without obstacles."""
         assert self.obstacles is not None
         (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
         return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))
 
     def next_effective_row(self, row: int) -> int:
-        """Return the next row that has an effect on the machine, or the number of rows."""
+        """Return the next row that affects the machine, or the number of rows at the end."""
         row += 1
         while row < len(self.path) and not self.does[row]:
             row += 1
         return row
 
     def contact_height(self, row: int, to_hole: bool = False) -> float:
-        """Return the height at which the tool would touch the material, mm, on a level move or on its way to a hole."""
+        """Return the height where a level move, or the move to a hole, would touch the material, mm."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
         touches = np.minimum(ends[:, 2], ends[:, 5]) + over
@@ -192,7 +193,7 @@ class HeightLowering:
         return max(contact, self.top) if bent else contact
 
     def retracts(self) -> list[Lowered]:
-        """Return the retracts that can be lowered: straight up, across at a constant height, and straight down."""
+        """Find retracts that can be lowered: straight up, across at a constant height, and straight down."""
         found: list[Lowered] = []
         path = self.path
         rises = np.isin(path.kind, _MOVES) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
@@ -229,9 +230,9 @@ class HeightLowering:
         return [Lowered(self._block(one), "Z", new) for one in stated]
 
     def initials(self) -> list[Lowered]:
-        """Return the words for initial heights (G98) of drilling series that can be lowered.
+        """Find initial heights (G98) of drilling series that can be lowered.
 
-        All moves at an initial height stay clear of the material. An initial height is never below an R plane of the
+        At the new height, all moves stay clear of the material. An initial height never drops below an R plane of its
         series.
         """
         found: list[Lowered] = []
@@ -270,7 +271,7 @@ class HeightLowering:
     def _at_height(self, first: int) -> _MovesAtHeight | None:
         """Collect the cycles and travel moves at a stated height, up to the next vertical move.
 
-        Return None if the height must stay.
+        Return None if the height must not change.
         """
         path, high = self.path, float(self.path.end[first, 2])
         there = _MovesAtHeight([first], [], [], [])
@@ -294,7 +295,7 @@ class HeightLowering:
         Returns
         -------
         bool | None
-            Whether more rows may follow; None if the height must stay.
+            Whether the scan may continue with the next row. None means that the height must not change.
         """
         path = self.path
         cycle = path.cycles[int(path.ref[row])]
@@ -315,7 +316,7 @@ class HeightLowering:
         return True
 
     def _add_move(self, row: int, high: float, there: _MovesAtHeight) -> bool | None:
-        """Add a row between or after the holes. The result has the same meaning as that of `_add_hole`."""
+        """Add a row between or after the holes. Return the same values as `_add_hole`."""
         path, kind = self.path, self.path.kind[row]
         if kind in _STILL:
             return True
@@ -337,7 +338,10 @@ class HeightLowering:
         return bool((np.abs(self.path.end[row] - self.path.before[row])[:2] > _SAME).any())
 
     def _states_height(self, row: int) -> bool:
-        """Return whether the Z of a move can be changed. Its block may contain offset, coolant and spindle words."""
+        """Return whether the Z of a move can be changed.
+
+        The block may also contain offset, coolant and spindle words.
+        """
         if self._is_changeable(row):
             return True
         program, block = self.program, self._block(row)
@@ -356,7 +360,7 @@ class HeightLowering:
         )
 
     def r_planes(self) -> list[Lowered]:
-        """Return the R planes that can be lowered, and the block that states each of them."""
+        """Find R planes that can be lowered, and the block that states each of them."""
         found: list[Lowered] = []
         drills = np.flatnonzero(self.path.kind == Kind.DRILL)
         stated: list[list[int]] = []
@@ -423,7 +427,7 @@ class HeightLowering:
         return not any(self.program.modal(self._block(row) + 1).incremental for row in rows)
 
     def _at_plane(self, row: int, plane: float) -> float:
-        """Return the greatest height, mm, at which the rapids of a cycle to its R plane would touch material."""
+        """Return the height where a rapid to the R plane of a cycle first touches the material, mm."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         moves, over = self.loads.moves, self.loads.removed.over[which]
         ends = moves.ends[which]
@@ -446,7 +450,6 @@ class HeightLowering:
         return {word.letter for word in self.program.words(self._block(row))}
 
     def _is_changeable(self, row: int) -> bool:
-        """Return whether the end height of a move can be changed."""
         return self.program.is_plain(row) and self._letters(row) <= _LETTERS and self._codes(row) <= _CODES
 
     def _codes(self, row: int) -> set[float]:

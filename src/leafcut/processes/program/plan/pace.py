@@ -1,4 +1,7 @@
-"""Plan the speed of each segment of a program: rapids through air, and feeds up to the load of the heaviest cut."""
+"""Plan the speed of each segment of a program.
+
+Moves through air become rapids. Other feeds are raised until the load matches the heaviest cut of the program.
+"""
 
 from __future__ import annotations
 
@@ -24,27 +27,28 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.corners import RapidCorners, rows_with_free_rounding
 from leafcut.timing.profile import move_time
 
-#: Letters and G codes allowed in a line whose feed is changed.
+#: A feed can be changed only in lines with these letters and G codes.
 _LETTERS = frozenset("NGXYZIJKRF")
 _MOTION_CODES = frozenset((1, 2, 3))
 _BESIDE = frozenset((17, 18, 19, 90, 94))
-#: Minimum time saved by a faster stretch, s.
+#: A faster stretch must save at least this much time, s.
 _WORTH = 0.03
-#: Slowed stretches are merged if their speeds differ by less than this ratio.
+#: Neighbouring slow stretches are merged if their speeds differ by less than this ratio.
 _ALIKE = 0.02
-#: Feeds are raised in steps of this factor.
+#: Feeds are raised in powers of this factor.
 _STEP = 1.1
-#: Maximum width of a finishing cut, as a share of the tool diameter; such cuts keep their feed.
+#: A cut at most this wide, as a share of the tool diameter, is a finishing cut and keeps its feed.
 FINISH = 0.05
-#: Moves up to this distance before and after a move limit its speed, as a share of the tool diameter.
+#: A move's speed is also limited by neighbouring moves up to this distance before and after it, as a share of the tool
+#: diameter.
 _AROUND = 0.5
-#: Tools that leave their hole at the plunge feed.
+#: These tools leave their hole at the plunge feed.
 _FED_OUT = (ToolKind.TAP, ToolKind.REAMER)
-#: Distance from a rounded corner over which a rapid stays slow, mm.
+#: A rapid stays slow over this distance from a rounded corner, mm.
 _SLOWLY = 0.5
-#: Maximum number of passes that reduce speeds of short stretches.
+#: Maximum number of passes that lower the speeds of short stretches.
 _PASSES = 100
-#: Minimum length of a motion, mm.
+#: Shorter motions are ignored, mm.
 _SAME = 1e-6
 
 
@@ -59,17 +63,17 @@ def plan_pace(
     check_cancelled: Heartbeat = ignore_heartbeat,
     chords: Collection[int] = (),
 ) -> Pace:
-    """Return the changed speeds of a program, segment by segment.
+    """Plan new speeds for a program, segment by segment.
 
-    Straight cuts are divided where their speed changes; an arc has one speed. Plunges into the material and finishing
-    cuts are never made faster. Ramps are made faster only if the tool library states a plunge feed.
+    A straight cut is divided wherever its speed changes. An arc has a single speed. Finishing cuts and plunges into the
+    material are never sped up. Ramps are sped up only if the tool library lists a plunge feed.
 
     Parameters
     ----------
     top
         Height of the highest point of the material, mm.
     chords
-        Rows of arcs that a rapid along their chord may replace (`arcs_in_air`).
+        Rows of arcs that a rapid along the chord may replace (`arcs_in_air`).
     """
     limits = tool_limits(loads, tools, rules) if rules.feeds else {}
     speed = _speeds_in_material(loads, limits, cutters, rules, machine)
@@ -127,9 +131,10 @@ def plan_pace(
 
 
 def arcs_in_air(program: Program, loads: Loads, rules: PaceRules, machine: Machine) -> list[int]:
-    """Return the rows of arcs through air that a rapid along the chord could replace, if the chord is clear.
+    """Return the rows of arcs through air that could become a rapid along the chord.
 
-    On a machine whose rapids are not straight, the chord must move a single axis.
+    The caller must check that the chord is clear. If the rapids of the machine are not straight, only chords along a
+    single axis qualify.
     """
     path = program.path
     free = rows_with_free_rounding(path, machine, rules.clearance)
@@ -154,8 +159,9 @@ def _speeds_in_material(
     rules: PaceRules,
     machine: Machine,
 ) -> Floats:
-    """Return the speed of each simulated move within the limits of its tool, mm/s. Tools without limits keep their
-    feed.
+    """Return the speed at which each simulated move stays within the limits of its tool, mm/s.
+
+    Tools without limits keep their feed.
     """
     speed = loads.feed.copy()
     chip = loads.chip
@@ -179,7 +185,10 @@ def _speeds_in_material(
 def _feed_factors(
     loads: Loads, limit: ToolLimits, diameter: float, mine: NDArray[np.bool_], rules: PaceRules
 ) -> dict[str, Floats]:
-    """Return limit → factor by which the feed of each move in `mine` may change. Factors below 1 reduce the feed."""
+    """Return the factors that each limit allows for the feeds of the moves in `mine`.
+
+    Factors below 1 reduce the feed.
+    """
     by_chip = limit.chip / np.where(mine, loads.chip, 1.0)
     none = np.full_like(by_chip, np.inf)
     by_rate = np.divide(limit.rate, loads.rate, out=none.copy(), where=loads.rate > 0)
@@ -197,23 +206,22 @@ def _feed_factors(
 
 
 def _plunge_feed_factor(loads: Loads, limit: ToolLimits) -> Floats:
-    """Return the factor by which the plunge feed of each move may change."""
     return np.divide(
         limit.plunge, loads.descent_speed, out=np.full_like(loads.feed, np.inf), where=loads.descent_speed > 0
     )
 
 
 class KeptFeed(NamedTuple):
-    """Reason why a tool keeps its feed.
+    """Explains why a tool keeps its feed.
 
     Attributes
     ----------
     reason
-        The limit that applies for the largest share of the cutting time: a key of `_feed_factors`, ``machine`` (maximum
-        feed), ``lines`` (lines cannot be changed) or ``short`` (a higher feed saves no time).
+        The limit that applies for the largest share of the cutting time. This is a key of `_feed_factors`, ``machine``
+        (maximum feed), ``lines`` (the lines cannot be changed) or ``short`` (a higher feed saves no time).
     line
-        First line with this reason. For a chip limit that the library does not state, this is the line of the heaviest
-        cut, which has the thickest chip and then the greatest width.
+        First line to which the reason applies. If the tool library has no chip limit, this is the line of the heaviest
+        cut. The heaviest cut has the thickest chip; among equals, it is the widest cut.
     share
         Share of the cutting time, from 0 to 1.
     width
@@ -229,7 +237,7 @@ class KeptFeed(NamedTuple):
 def reason_for_kept_feed(
     program: Program, loads: Loads, number: int, limit: ToolLimits, diameter: float, rules: PaceRules, machine: Machine
 ) -> KeptFeed | None:
-    """Return the reason why the cuts of a tool are not faster, or None if the tool only plunges."""
+    """Explain why a tool does not cut faster. Return None if the tool only plunges."""
     mine = loads.cuts_of(number) & (loads.mills | loads.sinks) & (loads.chip > 0)
     at = np.flatnonzero(mine)
     if not len(at):
@@ -262,22 +270,25 @@ def reason_for_kept_feed(
 
 
 def _least_by_row(factor: Floats, source: NDArray[np.int64], which: NDArray[np.bool_]) -> Floats:
-    """Return, for each chosen move, the smallest factor in its source row, because a plunge has a single speed."""
+    """Return the smallest factor in the source row of each chosen move.
+
+    A plunge has a single speed for its whole row.
+    """
     least = np.full(int(source.max(initial=-1)) + 1, np.inf)
     np.minimum.at(least, source[which], factor[which])
     return np.asarray(least[source[which]])
 
 
 def _round_to_steps(factor: Floats) -> Floats:
-    """Round factors down to a power of `_STEP`, at least 1."""
+    """Round factors down to a power of `_STEP`. The result is at least 1."""
     return np.asarray(_STEP ** np.floor(np.log(np.maximum(factor, 1.0)) / math.log(_STEP) + 1e-9))
 
 
 def _limit_to_reachable(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
-    """Reduce raised speeds that the machine cannot reach within their segment, because v² changes by at most 2as.
+    """Lower raised speeds that the machine cannot reach within a segment.
 
-    The speed of raised segments that do not reach it is lowered in steps. Speeds at or below the programmed feed do not
-    change.
+    Over a distance s, v² changes by at most 2as. Unreachable speeds are lowered step by step. Speeds at or below the
+    programmed feed do not change.
     """
     speed = speed.copy()
     gains = 2.0 * acceleration * length
@@ -300,7 +311,7 @@ def _limit_to_reachable(speed: Floats, own: Floats, length: Floats, acceleration
 
 
 def _may_change(program: Program, row: int) -> bool | None:
-    """Return whether a motion can be divided, or None if even its feed must stay."""
+    """Return whether a motion can be divided, or None if not even its feed may change."""
     kind = int(program.path.kind[row])
     if kind not in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW):
         return None
@@ -318,13 +329,16 @@ def _may_change(program: Program, row: int) -> bool | None:
 
 
 def _speed_runs(speeds: Floats) -> list[PaceStretch]:
-    """Group moves of equal length into segments of constant speed."""
+    """Combine consecutive moves of the same speed into segments. All moves must have the same length."""
     changes = np.append(np.flatnonzero(np.diff(speeds)), len(speeds) - 1)
     return [PaceStretch((k + 1) / len(speeds), float(speeds[k])) for k in changes.tolist()]
 
 
 def _merge_small_gains(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
-    """Undo raised speeds that save almost no time. Merge slowed segments of similar speed at their lowest speed."""
+    """Undo raised speeds that save almost no time, and merge slowed segments of similar speed.
+
+    Merged segments get the lowest of their speeds.
+    """
     if len(found) == 1:
         return found
     kept: list[PaceStretch] = []
@@ -344,13 +358,16 @@ def _merge_small_gains(found: list[PaceStretch], length: float, own: float) -> l
 
 
 def _clear_intervals(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Return the clear intervals of a motion as shares of its length. All moves of the motion have equal length."""
+    """Return the clear intervals of a motion as shares of its length.
+
+    All moves of the motion must have the same length.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(np.int8)))
     return [(first / len(clear), last / len(clear)) for first, last in edges.reshape(-1, 2).tolist()]
 
 
 def _may_retract_at_any_speed(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[np.bool_]:
-    """Return a mask of the moves of tools that may retract at any speed, as they do in drilling cycles."""
+    """Return a mask of the moves whose tool may retract at any speed, as in a drilling cycle."""
     slow = [number for number, tool in tools.items() if tool.kind in _FED_OUT]
     return ~np.isin(pieces.tool, slow)
 
@@ -379,7 +396,7 @@ class _StraightCut(NamedTuple):
     feed: float
 
     def interval_above_material(self, over: Floats, rules: PaceRules) -> list[tuple[float, float]]:
-        """Return the interval of a vertical move, as shares of its length, that is clear above all material."""
+        """Return the interval of a vertical move that is above all material, as shares of its length."""
         z0, z1 = float(self.begin[2]), float(self.end[2])
         low, high = min(z0, z1), max(z0, z1)
         height = low + float(over.max()) + rules.clearance
@@ -393,7 +410,7 @@ class _StraightCut(NamedTuple):
     def without_rounded_ends(
         self, free: list[tuple[float, float]], rounds: tuple[bool, bool]
     ) -> list[tuple[float, float]]:
-        """Return the clear intervals, shortened at corners that the controller may round."""
+        """Shorten the clear intervals at corners that the controller may round."""
         keeps = _SLOWLY / float(np.linalg.norm(self.end - self.begin))
         low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
         return [(max(a, low), min(b, high)) for a, b in free if max(a, low) < min(b, high)]
@@ -404,7 +421,7 @@ class _StraightCut(NamedTuple):
         return max(machine.max_feed, self.feed) if machine.rapid_style == "dogleg" and axes > 1 else math.inf
 
     def intervals_worth_rapid(self, free: list[tuple[float, float]], machine: Machine) -> list[tuple[float, float]]:
-        """Return the clear intervals on which a rapid from rest to rest saves time."""
+        """Return the clear intervals in which a rapid saves time, even though it starts and ends at rest."""
         found = []
         for low, high in free:
             delta = (high - low) * (self.end - self.begin)

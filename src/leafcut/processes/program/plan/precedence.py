@@ -1,4 +1,4 @@
-"""Pairs of cuts and holes whose order must be kept. They follow from the order rules with the thresholds `KEEP`."""
+"""Find the pairs of cuts and holes that must keep their order. The order rules run with the thresholds `KEEP`."""
 
 from __future__ import annotations
 
@@ -40,16 +40,21 @@ from leafcut.processes.program.proof.outlines import (
 from leafcut.processes.program.proof.program_work import has_no_mill
 from leafcut.processes.program.proof.traces import Traces, traces_of
 
-#: Number of pieces of work that share one integer as a bit set.
+#: Number of tasks that share one integer as a bit set.
 _BITS = 8192
-#: Maximum number of pairs of a piece of work and a later piece that detaches a part; more would slow the search.
+#: A pair consists of a task and a later task that detaches a part. More pairs than this would slow down the search.
 _MOST_PAIRS = 50_000
-#: Reasons to keep an order: touching cuts, passes of a mill of unknown width, work inside an outline, a detached part.
+#: Reasons to keep an order: two cuts touch, two passes of a mill of unknown width, work inside an outline, a detached
+#: part.
 TOUCHES, PASSES, INSIDE, FREES = "touches", "passes", "inside", "frees"
 
 
 class Precedence(NamedTuple):
-    """Pieces of work, with a mark on those that detach a part; the pairs whose order is kept; and `Section.ties`."""
+    """The tasks of a section with their precedence.
+
+    Tasks that detach a part are marked. The class also holds the pairs of tasks that must keep their order, and
+    `Section.ties`.
+    """
 
     pieces: tuple[ProgramTask, ...]
     pairs: NDArray[np.int32]
@@ -57,9 +62,9 @@ class Precedence(NamedTuple):
 
 
 class _OrderRuleInput:
-    """Input of the order rules for pieces of work. The pieces of several sections are concatenated.
+    """Input of the order rules. The tasks of several sections are concatenated.
 
-    `owner`, int64[m], is the piece of each feature, and `section`, int64[n], is the section of each piece.
+    `owner` (int64[m]) is the task of each feature. `section` (int64[n]) is the section of each task.
     """
 
     def __init__(self, program: Program, rows: Rows, sections: Sequence[Sequence[ProgramTask]]) -> None:
@@ -77,7 +82,7 @@ class _OrderRuleInput:
         self.traces: Traces = traces_of(self.features)
 
     def lines(self) -> list[Line]:
-        """Return the lines of all pieces of work; a piece without lines is represented by its start point."""
+        """Return the lines of all tasks. A task without lines is represented by its start point."""
         lines = list(lines_of(self.features, self.traces, self.owner, KEEP.sagitta))
         without = set(range(len(self.pieces))) - {line.owner for line in lines}
         return lines + [Line(number, np.array([self.pieces[number].entry] * 2)) for number in sorted(without)]
@@ -95,15 +100,16 @@ def with_precedence(
     process: str,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> Precedence:
-    """Mark the pieces of work that detach a part, and return the pairs whose order is kept.
+    """Mark the tasks that detach a part, and find the pairs that must keep their order.
 
-    - Cuts keep their order if they are closer than the tool width (from a comment or from `rows`), or closer than
-      `TOUCHING` if the width is unknown. Examples are repeated passes, finishing passes and holes drilled twice.
+    - Cuts keep their order if they are closer than the tool width, which comes from a comment or from `rows`. If the
+      width is unknown, the distance is `TOUCHING`. Examples are repeated passes, finishing passes and holes drilled
+      twice.
     - A closed cut stays after the earlier work inside it. With a mill, later work inside it also stays after it,
-    because the closed cut may be a roughing pass.
-    - A piece that detaches a part stays after all earlier work.
+      because the closed cut may be a roughing pass.
+    - A task that detaches a part stays after all earlier work.
 
-    Pairs that other pairs imply are left out.
+    Pairs that follow from other pairs are left out.
     """
     n = len(pieces)
     work = _OrderRuleInput(program, rows, [pieces])
@@ -124,12 +130,15 @@ def are_related(
     process: str,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> bool:
-    """Return whether the order of any two pieces of work in different sections matters."""
+    """Return whether any two tasks in different sections must keep their order."""
     return any(map(len, _related_pairs(_OrderRuleInput(program, rows, sections), process, check_cancelled).values()))
 
 
 def _related_pairs(work: _OrderRuleInput, process: str, check_cancelled: Heartbeat) -> dict[str, NDArray[np.int64]]:
-    """Return cause → pairs whose order matters, int64[k, 2]; with several sections, only pairs across sections."""
+    """Find the pairs of tasks whose order matters, grouped by cause, int64[k, 2].
+
+    If there are several sections, only pairs of tasks in different sections are returned.
+    """
     across = len(work.sections) > 1
     widths = [tool_width(work.program, pieces[0].begin) or work.rows.tool_diameter for pieces in work.sections]
     lines = work.lines()
@@ -170,7 +179,7 @@ def _distinct_pairs(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
 
 
 def _mark_detaching_tasks(work: _OrderRuleInput, process: str, check_cancelled: Heartbeat) -> tuple[ProgramTask, ...]:
-    """Mark the pieces of work that detach a part. For a mill, its deepest sideways cut is taken as the underside."""
+    """Mark the tasks that detach a part. For a mill, the deepest sideways cut defines the underside of the material."""
     pieces = tuple(work.pieces)
     if process in BEAMS or has_no_mill(work.program):
         return pieces
@@ -187,9 +196,9 @@ def _mark_detaching_tasks(work: _OrderRuleInput, process: str, check_cancelled: 
 
 
 def detaching_stages(pieces: Sequence[ProgramTask]) -> list[int]:
-    """Return, in ascending order, the first piece of each stage in which every piece detaches a part.
+    """Find the stages in which every task detaches a part, and return the first task of each stage in ascending order.
 
-    No work moves across the start of such a stage, so each of these stages becomes a section of its own.
+    No task moves across the start of such a stage, so each stage becomes a section of its own.
     """
     may, detaches, bottoms = _detaching_columns(pieces)
     if not may.any():
@@ -203,10 +212,10 @@ def detaching_stages(pieces: Sequence[ProgramTask]) -> list[int]:
 
 
 def work_before_detaching(pieces: Sequence[ProgramTask]) -> NDArray[np.int64]:
-    """Return the pairs (before, after) of a piece of work and a later piece that detaches a part, int64[k, 2].
+    """Pair each task with the later tasks that detach a part. Return the pairs (before, after), int64[k, 2].
 
-    Pieces that detach parts at the same depth may change places. Pairs whose pieces belong to different stages are left
-    out. If there are too many pairs, parts are detached in the original order.
+    Tasks that detach parts at the same depth may change places. Pairs of tasks in different stages are left out. If
+    there are too many pairs, the parts are detached in the original order.
     """
     may, detaches, bottoms = _detaching_columns(pieces)
     found = []
@@ -228,7 +237,7 @@ def _detaching_columns(
 
 
 def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
-    """Return `Section.ties` of n pieces of work, given the pairs (before, after), int64[k, 2]."""
+    """Compute `Section.ties` for n tasks from the pairs (before, after), int64[k, 2]."""
     ties = no_ties(n)
     np.minimum.at(ties[:, 0], pairs[:, 0], pairs[:, 1].astype(np.int32))
     np.maximum.at(ties[:, 1], pairs[:, 1], pairs[:, 0].astype(np.int32))
@@ -236,21 +245,21 @@ def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
 
 
 def no_ties(n: int) -> NDArray[np.int32]:
-    """Return `Section.ties` for n pieces of work that may be done in any order."""
+    """Return `Section.ties` for n tasks that may run in any order."""
     return np.tile(np.array([n, -1], dtype=np.int32), (n, 1))
 
 
 def combine_ties(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Combine the ties that two causes create, and keep the nearer tie of each piece."""
+    """Combine the ties from two causes. Each task keeps its nearer tie."""
     if one is None:
         return other
     return np.stack([np.minimum(one[:, 0], other[:, 0]), np.maximum(one[:, 1], other[:, 1])], axis=1)
 
 
 def ties_at_edges(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
-    """Return `Section.ties` of n pieces of work that must not cross the given edges; None without edges.
+    """Compute `Section.ties` for n tasks that must not cross the given edges, or return None if there are no edges.
 
-    An edge is the number of a piece of work. All earlier pieces stay before this piece and all later pieces.
+    An edge is a task number. All earlier tasks stay before that task and all tasks after it.
     """
     inner = [edge for edge in edges if 0 < edge < n]
     if not inner:
@@ -263,10 +272,10 @@ def ties_at_edges(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
 def _without_implied(
     pairs: NDArray[np.int64], n: int, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> NDArray[np.int32]:
-    """Remove pairs that other pairs imply (transitive reduction). Every pair goes from a lower to a higher number.
+    """Remove the pairs that follow from other pairs (transitive reduction).
 
-    Connected groups of pieces are reduced separately, in blocks of `_BITS` pieces, so that memory grows linearly with
-    n.
+    Each pair leads from a lower to a higher number. Connected groups of tasks are reduced separately, in blocks of
+    `_BITS` tasks, so that memory grows linearly with n.
     """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)
@@ -289,9 +298,9 @@ def _without_implied(
 
 
 def _reduced_pairs(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, int]]:
-    """Return the pairs with low ≤ before < high that no other pairs imply.
+    """Return the pairs with low ≤ before < high that do not follow from other pairs.
 
-    `pairs` are sorted by after, then by −before.
+    The caller sorts `pairs` by after, then by −before.
     """
     # Bit k of `ancestors[i]`: piece low + k must come before piece i.
     ancestors: dict[int, int] = {}

@@ -1,4 +1,4 @@
-"""Classify the rows of a program as cuts or travel moves, and find the blocks that separate pieces of work."""
+"""Classify the rows of a program as cuts or travel moves, and find the blocks that separate the tasks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
 from leafcut.processes.program.proof.features import Features, ProgramPath, features_of
 from leafcut.processes.program.proof.order_thresholds import FREE
 
-#: Reason why a block stays, by the kind of its row.
+#: Why a block stays, by the kind of its row.
 _BARRIERS = {
     Kind.TOOL: Message("a tool change"),
     Kind.OFFSET: Message("a change of length offset"),
@@ -32,7 +32,7 @@ _BARRIERS = {
     Kind.BLENDING: Message("a change of path control (G61, G64)"),
     Kind.FOREIGN: Message("the block is not understood"),
 }
-#: Reason why a block stays, by the modal value that it changes.
+#: Why a block stays, by the modal value that it changes.
 _CHANGES = {
     "unit": Message("a change of units"),
     "feed_mode": Message("a change of feed mode"),
@@ -46,31 +46,32 @@ _CHANGES = {
     "tolerance": Message("a change of path control (G61, G64)"),
     "joining": Message("a change of path control (G61, G64)"),
 }
-#: Reason for the block with the first length in a program without units, where the assumed units take effect.
+#: Why the block with the first length stays if the program does not state its units: the assumed units take effect
+#: there.
 _ASSUMED_UNITS = Message("the units are assumed: G20 or G21 is missing")
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
 TOLERANCE = 1e-6
-#: A program drives a beam if at least this share of the switch-on events is directly before a cut.
+#: A program drives a beam if at least this share of its switch-on commands come directly before a cut.
 _MOSTLY = 0.9
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Role of every row of a program: cut, travel move or neither.
+    """The role of every row of a program: cut, travel move or neither.
 
     Attributes
     ----------
     cut, travel
-        Masks of the rows that cut, and of the rows that move sideways without cutting, bool[n]; a canned cycle does
+        Masks of the rows that cut, and of the rows that move sideways without cutting, bool[n]. A canned cycle does
         both.
     sideways
         Mask of the rows that move in X or Y, bool[n].
     beam
-        Mask of the rows of a laser or torch program with the beam on, bool[n].
+        Mask of the rows of a laser or torch program in which the beam is on, bool[n].
     deepest
-        For each entry of `Program.modals`, Z of the deepest sideways cut in its work offset, mm, float64[m]; NaN
-        without a cut.
+        Z of the deepest sideways cut in the work offset of each entry of `Program.modals`, mm, float64[m]; NaN without
+        a cut.
     tool_diameter
         Diameter of the tools that no comment describes, mm; 0 if it is unknown.
     """
@@ -95,7 +96,7 @@ class Rows:
 def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Rows:
     """Classify the rows of a program.
 
-    In a laser or torch program, a feed move after M5 is a travel move like a rapid.
+    In a laser or torch program, a feed move after M5 is a travel move, just like a rapid.
     """
     path = program.path
     before = path.before
@@ -123,7 +124,7 @@ def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Row
 
 
 def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return `Rows.deepest`; `aside` is a mask of the rows that cut sideways."""
+    """Compute `Rows.deepest`. `aside` is a mask of the rows that cut sideways."""
     keys = [(m.frame, m.shift) for m in program.modals]
     number = {key: k for k, key in enumerate(dict.fromkeys(keys))}
     of_modal = np.array([number[key] for key in keys], dtype=np.int64)
@@ -134,13 +135,13 @@ def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_
 
 
 def beam_off_rows(program: Program, process: str) -> NDArray[np.bool_]:
-    """Return a mask of the feed moves with the beam off, bool[n]. For a cutting tool, the mask is False everywhere."""
+    """Return a mask of the feed moves with the beam off, bool[n]. For a cutting tool, the mask is all False."""
     dark: NDArray[np.bool_] = (program.path.kind == Kind.FEED) & (process in BEAMS)
     return dark & ~_beam_mask(program) if dark.any() else dark
 
 
 def _beam_mask(program: Program) -> NDArray[np.bool_]:
-    """Return a mask of the rows with the beam on. If the program states the power, it must be above zero."""
+    """Return a mask of the rows with the beam on. If the program sets a power, the power must be above zero."""
     path = program.path
     switched = path.kind == Kind.SPINDLE
     on = path.value != 0.0
@@ -152,7 +153,10 @@ def _beam_mask(program: Program) -> NDArray[np.bool_]:
 
 
 def detect_process(program: Program) -> str:
-    """Detect the kind of a program. A beam is switched on before each cut, a spindle only before the first move."""
+    """Detect whether a program drives a beam or a spindle.
+
+    A beam is switched on before every cut. A spindle is switched on only before the first move.
+    """
     path = program.path
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     before = path.before
@@ -182,7 +186,7 @@ def detect_process(program: Program) -> str:
 
 
 def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
-    """Return whether the program cuts with a torch: its text names a torch, or it has rapids at several heights."""
+    """Return whether a program cuts with a torch: it mentions a torch, or its rapids run at several heights."""
     if any(_TORCH.search(line) for line in program.lines[:400]):
         return True
     z = program.path.end[program.path.kind == Kind.RAPID, 2]
@@ -193,7 +197,7 @@ def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
 
 
 def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
-    """Return the blocks that always stay in their position, with the reason for each block."""
+    """Find the blocks that must never move, and the reason for each of them."""
     barriers: dict[int, str] = {}
     path = program.path
     hard = np.isin(path.kind, [int(k) for k in _BARRIERS])
@@ -218,9 +222,10 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
 
 
 def _add_calls_to_barriers(program: Program, barriers: dict[int, str]) -> None:
-    """Add fixed blocks and repeated lines to the barriers, except subprogram calls that can move as a whole.
+    """Add fixed blocks and repeated lines to the barriers.
 
-    Calls with M98 or M97 can move if they have no parameters and leave the spindle state unchanged.
+    Subprogram calls that can move as a whole are skipped. A call with M98 or M97 can move if it has no parameters and
+    does not change the spindle state.
     """
     free: set[int] = set()
     held: dict[int, str] = {}
@@ -239,7 +244,7 @@ def _add_calls_to_barriers(program: Program, barriers: dict[int, str]) -> None:
 
 
 def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, end: int) -> str:
-    """Return the reason why a call and its subprogram cannot move as a whole, or ""."""
+    """Return the reason why a call and its subprogram cannot move as a whole, or "" if they can."""
     for block in range(begin, end):
         fixed = program.fixed.get(block, "")
         inner = barriers.get(block) or ("" if fixed in CALLED else fixed)
@@ -261,10 +266,10 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
 
 
 def _idle_rows(program: Program, rows: Rows) -> list[int]:
-    """Return the rows that, for an unknown purpose, dwell or switch the spindle between pieces of work.
+    """Return the rows that dwell or switch the spindle between two tasks for an unknown purpose.
 
-    Such rows come after a cut and a retract, and before the next travel move. Dwells at positions without a cut are
-    included. A beam is switched on and off in every cut, so its switching is not included.
+    Such a row comes after a cut and a retract, and before the next travel move. A dwell at a position without a cut
+    also counts. Switching a beam does not count, because a beam is switched on and off for every cut.
     """
     kind = program.path.kind
     n = len(kind)
@@ -296,7 +301,10 @@ def _changed_mode(one: Modal, other: Modal) -> str:
 
 
 def runs_without_barriers(program: Program, barriers: dict[int, str]) -> list[tuple[int, int]]:
-    """Return the series of blocks (begin, end) without barriers. Only comments may be between their lines."""
+    """Return the half-open ranges of blocks that contain no barriers.
+
+    Only comments may separate the lines of a range.
+    """
     edges = {0, program.n_blocks}
     for block in barriers:
         edges |= {block, block + 1}

@@ -1,7 +1,7 @@
-"""Find the cuts and holes of a program from another CAM system that can be reordered, and the blocks that must stay.
+"""Find the cuts and holes of a program that can be reordered, and the blocks that must stay.
 
-A piece of work (a cut or a hole) extends from the rapid to its start point to the next such rapid. All blocks outside
-pieces of work keep their position and their text.
+A task (a cut or a hole) extends from the rapid to its start point up to the next such rapid. All blocks outside of
+tasks keep their position and their text.
 """
 
 from __future__ import annotations
@@ -45,22 +45,22 @@ from leafcut.processes.program.proof.features import Features, is_uniform
 from leafcut.processes.program.proof.outlines import TOUCHING
 from leafcut.processes.program.proof.traces import SAGITTA, is_simple, traces_of
 
-#: Maximum gap between the ends of a closed cut, as a part of its length; `TOUCHING` is the minimum.
+#: A cut is closed if the gap between its ends is at most this part of its length, or at most `TOUCHING`.
 _CLOSED_PART = 0.1
-#: Cosine of 150°: if the path turns further at an arc, its chords may miss an intersection.
+#: Cosine of 150°. If the path turns further at an arc, the chords of the arc may miss a self-intersection.
 _BACK = -0.866
-#: Minimum number of occurrences and maximum median number of pieces of a comment that labels pieces.
+#: A comment labels tasks if it occurs at least `_OFTEN` times, with a median of at most `_FEW` tasks after it.
 _OFTEN, _FEW = 3, 2
 _NUMBERS = re.compile(r"[-+]?[0-9]*\.?[0-9]+")
 _WORD = re.compile(r"[^\W\d_]{2}")
-#: Modal values that must be equal in two merged sections.
+#: Two sections can be merged only if these modal values are equal.
 _SAME = (
     "unit", "feed_mode", "tool", "length", "radius", "frame", "shift", "rpm", "spindle", "coolant", "blending",
     "tolerance", "joining", "incremental",
 )  # fmt: skip
-#: Kinds of rows allowed between the sections, and in a removed tool change.
+#: Only rows of these kinds may occur between merged sections, and in a tool change that is removed.
 _BETWEEN = frozenset({Kind.RAPID, Kind.DWELL, Kind.TOOL, Kind.OFFSET, Kind.SPINDLE, Kind.COOLANT, Kind.MACHINE})
-#: Kinds of rows that restore a modal value after a removed tool change.
+#: Kinds of rows that restore a modal value after a tool change is removed.
 _STATED_BY = {
     "length": Kind.OFFSET,
     "spindle": Kind.SPINDLE,
@@ -69,10 +69,10 @@ _STATED_BY = {
     "tool": Kind.TOOL,
     "next_tool": Kind.TOOL,
 }
-#: Reason for blocks that contain only fixed work; `Sequence.stays` has the reason for each piece of work.
+#: Reason for a block that contains only fixed tasks. `Sequence.stays` has the reason for each task.
 STAYING = Message("the tasks in the block keep their order")
 _MOTIONS = frozenset(int(k) for k in MOTIONS)
-#: Kinds of rows before which a program retracts the tool.
+#: A program retracts the tool before rows of these kinds.
 STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)]
 _FEEDS = [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
 
@@ -87,18 +87,19 @@ def find_sequence(
     tool_diameter: float = 0.0,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> Sequence:
-    """Divide a program into sections of pieces of work that can be reordered, and blocks that stay.
+    """Divide a program into sections of tasks that can be reordered, and blocks that stay.
 
     Parameters
     ----------
     process
-        ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` detects it. An unknown value raises PlanError.
+        ``drill``, ``mill``, ``laser``, ``plasma`` or ``auto``, which detects the process. Other values raise a
+        PlanError.
     merge_tools
-        Merge sections with the same tool if nothing between them forbids it, to save tool changes.
+        Whether to merge sections that use the same tool, which saves tool changes.
     allow_reverse
-        Allow open cuts at one depth to start at either end (`with_reversible`).
+        Whether open cuts at a single depth may start at either end (`with_reversible`).
     mix_operations
-        Allow work of different CAM operations to be mixed (`divide_at_operations`).
+        Whether tasks from different CAM operations may be mixed (`divide_at_operations`).
     tool_diameter
         Diameter of the mills that no comment describes, mm; 0 if it is unknown.
     """
@@ -120,7 +121,7 @@ def find_sequence(
 
 
 def unchanged_sequence(program: Program, process: str, reason: str) -> Sequence:
-    """Return a sequence in which all work keeps its position for one `reason`, a key of `fixed_tasks.PHRASES`."""
+    """Return a sequence in which all tasks keep their position. The `reason` is a key of `fixed_tasks.PHRASES`."""
     rows = read_rows(program, process)
     ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
     begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]
@@ -131,10 +132,10 @@ def unchanged_sequence(program: Program, process: str, reason: str) -> Sequence:
 
 
 def build_problem(section: Section, metric: Metric, start: Point | None, end: Point | None) -> RoutingProblem:
-    """Return the routing problem of a section, with one cluster per piece of work.
+    """Return the routing problem of a section, with one cluster per task.
 
-    The first node of a piece leads from its entry to its exit. A reversible piece has a second node for the opposite
-    direction. The second nodes follow all first nodes, in the order of the pieces.
+    The first node of a task leads from its entry to its exit. A reversible task has a second node for the opposite
+    direction. The second nodes come after all first nodes, in the order of the tasks.
     """
     entry = np.array([c.entry for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
     leave = np.array([c.exit for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
@@ -155,14 +156,17 @@ def build_problem(section: Section, metric: Metric, start: Point | None, end: Po
 
 
 def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the pieces of work in the order of the nodes of `build_problem`, int32[n]; ~k means piece k reversed."""
+    """Convert an order of routing nodes to an order of tasks, int32[n]. ~k means that task k is reversed.
+
+    The node numbers refer to `build_problem`.
+    """
     piece = np.concatenate([np.arange(len(section.pieces), dtype=np.int32), ~_reversible_tasks(section)])
     order: NDArray[np.int32] = piece[nodes]
     return order
 
 
 def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the nodes of `build_problem` for an order of pieces, int32[n]: the inverse of `piece_order`."""
+    """Convert an order of tasks to an order of routing nodes, int32[n]. This is the inverse of `piece_order`."""
     reversible = _reversible_tasks(section)
     turned = len(section.pieces) + np.searchsorted(reversible, ~order)
     nodes: NDArray[np.int32] = np.where(order < 0, turned, order).astype(np.int32)
@@ -170,7 +174,7 @@ def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int
 
 
 def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
-    """Return the spindle speed at the first cut of each piece of work in a section, rpm, float64[n]."""
+    """Return the spindle speed at the first cut of each task in a section, rpm, float64[n]."""
     kind, first = program.path.kind, program.first
     ends = np.array([(piece.begin, piece.end) for piece in section.pieces], dtype=np.intp).reshape(-1, 2)
     begin, end = first[ends].T
@@ -186,7 +190,7 @@ def _reversible_tasks(section: Section) -> NDArray[np.int32]:
 
 
 def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[Issue]:
-    """Return a note for every reason why blocks stay, and a note if nothing can be reordered."""
+    """Return a note for each reason why blocks stay, and another note if nothing can be reordered."""
     where: dict[str, list[int]] = {}
     for item in items:
         if isinstance(item, FixedBlocks):
@@ -221,12 +225,16 @@ def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[I
 
 
 def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
-    """Mark the reversible cuts of a sequence, and add a note that states their number.
+    """Mark the reversible cuts of a sequence, and add a note with the number of these cuts.
 
-    A reversible cut is open, at one depth, and uniform from start to end. A cut is not reversible if it is closed or
-    crosses itself, if it dwells, switches or retracts on the way, or if an end has another feed or kind of move. A
-    dwell of a mill at one end moves to the other end. A cut in which a beam dwells is not reversible, because the dwell
-    is a pierce.
+    A reversible cut is open, stays at a single depth, and is uniform from start to end. A cut is not reversible if
+
+    - it is closed or crosses itself,
+    - it dwells, switches a device or retracts along the way,
+    - its first or last move has a different feed or a different kind of motion, or
+    - a beam dwells in it, because the dwell is a pierce.
+
+    If a mill dwells at one end of the cut, the dwell moves to the other end.
     """
     finder = _ReversalFinder(program, rows, sequence.process)
     items = tuple(
@@ -261,12 +269,12 @@ class _ReversalFinder:
         return self._matches_task(piece, stroke) and is_uniform(cuts) and is_simple(cuts) and _is_open(cuts)
 
     def _same_height(self, piece: ProgramTask) -> bool:
-        """Return whether the tool arrives and leaves at the same height, so that both ends are equally clear."""
+        """Return whether the tool arrives and leaves at the same height, so that both ends have the same clearance."""
         height = [piece.arrive_z, piece.leave_z]
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
 
     def _matches_task(self, piece: ProgramTask, stroke: ReversibleCut) -> bool:
-        """Return whether the piece of work starts and ends at the ends of the cut."""
+        """Return whether the task starts and ends where the cut starts and ends."""
         path, before = self.program.path, self.program.path.before
         ends = before[stroke.rows[0], :2], path.end[stroke.rows[-1], :2]
         return bool(
@@ -276,7 +284,10 @@ class _ReversalFinder:
 
 
 def _is_open(cuts: Features) -> bool:
-    """Return whether the ends of a cut are far apart, and no arc turns so far back that the cut might cross itself."""
+    """Return whether a cut is open and cannot cross itself.
+
+    The ends must be far apart. No arc may turn back so sharply that the cut might cross itself.
+    """
     pieces = traces_of(cuts).flattened(SAGITTA)
     way = pieces.end - pieces.begin
     length = np.hypot(*way.T)
@@ -291,14 +302,14 @@ def _is_open(cuts: Features) -> bool:
 
 
 def divide_at_operations(program: Program, sequence: Sequence, rows: Rows, mix_operations: bool) -> Sequence:
-    """Divide the sections at CAM operations, and before the cuts that detach parts.
+    """Divide the sections where a CAM operation starts, and before the cuts that detach parts.
 
-    A comment line between two pieces of work starts an operation unless it labels a single piece. A comment is a label
-    if the same text, apart from its numbers, occurs often and is followed by one or two pieces each time. Consecutive
-    comments with one piece each are labels too.
+    A comment line between two tasks starts an operation unless it only labels a single task. A comment is a label if
+    the same text, apart from numbers, occurs often, with one or two tasks after each occurrence. Consecutive comments
+    with one task each are labels too.
 
-    Cuts that detach parts and have no other work after them form a section of their own. Operations are ignored for
-    lasers and torches, and with `mix_operations`.
+    Cuts that detach parts form a section of their own if no other work follows them. Operations are ignored for lasers
+    and torches, and if `mix_operations` is set.
     """
     items: list[FixedBlocks | Section] = []
     for item in sequence.items:
@@ -328,7 +339,7 @@ def _subsection(section: Section, low: int, high: int) -> Section:
 
 
 def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
-    """Return the first piece of every operation except the first."""
+    """Return the first task of every operation but the first operation."""
     pieces = section.pieces
     last_cut = np.concatenate([[-1], last_rows(rows.cut)])
     texts = {k: text for k in range(len(pieces)) if (text := _comments_before(program, section, rows, k, last_cut))}
@@ -344,9 +355,10 @@ def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
 
 
 def _comments_before(program: Program, section: Section, rows: Rows, number: int, last_cut: NDArray[np.int64]) -> str:
-    """Return the comments between the previous cut and the first travel move of a piece, as one text.
+    """Join the comments between the previous cut and the first travel move of a task into a single text.
 
-    Numbers are replaced, so that numbered labels give the same text. `last_cut` is the last cut before each row, or -1.
+    Numbers are replaced by a placeholder, so that numbered labels yield the same text. `last_cut` is the last cut
+    before each row, or -1.
     """
     piece, line = section.pieces[number], program.text_line
     first, last = int(program.first[piece.begin]), int(program.first[piece.end])
@@ -370,9 +382,10 @@ def _comments_before(program: Program, section: Section, rows: Rows, number: int
 def merge_sections(
     program: Program, sequence: Sequence, rows: Rows, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> Sequence:
-    """Merge later sections into earlier sections with the same tool, and remove the tool changes before them.
+    """Merge later sections into earlier sections that use the same tool, and remove the tool changes between them.
 
-    No section moves past a stop, a change of offset, an unknown block, fixed work, or touching work of another tool.
+    No section moves past a stop, a change of offset, an unknown block, fixed work, or touching work of a different
+    tool.
     """
     merger = _Merger(program, sequence, rows, check_cancelled)
     merger.join_all()
@@ -393,7 +406,7 @@ def merge_sections(
 def changes_saved(
     program: Program, sequence: Sequence, rows: Rows, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> int:
-    """Return the number of tool changes that `merge_sections` would save."""
+    """Count the tool changes that `merge_sections` would save."""
     tools = program.path.ref[program.path.kind == Kind.TOOL]
     if len(np.unique(tools)) == len(tools):
         return 0
@@ -419,7 +432,7 @@ class _Merger:
             at += not self.join(at)
 
     def join(self, at: int) -> bool:
-        """Merge a section into an earlier section. Return whether that was possible."""
+        """Try to merge a section into an earlier section. Return whether this succeeded."""
         later, change = self.items[at], self.items[at - 1]
         if not isinstance(later, Section) or not isinstance(change, FixedBlocks) or at < 2:
             return False
@@ -461,7 +474,7 @@ class _Merger:
         return [Kind(k) for k in self.program.path.kind[rows].tolist()]
 
     def _work_may_move_past(self, kept: FixedBlocks) -> bool:
-        """Return whether work after the fixed blocks can move to a position before them."""
+        """Return whether the work after the fixed blocks may move to a position before them."""
         if not _BETWEEN.issuperset(self._kinds(kept)):
             return False
         for block in range(kept.begin, kept.end):
@@ -482,7 +495,8 @@ class _Merger:
     def _may_follow(self, at: int) -> bool:
         """Return whether the blocks after a section can directly follow the blocks before its tool change.
 
-        The following blocks must end the program, or contain another tool change that restores all differing values.
+        The blocks after the section must either end the program, or contain a tool change that restores all values that
+        differ.
         """
         change = self.items[at - 1]
         follower = self.items[at + 1] if at + 1 < len(self.items) else None
@@ -509,7 +523,7 @@ class _Merger:
 
 @dataclass(frozen=True, slots=True)
 class _TaskStart:
-    """A block at which a piece of work may start, its first sideways row, and the height of that move, mm."""
+    """A block where a task may start, with its first sideways row and the height of that move, mm."""
 
     block: int
     row: int
@@ -517,7 +531,7 @@ class _TaskStart:
 
 
 class SectionFinder:
-    """Divides a program into sections of pieces of work that can be reordered."""
+    """Divides a program into sections of tasks that can be reordered."""
 
     def __init__(
         self,
@@ -533,10 +547,11 @@ class SectionFinder:
         self.reader = BlockReader(program)
         self.beam = process in BEAMS
         self.entries: set[int] = set()
-        #: By block of a travel move: the reason why no piece can start there, and the reason why a piece stays.
+        #: Maps the block of a travel move to the reason why no task can start there (`refused`), or why a task stays
+        #: (`why`).
         self.refused: dict[int, str] = {}
         self.why: dict[int, tuple[str, int]] = {}
-        #: Block of a subprogram → end of its call. The calling block itself is not included.
+        #: Maps each block of a subprogram to the end of its call. The calling block itself is not included.
         self.called = {block: end for begin, end in program.calls for block in range(begin + 1, end)}
         self.compensates = bool((program.path.kind == Kind.RADIUS).any())
         self.blind = self._blocks_of_unknown_height()
@@ -548,7 +563,7 @@ class SectionFinder:
         # Material is expected below the part zero, unless the zero is above all moves of the program.
         self.floor = 0.0 if (path.end[across, 2] > 0).any() and not self.beam else -math.inf
         self.first = first
-        #: For each block, the last earlier block with known modal values.
+        #: The last block with known modal values before each block.
         known = np.array([modal.radius > 0 for modal in program.modals])
         self.last_known = last_rows(known[program.before])
 
@@ -577,7 +592,10 @@ class SectionFinder:
             yield from self._sections_of_run(starts, begin, end)
 
     def _blocks_of_unknown_height(self) -> set[int]:
-        """Return the blocks with an unknown height: from a change of length offset to the next block that states Z."""
+        """Return the blocks in which the tool height is unknown.
+
+        The height is unknown after a change of the length offset, until a block states Z.
+        """
         found: set[int] = set()
         offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
         for block in self.program.row_block[offsets].tolist():
@@ -591,9 +609,9 @@ class SectionFinder:
     # -- starts of pieces -------------------------------------------------------------------------------------------
 
     def _task_starts(self, begin: int, end: int) -> list[_TaskStart]:
-        """Return the starts of the pieces of work in a series of blocks.
+        """Return the blocks in a range where a task starts.
 
-        A start is a travel move of the retracted tool after the previous work has ended.
+        A task starts with a travel move of the retracted tool after the previous work has ended.
         """
         low_block, high = np.searchsorted(self.travels, [begin, end])
         top = self._highest_cut(begin, end)
@@ -630,7 +648,7 @@ class SectionFinder:
         return not why
 
     def _reason_against_start(self, start: _TaskStart, top: float) -> str:
-        """Return the reason why no piece of work may start with this travel move (`fixed_tasks.PHRASES`), or ""."""
+        """Return why no task may start with this travel move (a key of `fixed_tasks.PHRASES`), or "" if it may."""
         modal = self.program.modal(start.block)
         if start.block in self.blind or math.isinf(start.height):
             return "unknown-height"
@@ -645,10 +663,10 @@ class SectionFinder:
         return ""
 
     def _can_replace_arrival(self, start: _TaskStart, first: _TaskStart) -> bool:
-        """Return whether the second travel move to a piece of work can replace the first.
+        """Return whether the second travel move to a task can replace the first travel move.
 
-        The second move must not be lower, and the beam must be in the same state. Otherwise, if another piece ended at
-        the point between the two moves, the tool would leave that piece by an untested move.
+        The second move must not be lower, and the beam must be in the same state. If another task ended at the point
+        between the two moves, the tool would otherwise leave that task by an untested move.
         """
         if start.height < first.height - TOLERANCE:
             return False
@@ -671,9 +689,9 @@ class SectionFinder:
         return _TaskStart(block, row, height if not math.isnan(height) else -math.inf)
 
     def _highest_cut(self, begin: int, end: int) -> float:
-        """Return the height of the highest sideways cut in a series of blocks, mm.
+        """Return the height of the highest sideways cut in a range of blocks, mm.
 
-        In a travel move below this height, the tool is not retracted.
+        Below this height, the tool does not count as retracted.
         """
         if self.beam:
             return -math.inf
@@ -691,11 +709,11 @@ class SectionFinder:
         return modal.radius == 40 and not modal.incremental
 
     def _spindle_state(self, modal: Modal) -> tuple[int, float]:
-        """Return the direction and speed of the spindle, which must be the same before and after a piece of work."""
+        """Return the direction and speed of the spindle. Both must be the same before and after a task."""
         return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
 
     def _spindle_switches(self, starts: list[_TaskStart]) -> list[int]:
-        """Return the blocks in a series that switch the spindle for the work after them."""
+        """Return the blocks in a range that switch the spindle for the work that follows."""
         found = []
         free = self._returns_to_earlier_speed(starts)
         for one, other in pairwise(starts):
@@ -709,10 +727,10 @@ class SectionFinder:
         return found
 
     def _returns_to_earlier_speed(self, starts: list[_TaskStart]) -> bool:
-        """Return whether a series of blocks returns to an earlier spindle speed by S words alone.
+        """Return whether a range of blocks returns to an earlier spindle speed by S words alone.
 
-        Reordering can then save changes of the speed. Speeds set together with M3 or M4 are fixed, and so is an S word
-        in a separate block before a hole of a drilling cycle.
+        In that case, a new order can save speed changes. A speed that is set together with M3 or M4 is fixed. So is an
+        S word in a separate block before a hole of a drilling cycle.
         """
         path, first = self.program.path, self.first
         speeds = [self._spindle_state(self.program.modal(s.block)) for s in starts]
@@ -735,7 +753,6 @@ class SectionFinder:
     # -- pieces and sections -----------------------------------------------------------------------------------------
 
     def _sections_of_run(self, starts: list[_TaskStart], begin: int, end: int) -> Iterator[Section]:
-        """Yield the sections in a series of blocks from `begin` to `end` - 1."""
         edges = [begin - 1, end]
         if starts and self.cuts[self.first[end]] == self.cuts[starts[-1].row]:
             # The last travel move goes to the end position, not to work.
@@ -765,9 +782,7 @@ class SectionFinder:
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
     def _why_single_task_stays(self, before: int, after: int) -> tuple[str, int]:
-        """Return why a single piece of work between two barriers stays, and which barrier separates it from
-        other work.
-        """
+        """Return why a single task between two barriers stays, and which barrier separates it from other work."""
         last = int(self.cuts[-1])
         if after < self.program.n_blocks and self.cuts[self.first[after]] < last:
             return "alone", after
@@ -780,7 +795,7 @@ class SectionFinder:
             self.why.update((b, (why, block)) for b in range(piece.begin, piece.end) if b in self.entries)
 
     def _end_after_retract(self, start: _TaskStart, end: int, clearance: float) -> int | None:
-        """Return the end of the last piece of work in a series: after the block that retracts the tool.
+        """Return the end of the last task in a range: the block after the retract.
 
         Return None if the tool does not retract.
         """
@@ -801,9 +816,9 @@ class SectionFinder:
         return None
 
     def _end_of_retract(self, block: int, end: int) -> int:
-        """Return the end of the retract after a piece of work, if the tool continues to other work from there.
+        """Return the end of the retract after a task, provided that the tool moves on to other work from there.
 
-        A retract before a tool change or before the end of the program is not part of the piece.
+        A retract before a tool change or before the end of the program does not belong to the task.
         """
         row = int(self.first[end])
         while block < end and self._is_retract(block) and not stops_before_work(self.program, self.rows, row):
@@ -817,7 +832,7 @@ class SectionFinder:
         )
 
     def _end_of_dwells(self, block: int, end: int, last_cut: int) -> int:
-        """Return the end of the dwells after a cut. Dwells before a retract are part of the cut."""
+        """Return the end of the dwells after a cut. A dwell before a retract belongs to the cut."""
         if np.isin(self.program.path.kind[last_cut : int(self.first[block])], [Kind.RAPID, Kind.DRILL]).any():
             return block
         while block < end and set(self.reader.kinds(block)) == {int(Kind.DWELL)}:
@@ -853,7 +868,7 @@ class SectionFinder:
         )
 
     def _with_prefixes(self, pieces: list[ProgramTask], clearance: float) -> list[ProgramTask]:
-        """Extend every piece of work except the first by the rapids at the clearance height that precede it."""
+        """Extend every task but the first by the rapids at the clearance height before it."""
         result = pieces[:1]
         for piece in pieces[1:]:
             begin = piece.begin
@@ -867,7 +882,7 @@ class SectionFinder:
         return result
 
     def _stays_up(self, block: int, clearance: float) -> bool:
-        """Return whether a block contains only rapids to the current position at the clearance height."""
+        """Return whether a block only contains rapids at the clearance height that stay at the current position."""
         rows = range(int(self.first[block]), int(self.first[block + 1]))
         path, before = self.program.path, self.program.path.before
         return len(rows) > 0 and all(
@@ -879,9 +894,9 @@ class SectionFinder:
         )
 
     def _next_block_fits_all(self, section: Section) -> bool:
-        """Return whether the block after a section can follow any piece of work of the section.
+        """Return whether the block after a section can follow any task of the section.
 
-        If that block is a hole that continues a cycle, every piece must end with the same cycle and at the same height.
+        If that block is a hole that continues a cycle, every task must end with the same cycle and at the same height.
         """
         program, end = self.program, section.pieces[-1].end
         follower = next((b for b in range(end, program.n_blocks) if self._has_effect(b)), None)
@@ -951,13 +966,13 @@ class SectionFinder:
         return FixedBlocks(begin, end, tuple(reasons))
 
     def line_of_reason(self, kept: FixedBlocks, reason: str) -> int:
-        """Return the line of the first block that stays for a given reason."""
+        """Return the line of the first block that stays for the given reason."""
         blocks = range(kept.begin, kept.end)
         block = next((b for b in blocks if self.barriers.get(b) == reason), kept.begin)
         return int(self.program.line[block])
 
     def stays(self, kept: FixedBlocks) -> Iterator[StayReason]:
-        """Yield the reason for each piece of work in blocks that stay."""
+        """Yield the reason why each task in the fixed blocks stays."""
         begin = way = -1
         worked = False
         for block in range(kept.begin, kept.end):
@@ -994,29 +1009,28 @@ class SectionFinder:
         return StayReason(reason, line, line_text(program, line), cause)
 
     def _is_between_cuts(self, block: int) -> bool:
-        """Return whether the program cuts both before and after a block."""
         return bool(self.cuts[self.first[block]] > 0 and self.cuts[self.first[block + 1]] < self.cuts[-1])
 
 
-#: Maximum depth of grouping by height; real programs use far fewer heights.
+#: Maximum depth of grouping by height. Real programs use far fewer heights.
 _MOST_HEIGHTS = 40
 
 
 def group_by_height(heights: Many[float], places: Many[tuple[float, float]]) -> list[tuple[list[int], int, float]]:
-    """Group consecutive pieces of work by the travel height between them. Each group can be reordered.
+    """Group consecutive tasks that travel at the same height. Each group can be reordered.
 
     Parameters
     ----------
     heights
-        Travel height from piece i to piece i + 1, mm.
+        Travel height from task i to task i + 1, mm.
     places
-        Start points of the pieces, mm.
+        Start points of the tasks, mm.
 
     Returns
     -------
     list
-        For each group: index of the first piece of each member, end of the last member, and travel height, mm. A member
-        is a run of pieces that stay together when the group is reordered.
+        One entry per group: the index of the first task of each member, the end of the last member, and the travel
+        height in mm. A member is a run of tasks that stay together when the group is reordered.
     """
     groups: list[tuple[list[int], int, float]] = []
     waiting = [(0, len(places), 0)]
@@ -1037,7 +1051,7 @@ def group_by_height(heights: Many[float], places: Many[tuple[float, float]]) -> 
 
 
 def _count_movable(places: Many[tuple[float, float]]) -> int:
-    """Return the number of pieces that can be reordered. Passes with the same start point count as one piece."""
+    """Count the tasks that can be reordered. Passes with the same start point count as a single task."""
     return len({(round(x, 1), round(y, 1)) for x, y in places}) - 1
 
 
@@ -1045,14 +1059,14 @@ def _count_movable(places: Many[tuple[float, float]]) -> int:
 
 
 def must_stay_last(program: Program, rows: Rows, piece: ProgramTask) -> bool:
-    """Return whether a piece of work must stay the last of its section because of the fixed blocks after it.
+    """Return whether the fixed blocks after a task force it to stay the last task of its section.
 
     This is the case if
 
     - a dwell or cutter compensation follows without a rapid, or a cut follows without a travel move;
     - the tool retracts higher in a fixed block and continues to other work from there;
-    - the piece moves elsewhere after its work, for example to the operator or to the end position;
-    - the next travel move has the beam on, while the first travel move of the piece has it off.
+    - the task moves elsewhere after its work, for example to the operator or to the end position;
+    - the beam is on in the next travel move but off in the first travel move of the task.
     """
     low, high = int(program.first[piece.begin]), int(program.first[piece.end])
     last = low + int(np.flatnonzero(rows.cut[low:high])[-1])
@@ -1064,7 +1078,7 @@ def must_stay_last(program: Program, rows: Rows, piece: ProgramTask) -> bool:
 
 
 def _continues_from_cut(program: Program, rows: Rows, last: int, high: int) -> bool:
-    """Return whether the fixed rows after the last cut depend on its end point."""
+    """Return whether the fixed rows after the last cut depend on the end point of that cut."""
     kind, ref, z = program.path.kind, program.path.ref, program.path.end[:, 2]
     risen = higher = False
     for row in range(last + 1, len(kind)):
@@ -1089,14 +1103,14 @@ def _continues_from_cut(program: Program, rows: Rows, last: int, high: int) -> b
 
 
 def stops_before_work(program: Program, rows: Rows, row: int) -> bool:
-    """Return whether a stop or a tool change comes before the next cut after a row."""
+    """Return whether a stop or a tool change comes between a row and the next cut."""
     upcoming = [np.flatnonzero(mask[row:]) for mask in (rows.cut, np.isin(program.path.kind, STOPS))]
     work, stop = (int(found[0]) if len(found) else math.inf for found in upcoming)
     return stop < work
 
 
 def follows_compensation(program: Program, row: int) -> bool:
-    """Return whether cutter compensation is on in the move before a row, so that the compensation ends in this row."""
+    """Return whether cutter compensation is on in the move before a row, so that it ends in this row."""
     kind = program.path.kind
     before = next((r for r in range(row - 1, -1, -1) if kind[r] <= Kind.DRILL), -1)
     if before < 0:
@@ -1105,7 +1119,7 @@ def follows_compensation(program: Program, row: int) -> bool:
 
 
 def _is_lit_after(program: Program, rows: Rows, low: int, high: int) -> bool:
-    """Return whether the beam is on in the first travel move after a piece, but off in the first one of the piece."""
+    """Return whether the beam is on in the first travel move after a task but off in its own first travel move."""
     if not rows.beam.any():
         return False
     ways = [np.flatnonzero(part) for part in (rows.travel[low:high], rows.travel[high:])]

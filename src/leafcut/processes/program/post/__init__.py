@@ -1,1 +1,1 @@
-"""Write a program with its cuts and holes in a new order, and keep the text of the original where possible."""
+"""Write a program with its cuts and holes in a new order. The original text is kept wherever possible."""

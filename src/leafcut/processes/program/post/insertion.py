@@ -1,4 +1,4 @@
-"""Insert words into the lines of a program from another CAM system, in the style of each line, and renumber lines."""
+"""Insert words into the lines of an existing program, following the style of each line, and renumber lines."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _NUMBER = re.compile(r"([ \t]*+/?[ \t]*+[Nn][ \t]*+)([0-9]+)(?![0-9.])")
 _LETTER = re.compile(r"[A-Za-z]")
 _WORD = re.compile(rf"([A-Za-z])[ \t]*({NUMBER})")
 _JUMP = re.compile(r"GOTO|M\s*97(?![0-9])|M\s*99\s*P", re.IGNORECASE)
-#: Modal words that are allowed in a separate block, where they cause no motion.
+#: Modal words that may be written in a separate block, because they cause no motion there.
 _STANDS_ALONE = frozenset(("G17", "G18", "G19", "G90", "G91", "G90.1", "G91.1", "G98", "G99"))
-#: Largest N-number in RS274/NGC.
+#: Largest line number in RS274/NGC.
 _LAST_NUMBER = 99_999
 
 
@@ -26,12 +26,12 @@ def line_ending(lines: Sequence[str]) -> str:
 
 
 def code_without_comments(line: str) -> str:
-    """Return a line without its line ending, with spaces in place of comments."""
+    """Return a line without its line ending. Each comment is replaced by spaces."""
     return COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))
 
 
 def _word_range(line: str) -> tuple[int, int, str]:
-    """Return the start and the end of the words in a line, and the separator between words."""
+    """Return the start and the end of the words in a line, and the separator between the words."""
     code = code_without_comments(line)
     begin = _FRONT.match(code)
     assert begin is not None  # the pattern also matches an empty string
@@ -41,7 +41,7 @@ def _word_range(line: str) -> tuple[int, int, str]:
 
 
 def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
-    """Insert G words before the first word of a line, and other words after the last word.
+    """Insert G words before the first word of a line, and other words after its last word.
 
     >>> insert_words("N10 X5 (here)", ["G81"], ["Z-3.0"])
     'N10 G81 X5 Z-3.0 (here)'
@@ -54,13 +54,19 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
 
 
 def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], longest: int, was: int) -> list[str]:
-    """Insert words into a line. If it gets too long for the controller, put its modal words into a block before it.
+    """Insert words into a line, or into two lines if a single line would be too long for the controller.
 
-    `longest` is the maximum length of a line without its line ending; the length of the original line, `was`, is always
-    permitted. Raises PostError if the line is still too long, because motion words must stay with its coordinates.
+    In that case, the modal words of the line move to a block before it. Motion words must stay with their coordinates.
+    `longest` is the maximum length of a line without its line ending. The length of the original line, `was`, is always
+    permitted.
 
-    >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11) ['G99 F100', 'G81 X5 Z-3.0 (a
-    hole)']
+    >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11)
+    ['G99 F100', 'G81 X5 Z-3.0 (a hole)']
+
+    Raises
+    ------
+    PostError
+        The line is too long even without its modal words.
     """
     most = max(longest, was)
     whole = insert_words(line, front, back)
@@ -77,7 +83,7 @@ def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], lo
 
 
 def replace_words(line: str, texts: Mapping[str, str]) -> str:
-    """Replace the numbers after the letters in `texts`; letters that are not in the line are ignored.
+    """Replace the numbers after the letters in `texts`. Letters that the line does not contain are ignored.
 
     >>> replace_words("G0 X5.Y-2 (X5)", {"X": "7.5", "Z": "1"})
     'G0 X7.5Y-2 (X5)'
@@ -91,7 +97,7 @@ def replace_words(line: str, texts: Mapping[str, str]) -> str:
 
 
 def replace_all_words(line: str, words: Sequence[str]) -> str:
-    """Replace all words of a line; the line number, the comments and the style of the line stay.
+    """Replace all words of a line, but keep its line number, comments and style.
 
     >>> replace_all_words("N10 G1X5Y2 (here)", ["G1", "X0", "Y1"])
     'N10 G1X0Y1 (here)'
@@ -104,29 +110,30 @@ def replace_all_words(line: str, words: Sequence[str]) -> str:
 
 
 def format_value(value: float) -> str:
-    """Format a number for any controller, with a decimal point and without an exponent."""
+    """Format a number so that any controller accepts it: with a decimal point and without an exponent."""
     text = f"{round(value, 6) + 0.0:.6f}".rstrip("0")
     return text + "0" if text.endswith(".") else text
 
 
 def format_length(mm: float, unit: float | None) -> str:
-    """Format a length, given in mm, in program units of `unit` mm; None means 1.
+    """Format a length, given in mm, in program units. The unit is `unit` mm long, or 1 mm if it is None.
 
-    >>> format_length(-25.4, 25.4) '-1.0'
+    >>> format_length(-25.4, 25.4)
+    '-1.0'
     """
     return format_value(mm / (unit or 1.0))
 
 
 def renumbered(lines: Sequence[tuple[str, bool]], longest: int) -> list[str]:
-    """Renumber the lines of a program, starting with its first line number and using its step.
+    """Renumber the lines of a program. The first line number and the step come from the program itself.
 
-    `lines` are pairs of a text and a flag for inserted lines. Inserted lines get a number; original lines without a
-    number do not get one.
+    `lines` contains pairs of a text and a flag for inserted lines. Inserted lines get a number. Original lines that had
+    no number stay without one.
 
     Raises
     ------
     PostError
-        The program jumps to a line number or has too many lines, or a line would exceed `longest` characters.
+        The program jumps to a line number or has too many lines, or a line would be longer than `longest` characters.
     """
     found = [m for m in (_NUMBER.match(text) for text, _ in lines) if m]
     if not found:

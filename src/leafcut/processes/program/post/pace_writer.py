@@ -27,23 +27,27 @@ _CENTRE_WORD = re.compile(r"[ \t]*[IJKRijkr][ \t]*[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9
 _MOTION_WORD = re.compile(r"[Gg][ \t]*0*[0-3](?![0-9.])")
 _RETURN_WORD = re.compile(r"([Gg][ \t]*)9[89](?![0-9.])")
 _FEED_WORD = re.compile(r"[Ff][ \t]*[-+]?[0-9.]")
-#: Significant digits of a new feed.
+#: Number of significant digits in a new feed.
 _DIGITS = 3
-#: Decimals of division points, in millimetres and in inches.
+#: Number of decimals of division points, for programs in millimetres and in inches.
 _DECIMALS, _DECIMALS_INCH = 4, 5
-#: Decimals of heights in millimetres and in inches; heights are rounded up.
+#: Number of decimals of heights, for programs in millimetres and in inches. Heights are rounded up.
 _HEIGHTS, _HEIGHTS_INCH = 3, 4
 
 
 def with_pace(program: Program, pace: Pace, longest: int, check_cancelled: Heartbeat = ignore_heartbeat) -> str:
-    """Return the text of a program with new speeds. Raises PostError if a line would be longer than `longest`
-    characters.
+    """Write new speeds into a program and return its text.
+
+    Raises
+    ------
+    PostError
+        A line would be longer than `longest` characters.
     """
     return _PaceWriter(program, pace, longest).text(check_cancelled)
 
 
 def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
-    """Return the text of a program with lowered heights, which are rounded up."""
+    """Write lower heights into a program and return its text. Heights are rounded up."""
     lines = list(program.lines)
     for block, letter, height in lowered:
         unit = program.modal(block + 1).unit or 1.0
@@ -54,9 +58,12 @@ def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
 
 
 def with_returns(program: Program, returns: Sequence[CycleReturn], longest: int) -> str:
-    """Return the text of a program with changed cycle returns (G98, G99).
+    """Write new cycle returns (G98, G99) into a program and return its text.
 
-    Raises PostError if a line would be longer than `longest` characters.
+    Raises
+    ------
+    PostError
+        A line would be longer than `longest` characters.
     """
     lines = list(program.lines)
     for block, code in returns:
@@ -101,7 +108,7 @@ class _PaceWriter:
         return "".join(lines)
 
     def _restore_modal_words(self, line: str, block: int) -> str:
-        """Return an unchanged line with the motion and feed words that it can no longer inherit from earlier lines."""
+        """Add the motion and feed words that an unchanged line can no longer inherit from the lines before it."""
         need, after = self.program.modal(block), self.program.modal(block + 1)
         modal_use = self.reader.modal_use(block, block + 1)
         front, back = [], []
@@ -180,7 +187,10 @@ class _PaceWriter:
         return ["F" + format_value(value)]
 
     def _value(self, stretch: PaceStretch, row: int, own: float, unit: float) -> float:
-        """Return the speed of a segment in program units per minute, rounded down unless it is the original feed."""
+        """Convert the speed of a segment to program units per minute.
+
+        Unless it is the original feed, it is rounded down.
+        """
         if abs(stretch.speed - float(self.program.path.value[row])) <= 1e-9 * stretch.speed:
             return own
         value = stretch.speed * SECONDS_PER_MINUTE / unit
@@ -189,7 +199,7 @@ class _PaceWriter:
 
 
 def _without_centre(line: str) -> str:
-    """Remove the centre and radius words of an arc from a line.
+    """Remove the words for the centre and the radius of an arc from a line.
 
     >>> _without_centre("N5 G0 X5 Y2 I-3. J0 (J2)")
     'N5 G0 X5 Y2 (J2)'
@@ -200,7 +210,7 @@ def _without_centre(line: str) -> str:
 
 
 def _in_code(line: str, pattern: re.Pattern[str], text: str) -> tuple[str, int]:
-    """Replace the first match of a pattern outside comments. Return the line and the number of replacements."""
+    """Replace the first match of a pattern outside of comments. Return the line and the number of replacements."""
     match = pattern.search(code_without_comments(line))
     if match is None:
         return line, 0

@@ -1,7 +1,7 @@
-"""Write a program from another CAM system with its pieces of work (cuts and holes) in a new order.
+"""Write a program with its tasks (cuts and holes) in a new order.
 
-Pieces of work and fixed blocks keep their text. Modal words that the previous piece no longer leaves active are added
-to the first block of a piece. If the heights differ, a rapid is inserted before the piece.
+Tasks and fixed blocks keep their text. If a task relied on modal words that the previous task no longer provides, these
+words are added to its first block. If the heights differ, a rapid is inserted before the task.
 """
 
 from __future__ import annotations
@@ -51,15 +51,15 @@ if TYPE_CHECKING:
     from leafcut.model.obstacles import Obstacles
 
 _TOLERANCE = 1e-6
-#: Words that are not allowed in a separate block: an arc without a centre is an error in rs274 ("R i j k words all
+#: Words that must not be written in a separate block. An arc without a centre is an error in rs274 ("R i j k words all
 #: missing for arc") and in GRBL (error 26).
 _ARCS = frozenset({"G2", "G3"})
 _NUMBER = re.compile(r"[-+]?[0-9.]+")
-#: Fields of `Modal` that the first piece of a section may state again.
+#: The first task of a section may restate these fields of `Modal`.
 _RESTATED = frozenset({"plane", "incremental", "feed_mode", "feed", "rpm"})
-#: Number of the G word for the reversed motion, by kind of the original motion.
+#: Number of the G word for the reversed motion, by the kind of the original motion.
 _BACK = {int(Kind.FEED): 1, int(Kind.ARC_CW): 3, int(Kind.ARC_CCW): 2}
-#: (letter, number, block) → the word in the spelling that the program last used before the block.
+#: (letter, number, block) → the word as the program last spelled it before the block.
 Spelled = Callable[[str, float, int], str]
 _STOPS = (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
 
@@ -74,24 +74,25 @@ def rewrite(
     check_cancelled: Heartbeat = ignore_heartbeat,
     obstacles: Obstacles | None = None,
 ) -> str:
-    """Return the text of a program with the pieces of work of each section in a given order.
+    """Write the tasks of each section in the given order and return the text of the program.
 
     Parameters
     ----------
     orders
-        For each section, a permutation of its pieces; ~k means piece k reversed.
+        For each section, a permutation of its tasks. ~k means that task k is reversed.
     renumber
         Whether to renumber the lines.
     longest
-        Maximum length of a line with inserted words, in characters, unless the original line is longer.
+        Maximum length of a line with inserted words, in characters. A line that was already longer may keep its length.
     obstacles
-        Obstacles that rapids must pass over, or around if the tool cannot be raised.
+        Rapids must pass over these obstacles, or around them if the tool cannot be raised.
 
     Raises
     ------
     PostError
-        An order is invalid, the blocks after a section depend on a state of its last piece that no word restores, the
-        program jumps to line numbers that would change, a line gets too long, or no rapid leads past an obstacle.
+        The program cannot be written in this order. For example, an order is invalid, a line gets too long, or no rapid
+        leads past an obstacle. Renumbering fails if the program jumps to a line number. The blocks after a section may
+        also depend on a state of its last task that no word can restore.
     """
     permutations: list[NDArray[np.int64]] = []
     for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
@@ -108,7 +109,7 @@ def rewrite(
 
 @contextmanager
 def _naming_section(number: int) -> Iterator[None]:
-    """Add the number of the section to each PostError that is raised in the block."""
+    """Add the section number to every PostError raised in the block."""
     try:
         yield
     except PostError as problem:
@@ -116,7 +117,7 @@ def _naming_section(number: int) -> Iterator[None]:
 
 
 class _Rewriter:
-    """Writes pieces of work in a given order, and tracks the modal state and the position of the tool."""
+    """Writes tasks in a given order, and tracks the modal state and the tool position."""
 
     def __init__(
         self,
@@ -136,13 +137,14 @@ class _Rewriter:
         self.end = line_ending(program.lines)
         self.have = Modal()
         self.place = [math.nan] * 3
-        #: Initial height of the active series of cycles, mm.
+        #: Initial height of the active cycle series, mm.
         self.initial = math.nan
-        #: Fields of `Modal` that the new program has already stated; all others have the initial state of the machine.
+        #: Fields of `Modal` that the new program has already stated. All other fields still have the machine's initial
+        #: state.
         self.stated: set[str] = set()
 
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
-        """Return the lines of the new program, each with a flag that marks inserted lines."""
+        """Return the lines of the new program. The flag of a line is True if the line was inserted."""
         done = 0
         self._copy_lines(self.task_lines.head)
         for item in self.sequence.items:
@@ -164,15 +166,13 @@ class _Rewriter:
         return [*before, *self.out[-1:]]
 
     def _copy_lines(self, lines: Many[str]) -> None:
-        """Write lines of the original program unchanged."""
         self.out.extend((line, False) for line in lines)
 
     def _write_block(self, *words: str) -> None:
-        """Write a new block."""
         self.out.append((" ".join(words) + self.end, True))
 
     def _write_rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
-        """Write a new rapid. If a canned cycle is active, write G80 before it."""
+        """Write a new rapid. If a canned cycle is active, G80 is written first."""
         if self.have.cycle is not None:
             self._write_block("G80")
         axes = [(letter, v) for letter, v in zip("XYZ", (x, y, z), strict=True) if v is not None]
@@ -182,7 +182,7 @@ class _Rewriter:
         self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
 
     def _set_state_of_original(self, block: int) -> None:
-        """Set the modal state and the tool position to those of the original program before a block."""
+        """Set the modal state and the tool position to their values before a block of the original program."""
         self.have = self.program.modal(block)
         self.stated = self.reader.states(0, block)
         self.place = self.original.place_before(block)
@@ -191,9 +191,9 @@ class _Rewriter:
     # -- pieces that move --------------------------------------------------------------------------------------------
 
     def _write_section(self, section: Section, order: NDArray[np.int64]) -> None:
-        """Write the pieces of work of a section in a given order.
+        """Write the tasks of a section in the given order.
 
-        The tool arrives at the new first piece no lower than it does at the first piece of the original program.
+        At the new first task, the tool arrives no lower than at the first task of the original program.
         """
         pieces = section.pieces
         entry = self.original.crossing_height(pieces[0])
@@ -211,14 +211,14 @@ class _Rewriter:
                 floor = max(floor, self.original.departure_height(pieces[-1]))
 
     def _restated_fields(self, section: Section) -> frozenset[str]:
-        """Return the modal fields that the new first piece of a section must state."""
+        """Return the modal fields that the new first task of a section must state."""
         pieces = section.pieces
         return frozenset({"feed"} | (_RESTATED & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
     def _write_task(self, piece: ProgramTask, floor: float, turned: bool, restated: frozenset[str]) -> None:
-        """Write a piece of work. The tool arrives at the height `floor` (mm) or above.
+        """Write a task. The tool arrives at the height `floor` (mm) or higher.
 
-        The fields in `restated` are stated even if they are already active.
+        The fields in `restated` are written even if they are already active.
         """
         self.check_cancelled()
         program = self.program
@@ -255,7 +255,7 @@ class _Rewriter:
     def _height_past_obstacles(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
         """Return the height at which a rapid to `to` clears all obstacles, mm.
 
-        If every height hits an obstacle, write rapids around the obstacles and return `floor`.
+        If no height clears the obstacles, write rapids around them and return `floor`.
         """
         obstacles, here = self.obstacles, (self.place[0], self.place[1])
         over = -math.inf if obstacles is None else obstacles.between(here, to, tool)
@@ -280,7 +280,7 @@ class _Rewriter:
         return {} if words is None else words.letters
 
     def _write_arrival(self, piece: ProgramTask, arrival: int, floor: float, entry: tuple[float, float]) -> None:
-        """Move the tool to the height that a piece of work requires before its first sideways rapid."""
+        """Move the tool to the height that a task requires before its first sideways rapid."""
         z, original = self.place[2], self.original.place_before(piece.begin)[2]
         matters = depends_on_height(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
@@ -294,13 +294,13 @@ class _Rewriter:
             self._write_rapid(z=original)
 
     def _stated_z(self, block: int) -> float | None:
-        """Return the height that a block before the cut states, mm, or None."""
+        """Return the height that a block before the cut states, mm, or None if it states no height."""
         if "Z" not in self._letters(block):
             return None
         return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
 
     def _arrive_drilling(self, piece: ProgramTask, row: int, floor: float) -> None:
-        """Move the tool to the height that a canned cycle requires for its sideways move and for its retract."""
+        """Move the tool to the height that a canned cycle requires for its sideways move and its retract."""
         path = self.program.path
         if _below(max(self.place[2], path.cycles[int(path.ref[row])].r_plane), floor):
             self._write_rapid(z=floor)
@@ -340,7 +340,7 @@ class _Rewriter:
     def _missing_words(
         self, modal_use: ModalUse, need: Modal, block: int, restated: frozenset[str] = frozenset()
     ) -> tuple[list[str], list[str]]:
-        """Return the words to add at the start and at the end of a block, so that it has the modal state that it needs.
+        """Return the words that a block lacks: G words for its start, and other words for its end.
 
         The fields in `restated` are stated even if they are already active.
         """
@@ -380,7 +380,7 @@ class _Rewriter:
         return front, back
 
     def _word_text(self, letter: str, value: float, block: int) -> str:
-        """Return a word in the spelling that the program last used before a block, or else formatted from its value."""
+        """Spell a word as the program last spelled it before the block. A new word is formatted from its value."""
         if letter == "F" and value in self.program.feed_words:
             return self.program.feed_words[value]
         blocks, texts = self.reader.blocks_by_letter.get(letter, ([], []))
@@ -392,7 +392,7 @@ class _Rewriter:
     # -- fixed blocks ------------------------------------------------------------------------------------------------
 
     def _write_fixed_blocks(self, kept: FixedBlocks) -> None:
-        """Write fixed blocks. Before a rapid that would hit an obstacle, insert rapids over or around the obstacle."""
+        """Write fixed blocks. If a rapid would hit an obstacle, insert rapids over or around the obstacle first."""
         lines, done = self.task_lines.of(kept.begin, kept.end), 0
         if self.obstacles is None:
             self._copy_lines(lines)
@@ -413,10 +413,10 @@ class _Rewriter:
         self._copy_lines(lines[done:])
 
     def _hits_obstacle(self, block: int, row: int) -> bool:
-        """Return whether a rapid in a fixed block, from the current position, crosses an obstacle too low.
+        """Return whether a rapid in a fixed block, starting at the current position, crosses an obstacle too low.
 
-        Return False in an active series of cycles, and with incremental coordinates, because an inserted rapid would
-        change the motion.
+        The result is False in an active cycle series and with incremental coordinates, because an inserted rapid would
+        change the motion there.
         """
         obstacles, path, modal = self.obstacles, self.program.path, self.program.modal(block)
         if obstacles is None or path.kind[row] not in (Kind.RAPID, Kind.DRILL) or modal.cycle or modal.incremental:
@@ -431,7 +431,7 @@ class _Rewriter:
         return _below(level, over) or over == math.inf
 
     def _move_past_obstacles(self, x: float, y: float, *, down: bool) -> None:
-        """Move to a point over or around all obstacles. With `down`, descend to the previous height afterwards."""
+        """Move over or around all obstacles to a point. If `down` is set, return to the previous height afterwards."""
         height = self.place[2]
         level = self._height_past_obstacles((x, y), -math.inf, self.have.tool)
         if level > height:
@@ -441,7 +441,7 @@ class _Rewriter:
             self._write_rapid(z=height)
 
     def _restore_state(self, kept: FixedBlocks) -> None:
-        """Restore the state on which fixed blocks depend, then track the state after these blocks."""
+        """Restore the state that the fixed blocks depend on, and track the state that they leave."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
         if _below(self.place[2], original[2]):
@@ -488,7 +488,7 @@ class _Rewriter:
             self._write_rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
 
     def _ends_cycle(self, modal_use: ModalUse, need: Modal, kept: FixedBlocks) -> bool:
-        """Return whether an active series of cycles has to end before fixed blocks."""
+        """Return whether an active cycle series must end before fixed blocks."""
         kinds = {kind for block in range(kept.begin, kept.end) for kind in self.reader.kinds(block)}
         alone = {Kind.MACHINE, Kind.SHIFT, Kind.FOREIGN}
         return not kinds.isdisjoint(alone) or ("motion" in modal_use.inherited and need.motion is None)
@@ -513,7 +513,7 @@ class _Rewriter:
         self.initial = self.original.initial_before(kept.end)
 
     def _has_hidden_effect(self, block: int) -> bool:
-        """Return whether a block has an effect that its words do not show."""
+        """Return whether a block does more than its words show."""
         words = self.reader.words(block)
         return words is None or (block in self.program.fixed and not words.empty)
 
@@ -523,11 +523,11 @@ def _below(height: float, other: float) -> bool:
 
 
 class TaskLines:
-    """Assigns the lines of a program to its pieces of work.
+    """Assigns each line of a program to a task.
 
-    Comments directly above the first block of a piece belong to that piece. If a blank line divides the comments, only
-    the comments below the blank line belong to the piece. The first piece gets as many lines above it as the second
-    piece; comments farther up belong to the section.
+    Comments directly above the first block of a task belong to that task. A blank line ends these comments, so comments
+    above it do not belong to the task. The first task gets as many lines above it as the second task. Comments farther
+    up belong to the section.
     """
 
     def __init__(self, program: Program, sequence: Sequence) -> None:
@@ -539,7 +539,7 @@ class TaskLines:
 
     @property
     def head(self) -> tuple[str, ...]:
-        """The lines before the first piece of work."""
+        """The lines before the first task."""
         return self._lines[: self._lines_before(0)]
 
     @property
@@ -552,11 +552,11 @@ class TaskLines:
         return self._lines[self._lines_before(begin) : self._lines_before(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
-        """Return the index of the line of a block among the lines of a piece of work whose first block is `begin`."""
+        """Return the index of a block's line among the lines of its task. The first block of the task is `begin`."""
         return int(self._line[block]) - 1 - self._lines_before(begin)
 
     def _lines_before(self, block: int) -> int:
-        """Return the number of lines before a block, or before the piece of work that starts with the block."""
+        """Count the lines before a block, or before the task that starts with this block."""
         if block in self._cut:
             return self._cut[block]
         return int(self._line[block - 1]) if block else 0
@@ -576,7 +576,7 @@ class TaskLines:
             self._cut[piece.begin] = max(low, high - above)
 
     def _first_line_of_follower(self, block: int) -> int:
-        """Return the number of lines before a piece of work that directly follows another piece."""
+        """Count the lines before a task that directly follows another task."""
         low, high = int(self._line[block - 1]), int(self._line[block]) - 1
         blank = [n for n in range(low, high) if not self._lines[n].strip()]
         if blank and any(self._lines[n].strip() for n in range(blank[0], high)):
@@ -585,10 +585,12 @@ class TaskLines:
 
 
 def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
-    """Return an order of pieces of work as an array; ~k means piece k reversed.
+    """Convert an order of tasks to an array, where ~k means that task k is reversed.
 
-    Raises PostError if the order is not a permutation, violates a precedence, or reverses a piece that cannot be
-    reversed.
+    Raises
+    ------
+    PostError
+        The order is not a permutation, violates a precedence, or reverses a task that is not reversible.
     """
     given = np.asarray(order, dtype=np.int64)
     chosen = np.where(given < 0, ~given, given)
@@ -612,19 +614,19 @@ def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
 
 
 class ReversedCut:
-    """Writes the lines of an open cut in reverse, with the words and numbers of its own lines.
+    """Writes the lines of an open cut in reverse, using the words and numbers of its own lines.
 
-    Each block leads back to its start point, and arcs change direction but keep their centre. Coordinates are copied as
-    text.
+    Each block leads back to the point where it started. Arcs change direction but keep their centre. Coordinates are
+    copied as text.
 
     Parameters
     ----------
     lines
         All lines of the cut, including comments.
     offset
-        Number of lines of the program before the cut.
+        Number of lines in the program before the cut.
     spelled
-        Function that writes a feed or a speed in the spelling of the program.
+        Function that writes a feed or a speed the way the program spells it.
     """
 
     def __init__(
@@ -639,7 +641,7 @@ class ReversedCut:
         self.program, self.reader, self.stroke, self.spelled = program, reader, stroke, spelled
         self.lines, self.offset = lines, offset
         self.unit = program.modal(stroke.body).unit
-        #: Modal values active in the new lines; None if no earlier word sets them.
+        #: Modal values that are active in the new lines. None means that no earlier word sets the value.
         modal = program.modal(stroke.body)
         known = reader.modal_use(stroke.begin, stroke.body).sets | reader.modal_use(stroke.begin, stroke.end).inherited
         self.motion = modal.motion if "motion" in known else None
@@ -655,14 +657,14 @@ class ReversedCut:
         return new, replace(self.program.modal(self.stroke.end), motion=self.motion)
 
     def _lines_up_to(self, block: int) -> int:
-        """Return the number of lines up to and including the line of a block."""
+        """Count the lines up to the line of a block, inclusive."""
         return int(self.program.line[block]) - self.offset
 
     def _line_of_block(self, block: int) -> int:
         return self._lines_up_to(block) - 1
 
     def _lead(self) -> list[str]:
-        """Return the lines before the cut, changed so that they lead to the former end of the cut."""
+        """Return the lines before the cut, adapted so that they lead to the former end of the cut."""
         lines = self.lines[: self._lines_up_to(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
             lines[self._line_of_block(block)] = replace_words(
@@ -671,7 +673,7 @@ class ReversedCut:
         return lines
 
     def _body(self) -> list[str]:
-        """Return the lines of the cut, the last block first. Comments above a block move with the block."""
+        """Return the lines of the cut, last block first. Comments above a block move along with the block."""
         stroke = self.stroke
         found: list[str] = []
         for block in range(stroke.tail - 1, stroke.body - 1, -1):
@@ -680,7 +682,7 @@ class ReversedCut:
         return found
 
     def _tail(self) -> list[str]:
-        """Return the lines after the cut, changed so that they retract at the former start of the cut."""
+        """Return the lines after the cut, adapted so that they retract at the former start of the cut."""
         lines = self.lines[self._lines_up_to(self.stroke.tail - 1) :]
         begin = self._lines_up_to(self.stroke.tail - 1)
         for block in range(self.stroke.tail, self.stroke.end):
@@ -696,7 +698,7 @@ class ReversedCut:
     # -- words -------------------------------------------------------------------------------------------------------
 
     def _axes(self, place: int) -> dict[str, str]:
-        """Return the texts of X and Y at a point of the cut, by letter."""
+        """Return the text of X and Y at a point of the cut, by letter."""
         texts = self.stroke.places[place]
         # An axis without text does not move in its block: its position is the same before and after.
         at = self.program.path.before[self.stroke.rows[max(place - 1, 0)]]
@@ -706,7 +708,7 @@ class ReversedCut:
         }
 
     def _cut(self, block: int) -> str:
-        """Return the line of one block of the cut in reverse."""
+        """Return the line that reverses a block of the cut."""
         number = block - self.stroke.body
         line, row = self.lines[self._line_of_block(block)], self.stroke.rows[number]
         words = self.reader.words(block)
@@ -729,11 +731,11 @@ class ReversedCut:
         return replace_all_words(line, texts)
 
     def _motion_word(self, line: str, motion: int) -> str:
-        """Return G1, G2 or G3, with a leading zero if the original line uses one."""
+        """Return G1, G2 or G3. The word gets a leading zero if the original line uses one."""
         return f"G0{motion}" if re.search(r"[Gg]0[123](?![0-9])", code_without_comments(line)) else f"G{motion}"
 
     def _centre(self, letters: dict[str, str], number: int, need: Modal) -> list[str]:
-        """Return the words for the centre of an arc as seen from its new start."""
+        """Return the words for the centre of an arc, relative to the new start point of the arc."""
         if "R" in letters:
             return [f"R{letters['R']}"]
         if need.absolute_centres:
@@ -761,7 +763,7 @@ def _decimal(value: Decimal) -> str:
 
 
 class OriginalPositions:
-    """The original program, with the tool position before every row (`before`, float64[n, 3], mm)."""
+    """Tool positions in the original program. `before` is the position before every row, float64[n, 3], mm."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -772,7 +774,10 @@ class OriginalPositions:
         return list(self.program.path.place_before(int(self.program.first[block])))
 
     def initial_before(self, block: int) -> float:
-        """Return the initial height of the canned cycle active before a block, or else the current height, mm."""
+        """Return the initial height of the canned cycle that is active before a block, mm.
+
+        If no cycle is active, return the current height.
+        """
         if self.program.modal(block).cycle is None:
             return self.place_before(block)[2]
         row = int(self.program.first[block])
@@ -782,9 +787,9 @@ class OriginalPositions:
         return float(self.before[row, 2]) if row < len(kinds) else math.nan
 
     def follows_work(self, block: int) -> bool:
-        """Return whether work precedes a block since the last stop or tool change.
+        """Return whether the program has worked between the last stop or tool change and this block.
 
-        Work is a cut, or a dwell after a sideways rapid.
+        A cut counts as work. A dwell counts if it follows a sideways rapid.
         """
         kinds = self.program.path.kind
         row = int(self.program.first[block]) - 1
@@ -797,9 +802,9 @@ class OriginalPositions:
         return False
 
     def departure_height(self, piece: ProgramTask) -> float:
-        """Return the height of the travel move after a piece of work, mm, or −∞ if there is none.
+        """Return the height of the travel move after a task, mm, or −∞ if no travel move follows.
 
-        The height is at most the approach height of the piece, because the original may retract higher before a stop.
+        The result is capped at the approach height of the task, because the original may retract higher before a stop.
         """
         path, first = self.program.path, self.program.first
         row = int(first[piece.end])
@@ -819,14 +824,14 @@ class OriginalPositions:
         return min(top, float(path.end[ways[-1], 2])) if ways else -math.inf
 
     def crossing_height(self, piece: ProgramTask) -> float:
-        """Return the lowest height at which the original program moves to the start of a piece of work, mm."""
+        """Return the lowest height at which the original program moves to the start of a task, mm."""
         row = self.arrival(piece)[1]
         z0, z1 = float(self.before[row, 2]), float(self.program.path.end[row, 2])
         path = self.program.path
         return max(z0, path.cycles[int(path.ref[row])].r_plane) if path.kind[row] == Kind.DRILL else min(z0, z1)
 
     def arrival(self, piece: ProgramTask) -> tuple[int, int]:
-        """Return the block and the row of the move to the start of a piece of work."""
+        """Return the block and the row of the move to the start of a task."""
         path, first = self.program.path, self.program.first
         for block in range(piece.begin, piece.end):
             for row in range(int(first[block]), int(first[block + 1])):
@@ -836,11 +841,14 @@ class OriginalPositions:
         raise PostError("line {}: the move to the start of this task is missing", piece.line)
 
     def is_without_xy(self, row: int) -> bool:
-        """Return whether a row does not move in X or Y."""
+        """Return whether a row moves in neither X nor Y."""
         return bool((np.abs(self.program.path.end[row, :2] - self.before[row, :2]) < _TOLERANCE).all())
 
     def heights_of_first_return(self, rows: range) -> tuple[float, float] | None:
-        """Return the retract height and the R plane of the first hole with G98 in a series, mm, or None."""
+        """Return the retract height and the R plane of the first hole with G98 in a series, mm.
+
+        Return None if the series has no such hole.
+        """
         path = self.program.path
         for row in rows:
             if path.kind[row] == Kind.DRILL:

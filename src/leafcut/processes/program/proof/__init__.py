@@ -1,1 +1,1 @@
-"""The proof that a rewritten program does the same work as the original."""
+"""Prove that a rewritten program does the same work as the original."""

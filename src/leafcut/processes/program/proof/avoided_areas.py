@@ -1,8 +1,7 @@
-"""Find new moves across areas that the original program avoided, where there may be an unknown obstacle such as a
-clamp.
+"""Detect new moves across areas that the original program avoided, because an unknown clamp might be there.
 
-A point that the tool reached in the original program is clear down to that height. Elsewhere, or at lower heights,
-there may be an obstacle.
+Wherever the tool went in the original program, the space is clear down to that height. Anywhere else, and at any lower
+height, there may be an obstacle.
 """
 
 from __future__ import annotations
@@ -21,22 +20,22 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.model import AvoidedAreas
 from leafcut.proof.clearance import rows_at_machine_height
 
-#: Points within this distance of a move of the original are not avoided, mm (half the width of a narrow clamp).
+#: Points within this distance of an original move do not count as avoided, mm (half the width of a narrow clamp).
 NEAR = 5.0
-#: Tolerance of heights, mm (0.0001 inch is 0.00254 mm).
+#: Tolerance for heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.003
-#: Distance between examined points of a move, mm.
+#: Moves are checked at points with this spacing, mm.
 _STEP = 1.0
-#: Number of moves examined at once.
+#: Number of moves checked at a time.
 _MOVES = 200
-#: Shift that keeps moves under different work offsets apart, mm.
+#: Moves under different work offsets are shifted apart by this distance, mm.
 _APART = 1e7
-#: Maximum distance of chords from their arcs, mm.
+#: Arcs are replaced by chords with at most this error, mm.
 _CHORD_ERROR = 0.02
 
 
 class _Moves(NamedTuple):
-    """Straight moves of a program, in columns.
+    """Straight moves of a program, stored in columns.
 
     Attributes
     ----------
@@ -57,10 +56,10 @@ class _Moves(NamedTuple):
 
 
 def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> AvoidedAreas:
-    """Return the rapids of a new program across areas where the original program was never as low.
+    """Detect rapids in a new program that cross an area lower than the original program ever did.
 
-    `safe_z` is the height in machine coordinates, mm, at and above which a tool counts as retracted after a move in
-    machine coordinates.
+    `safe_z` is a height in machine coordinates, mm. After a move in machine coordinates to this height or above, the
+    tool counts as retracted.
     """
     number: dict[object, int] = {}
     level = not any(np.isfinite(p.path.end[p.path.kind <= Kind.DRILL, 2]).any() for p in (original, new))
@@ -84,8 +83,8 @@ def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> Avoid
 def _moves_of(program: Program, number: dict[object, int], level: bool, safe_z: float) -> _Moves:
     """Return the moves of a program. Moves under different work offsets are shifted apart.
 
-    A move with an unknown start becomes a point at its end. `level` means that neither program states Z, so that all
-    moves are at Z0.
+    If the start of a move is unknown, only its end point is used. `level` means that neither program states Z. In that
+    case, all moves are at Z0.
     """
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     if level:
@@ -109,7 +108,10 @@ def _rounded_ends(moves: _Moves) -> list[tuple[float, ...]]:
 
 
 def _unproven_moves(was: Floats, now: Floats) -> Mask:
-    """Return a mask of the new moves with a point that is not `NEAR` any original move at its height or lower."""
+    """Return a mask of the new moves that leave the space proved clear by the original program.
+
+    Such a move has a point where no original move within the distance `NEAR` is at the same height or lower.
+    """
     found = np.zeros(len(now), dtype=bool)
     lines: Any = np.asarray(shapely.linestrings(was.reshape(-1, 2, 3)[:, :, :2]))
     # A vertical move shows that its whole height range is clear.

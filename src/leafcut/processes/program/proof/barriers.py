@@ -1,4 +1,7 @@
-"""Barriers, such as pauses, tool changes and work offsets, must keep their order; they separate groups of work."""
+"""Compare the barriers of two programs, such as pauses, tool changes and work offsets.
+
+Barriers must keep their order, and they separate groups of work.
+"""
 
 from __future__ import annotations
 
@@ -22,22 +25,22 @@ from leafcut.processes.program.proof.matching import FeatureChange, StateChange,
 from leafcut.proof.clearance import rows_at_machine_height
 from leafcut.proof.difference import describe_motion, position_text
 
-#: Further kinds of barriers: block delete (/), comments and settings that the controller obeys, and messages.
+#: More kinds of barriers: block delete (/), comments and settings that the controller obeys, and messages.
 SKIPPED, OBEYED, MESSAGE = -1, -2, -3
-#: Barriers without a tool position.
+#: The tool position does not matter for these barriers.
 PLACELESS = (SKIPPED, OBEYED, MESSAGE, Kind.DWELL)
 
 _HARD = (Kind.PAUSE, Kind.TOOL, Kind.SHIFT, Kind.MACHINE, Kind.END, Kind.FOREIGN)
-#: Kinds of rows in a tool change, which can be omitted as a whole if the tool stays the same.
+#: Kinds of rows that occur in a tool change. The whole change can be omitted if the tool stays the same.
 _PART_OF_CHANGE = (Kind.TOOL, Kind.MACHINE, Kind.PAUSE, Kind.DWELL)
-#: Barriers that are compared by their full text, because their effect is unknown.
+#: These barriers are compared by their full text, because their effect is unknown.
 _COMPARED_AS_TEXT = (Kind.FOREIGN, Kind.SHIFT)
-#: Blocks that set an offset from the tool position: G92, G10 L10, L11 and L20.
+#: Matches a block that sets an offset from the tool position: G92, G10 L10, L11 and L20.
 _FROM_HERE = re.compile(r"\bG92(?![.0-9][0-9])|\bL(?:10|11|20)\b")
 
 
 class Barrier(NamedTuple):
-    """A barrier of a program, or a dwell that belongs to a barrier.
+    """A barrier in a program, or a dwell that belongs to a barrier.
 
     Attributes
     ----------
@@ -46,13 +49,13 @@ class Barrier(NamedTuple):
     kind
         A `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
     key
-        Row number; 0.5 is subtracted for a barrier before the row.
+        Row number, minus 0.5 if the barrier comes before the row.
     line
         Line of the program.
     place
         Position of the tool, mm.
     fixed_place
-        Whether the position must be the same, because the block may move from there.
+        Whether the position must be the same in both programs, because the block may move from there.
     text
         Text for messages.
     height_unknown
@@ -71,7 +74,10 @@ class Barrier(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class BarrierGroup:
-    """Consecutive barriers without work between them. `after` is the number of features before the barriers."""
+    """Consecutive barriers without work between them.
+
+    `after` is the number of features that come before the barriers.
+    """
 
     marks: tuple[Barrier, ...]
     after: int
@@ -139,9 +145,10 @@ def barriers_of(program_path: ProgramPath) -> list[Barrier]:
 
 
 def _modal_context(m: Modal, kind: Kind, description: BlockDescription) -> tuple[object, ...]:
-    """Return the part of the modal state `m` that may affect a barrier block, or all if the block is not understood.
+    """Return the part of the modal state `m` that may affect a barrier block.
 
-    A shift of the origin depends only on the units, the distance mode, the tool and the active offsets.
+    If the block is not understood, the whole state is returned. A shift of the origin depends only on the units, the
+    distance mode, the tool and the active offsets.
     """
     if kind is Kind.SHIFT:
         return (m.unit, m.incremental, m.frame, m.length, m.tool)
@@ -152,14 +159,15 @@ def _modal_context(m: Modal, kind: Kind, description: BlockDescription) -> tuple
     return tuple(None if own.get(name) in letters else getattr(m, name) for name in _READ)
 
 
-#: Letters of M words and their arguments. A block of these words alone depends on no modal state.
+#: Letters of M words and their arguments. If a block contains no other letters, no modal state affects it.
 _PLAIN = frozenset("MPQTELR$")
-#: Modal values that an unknown block may read: all but the count of origin shifts, which are barriers themselves.
+#: Modal values that an unknown block may read. The number of origin shifts is left out, because shifts are barriers
+#: themselves.
 _READ = tuple(field.name for field in fields(Modal) if field.name != "shift")
 
 
 def _skipped_blocks_and_messages(program: Program, source: Indices) -> Iterator[Barrier]:
-    """Yield the blocks with block delete (/), and the messages in blocks that are not barriers of another kind."""
+    """Yield the blocks with block delete (/), and the messages in blocks that are not already barriers."""
     nowhere = (np.nan, np.nan, np.nan)
     kinds = program.path.kind
     for block, description in program.descriptions.items():
@@ -174,7 +182,7 @@ def _skipped_blocks_and_messages(program: Program, source: Indices) -> Iterator[
 
 
 def _block_text(text: str, description: str) -> str:
-    """Format a block for a message: its text, and its evaluated values if they differ."""
+    """Format a block for a message: its text, followed by the computed values if they differ from the text."""
     values = description.replace(" ", "").replace(".", "")
     computed = "".join(text.split()) != "".join(description.split()) and ("#" in text or "[" in values)
     return f"{text} = {description}" if description and text and computed else text
@@ -192,7 +200,7 @@ def _obeyed_comments(program: Program, source: Indices) -> Iterator[Barrier]:
 
 
 def compare_unreached_settings(before: Program, after: Program) -> Iterator[Difference]:
-    """Yield differences between settings in lines that never run, such as those of an uncalled subprogram."""
+    """Yield the settings that differ in lines that never run, for example in a subprogram that is never called."""
     run = [set(p.line.tolist()) if p.obeyed else set() for p in (before, after)]
     one, other = (
         [setting for setting in p.obeyed if setting.line not in lines]
@@ -206,20 +214,24 @@ def compare_unreached_settings(before: Program, after: Program) -> Iterator[Diff
 
 
 def _normalized_line(program: Program, line: int) -> str:
-    """Return the normalized text of a program line."""
     return normalized(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
 
 
 def with_dwells(
     marks: list[Barrier], features: Features, travel: Indices, across: Indices, program_path: ProgramPath
 ) -> tuple[list[Barrier], Mask]:
-    """Return the barriers including the dwells that belong to them, and a mask of the features that are such dwells.
+    """Add the dwells that belong to barriers. Return all barriers and a mask of these dwells.
 
-    A dwell before the first cut of a stage belongs to the barrier. So does a dwell that follows the last cut and a
-    rapid, or a drilling cycle, which ends with a rapid. A dwell that leads into a cut without a rapid, such as a pierce
+    A dwell before the first cut of a stage belongs to the barrier. So does a dwell after the last cut and a rapid, or
+    after a drilling cycle, which ends with a rapid. A dwell that leads into a cut without a rapid, such as a pierce
     delay, belongs to that cut.
 
-    `travel` and `across` are the rows of all rapids, and of rapids in X or Y, int64[k].
+    Parameters
+    ----------
+    travel
+        Rows of all rapids, int64[k].
+    across
+        Rows of the rapids in X or Y, int64[k].
     """
     keys = np.array([-1.0, *(mark.key for mark in marks), np.inf])
     dwell = features.kind == Kind.DWELL
@@ -252,13 +264,14 @@ def with_dwells(
 
 
 def _last_row_before(among: Indices, rows: Indices | Floats) -> Floats:
-    """Return the last row in `among` before each row, or -1."""
+    """Return the last row in `among` before each row, or -1 if there is none."""
     return np.concatenate([[-1.0], among])[np.searchsorted(among, rows)]
 
 
 def group_barriers(marks: list[Barrier], work: Ints) -> list[BarrierGroup]:
-    """Group consecutive barriers without work between them. `work` contains the rows of the features in ascending
-    order, int32[n].
+    """Group consecutive barriers without work between them.
+
+    `work` contains the rows of the features in ascending order, int32[n].
     """
     walls: list[BarrierGroup] = []
     ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()
@@ -277,15 +290,15 @@ class ComparisonGroups(NamedTuple):
     Attributes
     ----------
     before, after
-        Number of features up to the end of each group except the last, in the original program and in the new program.
+        Number of features up to the end of each group but the last, in the original program and in the new program.
     mark_of
-        Barrier of the new program, by the key of the equal barrier of the original program.
+        Maps the key of a barrier in the original program to the equal barrier in the new program.
     differences
         Differences between the barriers.
     states
-        Barriers that differ only in the machine state, with their changes as from `matching.change_of_state`.
+        Barriers that differ only in the machine state, with their changes in the format of `matching.change_of_state`.
     implied
-        Changes that are consequences of removed or added tool changes and work offsets.
+        Changes that follow from removed or added tool changes and work offsets.
     """
 
     before: list[int]
@@ -297,10 +310,10 @@ class ComparisonGroups(NamedTuple):
 
 
 def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> ComparisonGroups:
-    """Match the barriers of both programs. Return the groups of work between the barriers, and the differences.
+    """Match the barriers of two programs. Return the groups of work between the barriers, and all differences.
 
-    Both programs must have the same barriers in the same order. Only whole tool changes may be missing in the new
-    program; the work on both sides of a missing tool change forms a single group.
+    Both programs must have the same barriers in the same order. The new program may only omit whole tool changes. In
+    that case, the work on both sides of the tool change forms a single group.
     """
     if _tool_changes(after) >= _tool_changes(before):
         return _match_groups(before, after)
@@ -319,9 +332,9 @@ def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]
 
 
 def _added_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Difference:
-    """Report a tool change that the original program does not contain.
+    """Report a tool change that only the new program contains.
 
-    If the original program changes to the same tool elsewhere, report that change as well.
+    If the original program changes to the same tool at another position, the message includes that change.
     """
     text, tools = Message.joined(", ", (mark.text for mark in wall.marks)), _tools(wall)
     for other in others:
@@ -352,7 +365,8 @@ def _only_tool_changes(walls: list[BarrierGroup]) -> list[BarrierGroup]:
 def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> ComparisonGroups:
     """Match barriers from both ends of the programs.
 
-    Barriers without a match in the middle are differences, and the work between them forms a single group.
+    If some barriers in the middle do not match, they are reported as differences. The work between them forms a single
+    group.
     """
     one, other = ([(mark, wall.after) for wall in walls for mark in wall.marks] for walls in (before, after))
     shorter = min(len(one), len(other))
@@ -371,7 +385,7 @@ def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> Comp
 def _unmatched_differences(
     before: list[Barrier], after: list[Barrier]
 ) -> tuple[list[Difference], list[tuple[Difference, frozenset[FeatureChange]]], list[StateChange]]:
-    """Return the `differences`, `states` and `implied` of `ComparisonGroups`."""
+    """Compute `differences`, `states` and `implied` of `ComparisonGroups` for barriers that have no match."""
     found: list[Difference] = []
     states: list[tuple[Difference, frozenset[FeatureChange]]] = []
     left, right = Counter(mark.values for mark in after), Counter(mark.values for mark in before)
@@ -416,7 +430,6 @@ def _unmatched_differences(
 
 
 def _changed_inputs(one: Barrier, other: Barrier) -> list[str]:
-    """Return the names of the inputs that differ between two blocks with the same text."""
     descriptions = [[value for value in mark.values if isinstance(value, BlockDescription)] for mark in (one, other)]
     return [name for a, b in zip(*descriptions, strict=False) for name in a.changed_inputs(b)]
 
@@ -441,7 +454,6 @@ def _barrier_noun(mark: Barrier) -> Message:
 
 
 def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
-    """Return the differences in machine state between two otherwise identical barriers, or an empty list."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []
     names = ("spindle", "coolant") if one.kind == Kind.DWELL else ("spindle", "coolant", "radius")
@@ -458,7 +470,7 @@ def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
 
 
 def _implied_changes(marks: list[Barrier], which: str) -> Iterator[StateChange]:
-    """Yield the changes of tool and work offset that are consequences of removed or added barriers."""
+    """Yield the changes of tool and work offset that follow from removed or added barriers."""
     for mark in marks:
         if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.values[1], int):
             name = "tool" if mark.kind == Kind.TOOL else "frame"
@@ -468,7 +480,7 @@ def _implied_changes(marks: list[Barrier], which: str) -> Iterator[StateChange]:
 def find_misplaced_barriers(
     marks: list[Barrier], mark_of: dict[float, Barrier], tolerance: float
 ) -> Iterator[Difference]:
-    """Yield barriers with the tool lower than in the original, at an unknown height, or at a wrong position."""
+    """Yield the barriers where the tool is lower than in the original, at an unknown height, or at a wrong position."""
     for mark in marks:
         new = mark_of.get(mark.key)
         if new is None or mark.kind in PLACELESS:

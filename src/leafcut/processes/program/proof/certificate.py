@@ -1,6 +1,6 @@
-"""The proof of a rewritten program: `certify` compares the work of two programs and returns a `Certificate`.
+"""Prove that a rewritten program does the same work: `certify` compares two programs and returns a `Certificate`.
 
-The comparison uses only the two programs; it does not know how the second program was derived from the first.
+The comparison only looks at the two programs. It does not know how the second program was derived from the first.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ from leafcut.proof.difference import MOST_LISTED, cap_differences, position_text
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import MM_PER_INCH
 
-#: Checks covered by a certificate, in order.
+#: The checks that a certificate covers, in order.
 COMPARED = (
     "barriers: pauses, tool changes, work offsets, machine moves, settings that the controller takes from comments and "
     "parameters, and blocks that are not understood, in order",
@@ -82,29 +82,31 @@ COMPARED = (
     "heights of rapids at both ends and between them; no rapid interrupts a cut",
     "envelope",
 )
-#: Additional check if cuts may be reversed.
+#: An extra check that applies if cuts may be reversed.
 _EITHER_WAY = "open cuts at one level without lead-in or lead-out, in either direction"
 #: Lowest and highest x, y, z, mm.
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 _NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
-#: Maximum length of a comment, characters: a GRBL line has 80, and parentheses and line number need some of them.
+#: Maximum length of a comment, characters. A GRBL line has 80 characters, and the parentheses and the line number take
+#: up some of them.
 _LONGEST_COMMENT = 66
 _LINES_AT_ONCE = 10_000
-#: Kinds of rows that rely on a mode; an unknown block may rely on any mode.
+#: Kinds of rows that depend on a mode. An unknown block may depend on any mode.
 _ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)
 _CYCLES = (Kind.FOREIGN, Kind.DRILL)
 _ROUND = (*_ARCS, Kind.DRILL)
 _CUTS = (*_ROUND, Kind.FEED)
 _MOVES = (*_CUTS, Kind.RAPID)
-#: Largest gap between the ends of a closed cut, mm.
+#: A cut is closed if the gap between its ends is at most this large, mm.
 _CLOSED = 0.01
-#: Reference direction of cuts in the comparison. Lines in a usual drawing are not parallel to it.
+#: Cuts are compared in this direction. It is chosen so that lines in an ordinary drawing are not parallel to it.
 _ONWARD = np.array([0.8386705679, 0.5446390350])
-#: Values that must be constant in a reversible run. Dwells differ in feed and time, arcs in kind, plane and turns.
+#: These values must be constant in a run that may be reversed. Dwells differ in feed and time, and arcs in kind, plane
+#: and turns.
 _STEADY = tuple(name for name in (*EXACT, *AMOUNT) if name not in ("kind", "plane", "turns", "feed", "dwell"))
-#: Message about two features, from their places.
+#: Builds the message about two features from their positions.
 _MessageOf = Callable[[Message, Message], Message]
-#: Two features of the original, the earlier first, and the message about their relation.
+#: Two features of the original program, the earlier feature first, with the message about how they are related.
 _Pair = tuple[int, int, _MessageOf]
 
 
@@ -120,40 +122,40 @@ def certify(
     check_cancelled: Heartbeat = ignore_heartbeat,
     notes: bool = False,
 ) -> Certificate:
-    """Return a proof that two programs do the same work, or the differences between them.
+    """Prove that two programs do the same work, or list the differences between them.
 
     - Barriers (`barriers`): both programs have the same barriers in the same order, and the tool is no lower there. At
-      an unknown block, the tool is at the same position. Only whole tool changes may be missing.
-    - Between two barriers (`matching`): both programs have the same holes, cuts and dwells, in any order, except for
-    the rules below.
-    - Cuts that touch each other keep their order (`order_rules`).
+      an unknown block, the tool is at the same position. The new program may only omit whole tool changes.
+    - Matching (`matching`): between two barriers, both programs have the same holes, cuts and dwells, in any order. The
+      rules below restrict that order.
+    - Touching cuts keep their order (`order_rules`).
     - Work inside a closed cut, or inside an outline with tabs, stays before or after that cut (`outlines`). With a
       laser or torch, only work before the cut must stay before it.
     - Passes of a mill at two levels or side by side, and rows, keep their order (`order_rules`).
-    - Work that comes before a cut by which a mill detaches a part stays before that cut (`order_rules`).
+    - If a mill detaches a part, all work that comes before this cut stays before it (`order_rules`).
     - Rapids depart, cross and arrive no lower than in the original program at the same point (`rapids`).
     - The new program reaches no farther than the original program. If the work offset of the machine is known, the new
       program stays within the travel.
 
-    Feed moves above the work count as cuts; feed moves with a laser or torch that is off do not. If only one program
-    uses drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis. A
-    line may be divided into several feed moves if the intermediate points are within half of `tolerance_mm` of it.
-    Moves of zero length do not count.
+    Feed moves above the work count as cuts, except with a laser or torch that is off. If only one of the programs uses
+    drilling cycles, the cycles are expanded into single moves. Coordinates must agree within `tolerance_mm` on every
+    axis. A line may be divided into several feed moves if the points between them are within half of `tolerance_mm` of
+    the line. Moves of zero length are ignored.
 
     Parameters
     ----------
     machine
         Machine whose travel is checked.
     allow_reverse
-        Whether open cuts at one level may be reversed (`in_reference_direction`).
+        Whether open cuts at a single level may be reversed (`in_reference_direction`).
     tool_diameter_mm
         Diameter of the mills that no comment describes.
     beyond
-        Bounds that the new program may reach in addition to those of the original, mm.
+        Bounds that the new program may reach in addition to the bounds of the original program, mm.
     check_cancelled
         Callback for progress and cancellation.
     notes
-        Whether to note that parts are detached in a new order. For parts side by side, this is not a difference.
+        Whether to add a note if parts are detached in a new order. For parts side by side, this is not a difference.
 
     Raises
     ------
@@ -175,8 +177,8 @@ def certify(
 def proof_lines(certificate: Certificate, version: str, name: str = "the original") -> list[str]:
     """Return the comment lines for the top of the new program, without comment signs.
 
-    `name` is the file name of the original. Characters that could end a comment are replaced, and only the end
-    of a long name is kept.
+    `name` is the file name of the original program. Characters that could end a comment are replaced. If the name is
+    long, only its end is kept.
     """
     clean = " ".join(_NOT_IN_COMMENT.sub("_", name).split()) or "the original"
     if not certificate.same:
@@ -191,7 +193,6 @@ def proof_lines(certificate: Certificate, version: str, name: str = "the origina
 
 
 def _digest(program: Program) -> str:
-    """Return the SHA-256 digest of a program's text."""
     digest = hashlib.sha256()
     for begin in range(0, len(program.lines), _LINES_AT_ONCE):
         text = "".join(program.lines[begin : begin + _LINES_AT_ONCE])
@@ -200,8 +201,9 @@ def _digest(program: Program) -> str:
 
 
 class _Comparison:
-    """A comparison of two programs: the first differences that each check finds, the number of all differences, and
-    notes.
+    """Collects the result of comparing two programs.
+
+    Each check keeps its first differences. The class also counts all differences and collects notes.
     """
 
     def __init__(
@@ -229,8 +231,9 @@ class _Comparison:
         self.count += max(count, len(new))
 
     def certificate(self, straight: float | None, machine: Machine | None, beyond: Bounds | None) -> Certificate:
-        """Compare the programs. `straight` is the tolerance for merging the moves of straight cuts, mm; None means that
-        they are not merged.
+        """Compare the programs.
+
+        `straight` is the tolerance for merging the moves of straight cuts, mm. With None, the moves are not merged.
         """
         original, new = self.programs
         written_out = works_without_cycles(original.path) != works_without_cycles(new.path)
@@ -260,7 +263,7 @@ class _Comparison:
         )
 
     def _compare_work(self, before: ProgramWork, after: ProgramWork, grouping: ComparisonGroups) -> tuple[Pairing, int]:
-        """Compare the work between barriers and add the differences.
+        """Compare the work between the barriers and record the differences.
 
         Return the matched features and the number of reversed cuts.
         """
@@ -294,7 +297,7 @@ class _Comparison:
 
 
 def _unit_difference(programs: tuple[Program, Program]) -> Iterator[Difference]:
-    """Yield a difference if the programs state different units, because this may explain all other differences."""
+    """Yield a difference if the programs use different units, because this may explain all other differences."""
     units = [{m.unit for m in program.modals if m.unit} for program in programs]
     stated = [first_block_with_units(program) for program in programs]
     written = all(block < program.n_blocks for block, program in zip(stated, programs, strict=True))
@@ -307,7 +310,7 @@ def _unit_difference(programs: tuple[Program, Program]) -> Iterator[Difference]:
 
 
 def _known_bounds(features: list[Feature]) -> Bounds | None:
-    """Return the bounds of features that have already been reported as different, including R planes and retracts."""
+    """Return the bounds of features that are already reported as different, including R planes and retracts."""
     places = [f.place[k : k + 3] for f in features for k in (0, 3) if k == 0 or f.exact[0] < FIRST_CYCLE]
     places += [(*f.place[:2], height) for f in features if f.exact[0] >= FIRST_CYCLE for height in f.height]
     if not places:
@@ -322,7 +325,7 @@ def _farther_reach(
 ) -> Iterator[Difference]:
     """Yield the axes on which the new program reaches farther than the original program.
 
-    Checking the ends of moves is sufficient, because the cuts are equal.
+    It is enough to check the ends of the moves, because the cuts are equal.
     """
     bounds = [one for one in beyond if one is not None]
     lowest = np.fmin.reduce([(math.inf,) * 3, *(low for low, _ in bounds)])
@@ -346,10 +349,12 @@ def _farther_reach(
 
 
 def _farthest_move(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
-    """Return the move that ends farthest along an axis (`sign` 1) or against it (`sign` -1), and the coordinate of its
-    end multiplied by `sign`.
+    """Return the move that ends farthest in the direction of an axis (`sign` 1) or against it (`sign` -1).
 
-    Without a move, the row is -1.
+    Returns
+    -------
+    tuple
+        Row of the move, or -1 if the program never moves, and its end coordinate multiplied by `sign`.
     """
     moves = path.kind <= Kind.DRILL
     ends = np.where(moves, path.end[:, axis], np.nan)
@@ -360,7 +365,7 @@ def _farthest_move(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
 
 
 def _moves_outside_travel(path: Toolpath, machine: Machine | None) -> list[Difference]:
-    """Return the moves outside the machine's travel before the first origin shift; later positions are unknown."""
+    """Return the moves outside the machine's travel, up to the first origin shift. Later positions are unknown."""
     if machine is None or machine.work_offset is None:
         return []
     moved = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != 540))
@@ -384,9 +389,10 @@ def _counts(work: ProgramWork) -> Counts:
 
 
 class _Mode(NamedTuple):
-    """A mode: its name, its G words (a regular expression for their numbers), and the kinds of rows that need it.
+    """A mode with its name, the G words that set it, and the kinds of rows that need it.
 
-    A `rare` word is unknown to some controllers, so the new program must not add it.
+    A regular expression matches the numbers of the G words. Some controllers do not know a `rare` word, so the new
+    program must not add it.
     """
 
     name: str
@@ -412,7 +418,7 @@ _MODES = (
     _Mode(Message("macro calls off (G67)"), "6[67](?:[.]1)?", _MOVES, True),
     _Mode(Message("the shift of the origin (G92.1)"), "92(?:[.][123])?", _MOVES, True),
 )
-#: A G word except G0 to G3; numbers may contain blanks.
+#: Matches a G word other than G0 to G3. Numbers may contain blanks.
 _OTHER = re.compile(r"[Gg](?![ \t]*0*[0-3](?![ \t]*[0-9.]))")
 _PATTERNS = [re.compile(rf"G0*{mode.words}(?![0-9.])") for mode in _MODES]
 
@@ -425,10 +431,9 @@ def find_lost_modes(
 ) -> Iterator[Difference]:
     """Yield the modes that only the original program states before the work that depends on them.
 
-    A mode that is not stated, such as G90, keeps the last state of the machine, which a comparison of motion does not
-    show.
-    `new_of` and `mark_of` are the matched features and barriers. Only cuts in both programs count, because an added cut
-    depends on the same modes as its neighbours.
+    If a program does not state a mode such as G90, the machine keeps its last state. Comparing the motion cannot reveal
+    that. `new_of` and `mark_of` map features and barriers of the original program to their match in the new program.
+    Only cuts that occur in both programs count, because an added cut depends on the same modes as its neighbours.
     """
     words = [_lines_with_g_words(program) for program in programs]
     counted = _common_rows(works, new_of, mark_of)
@@ -453,7 +458,7 @@ def find_lost_modes(
 def _common_rows(
     works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: dict[float, Barrier]
 ) -> tuple[Mask, Mask]:
-    """Return masks of the rows that both programs have. If no work is missing or new, return all rows."""
+    """Return masks of the rows that both programs contain. If no work is missing or new, the masks select all rows."""
     old = np.flatnonzero(new_of >= 0)
     features = old, new_of[old]
     keys = set(mark_of), {mark.key for mark in mark_of.values()}
@@ -474,7 +479,9 @@ def _common_rows(
 
 
 class _FirstUse(NamedTuple):
-    """The first use of a mode: whether the first row that depends on the mode comes before the word, the line of that
+    """The first use of a mode.
+
+    It records whether the first row that depends on the mode comes before the word. It also stores the line of that
     row, and the number of cuts before the word.
     """
 
@@ -484,7 +491,7 @@ class _FirstUse(NamedTuple):
 
 
 def _lines_with_g_words(program: Program) -> dict[int, str]:
-    """Return the normalized text of all lines with a G word other than G0 to G3, by line number."""
+    """Return the normalized text of all lines that contain a G word other than G0 to G3, by line number."""
     return {number: normalized(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
 
 
@@ -514,7 +521,7 @@ def _cuts_before(program: Program, work: ProgramWork, end: int, counted: Mask, m
 
 
 def _first_block_on(program: Program, lines: list[int]) -> int:
-    """Return the first block on any of the given lines, or the number of blocks."""
+    """Return the first block on any of the given lines, or the number of blocks if there is none."""
     found = np.isin(program.line, lines)
     return int(np.argmax(found)) if found.any() else program.n_blocks
 
@@ -523,10 +530,15 @@ def _first_block_on(program: Program, lines: list[int]) -> int:
 
 
 class DirectedWork(NamedTuple):
-    """The work of a program with its open cuts in the reference direction.
+    """The work of a program after all reversible cuts were turned to the reference direction.
 
-    The features are sorted run by run, and a reversed run keeps its place in the order. `run`, int64[n], is the run of
-    each feature if that run is reversible, otherwise -1. `turned` marks the features that were reversed.
+    Attributes
+    ----------
+    run
+        Reversible run of each feature, int64[n], or -1. The features are sorted by run, and a reversed run keeps its
+        position in the order.
+    turned
+        Mask of the features that were reversed.
     """
 
     work: ProgramWork
@@ -535,16 +547,16 @@ class DirectedWork(NamedTuple):
 
 
 def unchanged_work(work: ProgramWork) -> DirectedWork:
-    """Return the work with all cuts unchanged."""
+    """Return the work without reversing any cut."""
     n = len(work.features)
     return DirectedWork(work, np.full(n, -1), np.zeros(n, dtype=bool))
 
 
 def in_reference_direction(work: ProgramWork) -> DirectedWork:
-    """Return the work with every reversible cut in the reference direction.
+    """Turn every reversible cut to the reference direction.
 
-    The conditions are checked again here, from the motion alone: a cut is open, at one level, and does not cross
-    itself, it has no lead-in or lead-out, and the tool arrives and leaves by rapids.
+    This function derives reversibility again from the motion alone. A cut is reversible if it is open, stays at a
+    single level, does not cross itself, and has neither lead-in nor lead-out. The tool must arrive and leave by rapids.
     """
     features, gaps = work.features, group_rapids(work)
     n = len(features)
@@ -587,14 +599,14 @@ def _cuts_of_run(features: Features, gaps: RapidGaps, first: int, end: int) -> I
 
 
 def _vertical_mask(features: Features, rows: Indices) -> Mask:
-    """Return a mask of the cuts without sideways movement, and of the dwells."""
+    """Return a mask of the dwells, and of the cuts without sideways movement."""
     moved = np.abs(features.end[rows, :2] - features.start[rows, :2]) > STILL
     upright: Mask = ((features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)) | (features.kind[rows] == Kind.DWELL)
     return upright
 
 
 def _is_constant(features: Features, rows: Indices, body: Indices) -> bool:
-    """Return whether the machine state is constant in a run, and its body is at one level."""
+    """Return whether the machine state stays the same during a run, and its body is at a single level."""
     steady = features.several(_STEADY, rows)
     kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
     arcs = body[features.kind[body] != Kind.FEED]
@@ -608,7 +620,10 @@ def _is_constant(features: Features, rows: Indices, body: Indices) -> bool:
 
 
 def _reverse_run(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
-    """Reverse each cut of a run in `new` (kind, start, end), and exchange the positions of plunge and retract."""
+    """Reverse the cuts of a run in `new`, and swap the positions of plunge and retract.
+
+    A reversed cut has a new kind, start and end.
+    """
     new.end[body], new.start[body] = old.start[body], old.end[body]
     kind = old.kind[body]
     back = np.where(kind == Kind.ARC_CW, int(Kind.ARC_CCW), np.where(kind == Kind.ARC_CCW, int(Kind.ARC_CW), kind))
@@ -619,7 +634,10 @@ def _reverse_run(new: Features, old: Features, first: int, end: int, body: Indic
 
 
 def reversed_runs(one: DirectedWork, other: DirectedWork, new_of: Indices) -> Indices:
-    """Return the run of each feature if the other program cuts it in the opposite direction, otherwise -1."""
+    """Return the run of each feature that the other program cuts in the opposite direction.
+
+    All other features get -1.
+    """
     paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
     differs = paired[one.turned[paired] != other.turned[new_of[paired]]]
     turned = np.isin(one.run, one.run[differs]) & (one.run >= 0)
@@ -632,8 +650,12 @@ def reversed_runs(one: DirectedWork, other: DirectedWork, new_of: Indices) -> In
 class ChangedOrder:
     """Checks the order of the work in a new program.
 
-    `new_of`, int64[n], is the index of each original feature in the new program, or -1 if it is missing. `flat` means
-    that the tool is a beam or a pen, which makes no roughing passes.
+    Attributes
+    ----------
+    new_of
+        Index of each original feature in the new program, int64[n], or -1 if the feature is missing.
+    flat
+        Whether the tool is a beam or a pen, which makes no roughing passes.
     """
 
     def __init__(
@@ -654,7 +676,7 @@ class ChangedOrder:
         self.run: Indices = np.subtract(run, run[:1], dtype=np.int64)
 
     def touching(self, tolerance: float) -> Iterator[Difference]:
-        """Yield touching cuts whose order changed, and features at unknown positions that moved in the order."""
+        """Yield touching cuts whose order changed, and features at unknown positions that changed places."""
         if self.unchanged:
             return
         known = np.isfinite(self.features.end[:, :2]).all(axis=1)
@@ -680,9 +702,9 @@ class ChangedOrder:
             )
 
     def work_inside_contours(self) -> Iterator[Difference]:
-        """Yield work that was before a closed cut or a tabbed outline around it and is now after it, or vice versa.
+        """Yield work that moved from before an enclosing outline to after it, or vice versa.
 
-        With a beam or a pen, only work that is now after the outline counts.
+        The outline is a closed cut or has tabs. With a beam or a pen, only work that is now after the outline counts.
         """
         if self.unchanged or not len(self.traces.feature):
             return
@@ -713,7 +735,10 @@ class ChangedOrder:
                 yield self._difference(kind, int(first[k]), int(last[closes]), message)
 
     def reordered_passes(self, width: float) -> Iterator[Difference]:
-        """Yield nearby passes of a mill of the given width (mm) in changed order, and parts detached too early."""
+        """Yield nearby passes of a mill whose order changed, and parts that are now detached too early.
+
+        `width` is the width of the mill, mm.
+        """
         if self.unchanged or not len(self.features):
             return
         first = ~self.gaps.opened_by_feature[self.gaps.gap_of]
@@ -754,7 +779,7 @@ class ChangedOrder:
                 yield int(visits.first[one]), int(visits.first[other]), text
 
     def _detached_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
-        """Yield (feature, last feature of an outline) if the outline now detaches its part before the feature is cut.
+        """Yield (feature, last feature of an outline) if the outline now detaches a part before the feature is cut.
 
         Parts that are detached at the same depth or deeper may be detached in either order.
         """
@@ -812,7 +837,7 @@ class ChangedOrder:
         ]
 
     def _part_outlines(self) -> Indices:
-        """Return the runs that are outlines of parts, which are closed cuts inside an even number of other outlines."""
+        """Return the runs that are outlines of parts: closed cuts inside an even number of other outlines."""
         lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
         outlines = list(outlines_of(lines, None, FREE, self.check_cancelled))
         if not outlines:
@@ -828,7 +853,7 @@ class ChangedOrder:
         return parts
 
     def _difference(self, what: Message, one: int, other: int, message: _MessageOf) -> Difference:
-        """Return a difference between two features, with the lines of the first feature in both programs."""
+        """Report a difference between two features, with the lines of the first feature in both programs."""
         features = self.features
         places = [Message("{} (line {})", position_text(*features.end[k]), features.line[k]) for k in (one, other)]
         lines = int(features.line[one]), int(self.after.features.line[self.new_of[one]])
@@ -836,7 +861,7 @@ class ChangedOrder:
 
 
 def _changed_side(tabs: bool, later: bool, flat: bool, place: Message, end: Message) -> Message:
-    """Return the message about work inside a closed cut or tabbed outline that is now before or after this cut."""
+    """Return the message about work inside an outline that is now on the other side of the cut along that outline."""
     message = Message(
         "{} lies inside an outline with tabs that ends at {}; originally it was cut {} this cut, and now it is "
         "cut {} it"
@@ -855,7 +880,7 @@ def _changed_order(relation: Message, place: Message, other: Message) -> Message
 
 
 def _moved_visits(begins: Indices) -> Mask:
-    """Return a mask of the visits whose order relative to any other visit changed."""
+    """Return a mask of the visits whose order relative to any other visit has changed."""
     here = begins >= 0
     most = np.maximum.accumulate(begins) > begins
     least = np.minimum.accumulate(np.where(here, begins, np.iinfo(np.int64).max)[::-1])[::-1] < begins
@@ -864,7 +889,7 @@ def _moved_visits(begins: Indices) -> Mask:
 
 
 def _reordered_features(rank: Indices, which: Indices) -> list[int]:
-    """Return the features in `which` whose order relative to any other feature changed."""
+    """Return the features in `which` whose order relative to any other feature has changed."""
     highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
     lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
     here = rank[which]

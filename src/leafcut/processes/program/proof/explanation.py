@@ -1,7 +1,7 @@
-"""Explain unmatched features in a machinist's terms: report each change once, without its consequences.
+"""Explain unmatched features in a machinist's terms. Each change is reported once, without its consequences.
 
-A changed feed word is a single difference. A cut that only starts at the changed end of its predecessor is not a
-difference.
+A changed feed word is a single difference. A cut that only starts elsewhere because the cut before it ends elsewhere is
+not a difference.
 """
 
 from __future__ import annotations
@@ -30,16 +30,17 @@ from leafcut.processes.program.proof.matching import (
 )
 from leafcut.proof.difference import position_text
 
-#: Maximum number of missing features that are explained, and of candidates per grid cell; further features are counted.
+#: Maximum number of missing features that are explained, and of candidates per grid cell. Further features are only
+#: counted.
 _MOST_EXPLAINED, _MOST_TRIED = 20_000, 40
-#: Maximum number of stretches in the search for moved features.
+#: The search for moved features considers at most this many stretches.
 _MOST_MOVED = 200
-#: Maximum number of holes listed by position.
+#: At most this many holes are listed by position.
 _MOST_NAMED = 3
-#: Tolerance of equal points, mm.
+#: Points within this distance count as equal, mm.
 _NEAR = 1e-6
 
-#: Consecutive features without a move between them, or a single hole.
+#: Consecutive features without a travel move between them, or a single hole.
 Stretch = list[Feature]
 _Item = TypeVar("_Item")
 
@@ -47,7 +48,8 @@ _Item = TypeVar("_Item")
 class Explanation(NamedTuple):
     """The explained differences, sorted by line.
 
-    `found` is the minimum number of differences. `changes` contains the changes of work that occurs in both programs.
+    `found` is a lower bound for the number of differences. `changes` contains the changes of work that occurs in both
+    programs.
     """
 
     differences: list[Difference]
@@ -56,7 +58,10 @@ class Explanation(NamedTuple):
 
 
 class _ChangedFeature(NamedTuple):
-    """A feature, its counterpart in the new program, and their differences: in the start point, and in other values."""
+    """A feature with its counterpart in the new program.
+
+    The start point is compared separately from the other values.
+    """
 
     one: Feature
     other: Feature
@@ -67,7 +72,7 @@ class _ChangedFeature(NamedTuple):
 def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[StateChange] = ()) -> Explanation:
     """Explain each unmatched feature as done elsewhere, changed, moved, missing or new.
 
-    The changes in `implied` are consequences of other differences and are left out.
+    Changes in `implied` are left out, because they follow from other differences.
     """
     elsewhere, missing, extra = _moved_past_barrier(pairing, room)
     counted = max(len(missing) - _MOST_EXPLAINED, 0)
@@ -93,8 +98,12 @@ def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[StateChang
 def _moved_past_barrier(
     pairing: Pairing, room: MatchTolerance
 ) -> tuple[list[Difference], list[Feature], list[Feature]]:
-    """Return the differences for features that moved to the other side of a barrier, and the remaining features of both
-    programs.
+    """Report the features that moved to the other side of a barrier.
+
+    Returns
+    -------
+    tuple
+        The differences, and the remaining features of the original program and of the new program.
     """
     missing, extra = pairing.missing, pairing.extra
     if not any(f.group for f in (*missing, *extra)):
@@ -119,7 +128,10 @@ def _moved_past_barrier(
 
 
 def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) -> Iterator[list[_Item]]:
-    """Yield groups of consecutive items. `goes_on` returns whether an item belongs to the group of its predecessor."""
+    """Yield groups of consecutive items.
+
+    `goes_on` decides whether an item belongs to the same group as the item before it.
+    """
     group: list[_Item] = []
     for item in items:
         if group and not goes_on(group[-1], item):
@@ -154,7 +166,10 @@ def _changed_features(
 
 
 def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: list[Feature]) -> Iterator[Difference]:
-    """Yield the changes as differences. Equal changes are grouped; consequences of other changes are omitted."""
+    """Yield the changes as differences.
+
+    Equal changes are grouped, and changes that follow from other changes are skipped.
+    """
     differing = [pair for pair in pairs if pair.rest]
     ends = [
         {f.number: f.place[:3] for f in side}
@@ -213,7 +228,7 @@ def _adjacent(one: Stretch, other: Stretch) -> bool:
 
 
 def _group_difference(change: str, group: list[Stretch], side: Features) -> Difference:
-    """Return the difference for adjacent runs of features that are all missing or all new."""
+    """Describe adjacent runs of features that are all missing or all new as a single difference."""
     features = [feature for stretch in group for feature in stretch]
     holes = [_describe_hole(stretch, side) for stretch in group]
     text = _group_text(group, holes)
@@ -242,8 +257,10 @@ def _group_text(group: list[Stretch], holes: list[Message | None]) -> Message:
 
 
 def _describe_run(stretch: Stretch, hole: Message | None) -> Message:
-    """Describe a run of features. The last value is the end of the run; unless the run is a hole made by several cuts,
-    its start comes before it.
+    """Describe a run of features.
+
+    The last value of the message is the end of the run. The start comes before it, unless several cuts make a single
+    hole.
     """
     first, last = stretch[0], stretch[-1]
     if hole and not _is_cycle(first) and len(stretch) > 1:
@@ -255,7 +272,7 @@ def _describe_run(stretch: Stretch, hole: Message | None) -> Message:
 
 
 def _describe_hole(stretch: Stretch, side: Features) -> Message | None:
-    """Describe a hole: a canned cycle, or vertical cuts without adjoining cuts. Return None for other work.
+    """Describe a hole made by a canned cycle or by vertical cuts without adjoining cuts. Return None for other work.
 
     The last value of the message is the position of the hole.
     """
@@ -276,7 +293,7 @@ def _describe_hole(stretch: Stretch, side: Features) -> Message | None:
 def _moved_features(
     gone: list[Stretch], new: list[Stretch], sides: tuple[Features, Features], room: MatchTolerance
 ) -> Iterator[Difference]:
-    """Yield differences for the features that only moved, and remove these features from both lists."""
+    """Yield differences for features that only moved, and remove these features from both lists."""
     if len(new) > _MOST_MOVED or len(gone) > _MOST_MOVED:
         return
     groups: dict[tuple[float, ...], list[tuple[Stretch, Stretch]]] = defaultdict(list)
@@ -316,7 +333,10 @@ def _moved_features(
 
 
 def _differs_only_in_position(one: Stretch, other: Stretch, room: MatchTolerance) -> bool:
-    """Return whether two runs of features are equal after a shift in X and Y, or two single cuts differ only in end."""
+    """Return whether two runs of features are equal after a shift in X and Y.
+
+    Two single cuts also match if only their end points differ.
+    """
     if len(one) != len(other) or any(a.exact != b.exact for a, b in zip(one, other, strict=True)):
         return False
     if not all(map(math.isfinite, (*one[0].place[:2], *other[0].place[:2]))):
@@ -378,7 +398,7 @@ def _feature_text(feature: Feature) -> Message:
 
 
 def _count_text(features: list[Feature]) -> Message:
-    """Return the number of features in words: ``3 holes``, ``7 cuts and 1 dwell``."""
+    """Describe the number of features in words: ``3 holes``, ``7 cuts and 1 dwell``."""
     nouns = Counter(_noun_of([feature]) for feature in features)
     return Message.joined_by_and(count_of(n, noun) for noun, n in nouns.most_common())
 
@@ -392,7 +412,6 @@ def _tool_of(feature: Feature) -> int:
 
 
 def _noun_of(features: Iterable[Feature]) -> str:
-    """Return the most frequent noun: hole, dwell or cut."""
     return Counter(
         "hole" if _is_cycle(f) else "dwell" if f.exact[0] == Kind.DWELL else "cut" for f in features
     ).most_common(1)[0][0]

@@ -1,6 +1,6 @@
-"""Features are the holes, cuts and dwells of a toolpath, in columns with all values that verification compares.
+"""Store the holes, cuts and dwells of a toolpath as features, in columns with all values that verification compares.
 
-A million features must fit into memory, so values that rarely change are kept in tables.
+A million features must fit into memory, so values that rarely change are stored in tables.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last
 
 Selection = Indices | Mask | slice | int
 
-#: Values that must be equal: of the features, of `Modal` (the plane only of arcs and under radius compensation), and of
-#: `TextHistory`.
+#: Values that must be equal. They belong to the features, to `Modal` (the plane counts only for arcs and with radius
+#: compensation), and to `TextHistory`.
 EXACT = (
     "kind", "plane", "turns", "tool", "coolant",
     "length", "frame", "radius", "blending", "feed_mode", "spindle", "stated", "obeyed", "table",
 )  # fmt: skip
-#: Points, mm: end of a cut or bottom of a hole, start, centre of an arc.
+#: Points, mm: the end of a cut or the bottom of a hole, the start, and the centre of an arc.
 PLACE = ("x", "y", "depth", "start x", "start y", "start z", "centre x", "centre y", "centre z")
-#: Amounts: feed in mm/s, speed in rpm (negative for M4), peck in mm, dwell in s, D number, two tolerances in mm.
+#: Amounts: feed in mm/s, speed in rpm (negative for M4), peck in mm, dwell in s, D number, and two tolerances in mm.
 AMOUNT = ("feed", "speed", "peck", "dwell", "register", "tolerance", "joining")
-#: Heights that may be higher in the new program, mm.
+#: The new program may use greater values for these heights, mm.
 HEIGHT = ("r_plane", "retract")
 
 #: Names of the kinds of cuts in messages.
@@ -48,9 +48,9 @@ _ALL = slice(None)
 
 @dataclass(frozen=True, eq=False)
 class ProgramPath:
-    """The toolpath of a program. Its cycles may be expanded, and its straight moves merged.
+    """The toolpath of a program. Its cycles may have been expanded, and its straight moves merged.
 
-    `source`, int64[n], is the program row of each row of `path`.
+    `source` maps each row of `path` to its program row, int64[n].
     """
 
     program: Program
@@ -63,20 +63,26 @@ class ProgramPath:
         return cls(program, program.path, np.arange(len(program.path)))
 
     def modal(self, field: str, rows: Selection = _ALL) -> NDArray:
-        """Return the values of a field of `Modal` at the given rows."""
+        """Return the values of a `Modal` field at the given rows."""
         return self.program.modal_at_rows(field)[self.source[rows]]
 
     def modal_at(self, row: int) -> Modal:
-        """Return the modal state in which a row acts."""
+        """Return the modal state that applies to a row."""
         return self.program.modals[int(self.program.row_modal[self.source[row]])]
 
 
 class TextHistory(NamedTuple):
-    """Facts about the earlier text of a program that no modal value shows, for each row or each feature, [n].
+    """Facts about the earlier text of a program that no modal value shows, per row or per feature, [n].
 
-    `stated` has a bit for stated units, for a spindle start since the tool change, and for a length offset that is not
-    cancelled. `obeyed` is the number of earlier comments and settings that the controller obeys. `table` is the number
-    of blocks before the length offset was stated that may have changed the tool table.
+    Attributes
+    ----------
+    stated
+        Bits for three facts: the units are stated, the spindle was started after the tool change, and a length offset
+        was stated and not cancelled.
+    obeyed
+        Number of earlier comments and settings that the controller obeys.
+    table
+        Number of blocks that may have changed the tool table before the length offset was stated.
     """
 
     stated: Ints
@@ -85,9 +91,9 @@ class TextHistory(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """Data of arcs and cycles. Entry 0 of each column is 0; features that are neither arcs nor cycles refer to it.
+    """Data of arcs and cycles. In each column, entry 0 is 0 and stands for features that are neither arcs nor cycles.
 
-    Arcs have `center` (float64[a, 3], mm), `plane` and `turns`; cycles have `r_plane` and `peck` (mm).
+    Arcs have `center` (float64[a, 3], mm), `plane` and `turns`. Cycles have `r_plane` and `peck` (mm).
     """
 
     center: Floats
@@ -99,23 +105,24 @@ class Tables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Holes, cuts and dwells in program order. `of` returns the columns that `EXACT`, `PLACE`, `AMOUNT` and `HEIGHT`
-    name.
+    """Holes, cuts and dwells in program order.
+
+    The method `of` returns the columns named in `EXACT`, `PLACE`, `AMOUNT` and `HEIGHT`.
 
     Attributes
     ----------
     row, line
-        int32[n]: row of the toolpath, and line of the text.
+        Row of the toolpath and line of the text, int32[n].
     kind
-        int64[n]: `Kind` of a cut; for a cycle, its name as a number from `FIRST_CYCLE` up.
+        Kind of each feature, int64[n]. A cut has its `Kind`. A cycle has its name as a number, `FIRST_CYCLE` or higher.
     end, start
-        float64[n, 3], mm. The end of a hole is its bottom, and its start is at the retract height.
+        Points, float64[n, 3], mm. A hole ends at its bottom and starts at the retract height.
     feed, dwell
-        float64[n]: feed, mm/s, and dwell, s.
+        Feed, mm/s, and dwell, s, float64[n].
     state, arc, cycle
-        int32[n]: rows in `modals` and in `tables`.
+        Rows in `modals` and in `tables`, int32[n].
     group
-        int64[n]: features of different groups never match.
+        Features of different groups never match, int64[n].
     """
 
     row: Ints
@@ -173,11 +180,11 @@ class Features:
         return column
 
     def several(self, names: Iterable[str], rows: Selection = _ALL) -> NDArray:
-        """Return several columns side by side, as an array [n, names]."""
+        """Return several columns side by side in an array [n, names]."""
         return np.column_stack([self.of(name, rows) for name in names])
 
     def pick(self, which: Mask | Indices) -> Features:
-        """Return the features with the given indices, or those that a mask selects."""
+        """Return the features with the given indices or mask."""
         history = TextHistory(*(column[which] for column in self.history))
         return replace(self, history=history, **{name: getattr(self, name)[which] for name in _BY_FEATURE})
 
@@ -190,7 +197,7 @@ def name_of(kind: int) -> str:
     return CUTS[Kind(kind)] if kind < FIRST_CYCLE else kind.to_bytes(7, "big").lstrip(b"\0").decode("ascii", "replace")
 
 
-#: Lowest number of a cycle. The number is the name of the cycle, read as the bytes of an integer.
+#: Lowest number of a cycle. To get the number of a cycle, the bytes of its name are read as an integer.
 FIRST_CYCLE = 256
 
 
@@ -198,7 +205,7 @@ def _number_of(cycle: DrillCycle) -> int:
     return int.from_bytes(cycle.name.encode("ascii", "replace")[:7], "big")
 
 
-#: Fields of `Modal` in `EXACT` and `AMOUNT`, and those from which `speed` is computed.
+#: Fields of `Modal` in `EXACT` and `AMOUNT`, and the fields from which `speed` is computed.
 _MODAL = (
     "plane", "tool", "coolant", "length", "frame", "radius", "register", "blending", "tolerance", "joining",
     "feed_mode", "spindle", "rpm",
@@ -206,13 +213,12 @@ _MODAL = (
 
 
 def _columns(modals: Iterable[Modal]) -> dict[str, NDArray]:
-    """Return the compared fields of modal states as columns; an unknown tool counts as 0."""
+    """Return the compared fields of modal states as columns. An unknown tool counts as 0."""
     every = list(modals)
     return {name: np.array([getattr(modal, name) or 0 for modal in every]) for name in _MODAL}
 
 
 def _history(program: Program) -> TextHistory:
-    """Return the text history at each row of a program."""
     path, length = program.path, program.modal_at_rows("length")
     stated = (program.row_block >= first_block_with_units(program)) + 2 * _spindle_started(
         path, program.modal_at_rows("spindle")
@@ -225,9 +231,9 @@ def _history(program: Program) -> TextHistory:
 
 
 def _spindle_started(path: Toolpath, spindle: Indices) -> Indices:
-    """Return 0 for rows where the spindle turns without a start since the last tool change, and 1 for all others.
+    """Return 0 for rows in which the spindle turns but has not been started since the last tool change, otherwise 1.
 
-    M6 stops the spindle on LinuxCNC and on Haas machines; on other controllers it may not.
+    M6 stops the spindle on LinuxCNC and on Haas machines. On other controllers, it may keep turning.
     """
     starts = (path.kind == Kind.SPINDLE) & (path.ref != SPEED_ALONE)
     last = [last_rows(which) for which in (starts, path.kind == Kind.TOOL)]
@@ -236,7 +242,7 @@ def _spindle_started(path: Toolpath, spindle: Indices) -> Indices:
 
 
 def same_state(rows: ProgramPath) -> Mask:
-    """Return a mask of all rows except the first: whether the machine state equals that of the row before."""
+    """Return whether each row but the first has the same machine state as the row before it."""
     number = rows.program.row_modal[rows.source]
     changed = np.flatnonzero(number[1:] != number[:-1])
     equal = np.ones(max(len(number) - 1, 0), dtype=bool)
@@ -249,7 +255,7 @@ def same_state(rows: ProgramPath) -> Mask:
 
 
 def compensated_moves(rows: ProgramPath) -> Mask:
-    """Return a mask of the moves under cutter compensation, and of the next move, which is still affected."""
+    """Return a mask of the moves with cutter compensation, and of the move after them, which is still affected."""
     moving = np.flatnonzero(rows.path.kind <= Kind.DRILL)
     on = np.abs(rows.modal("radius", moving)) != 40
     mask = np.zeros(len(rows.path), dtype=bool)
@@ -258,7 +264,7 @@ def compensated_moves(rows: ProgramPath) -> Mask:
 
 
 def _length_offset_known(path: Toolpath, length: Indices) -> Indices:
-    """Return 0 for rows whose length offset may be cancelled since it was stated, and 1 for all others.
+    """Return 0 for rows in which the length offset may have been cancelled since it was stated, otherwise 1.
 
     On some controllers, such as Fanuc and Haas, a tool change or a move to a machine position (G28, G53) cancels it.
     """
@@ -281,7 +287,7 @@ _UNITS = re.compile(r"G0*(?:20|21|70|71)(?![0-9.])")
 
 
 def features_of(program_path: ProgramPath, which: Mask) -> Features:
-    """Return the features in the rows `which`: cuts, cycles, dwells, and rapids under cutter compensation."""
+    """Return the features in the rows `which`: cuts, cycles, dwells, and rapids with cutter compensation."""
     program, path = program_path.program, program_path.path
     rows = np.flatnonzero(which)
     source = program_path.source[rows]
@@ -318,8 +324,9 @@ def features_of(program_path: ProgramPath, which: Mask) -> Features:
 
 
 def is_uniform(cuts: Features) -> bool:
-    """Return whether the first and the last cuts have the same kind and feed as most cuts, so that there is no lead-in
-    or lead-out.
+    """Return whether the first and the last cut have the same kind and feed as most other cuts.
+
+    If they differ, the path has a lead-in or a lead-out.
     """
     if len(cuts) == 1:
         return True

@@ -1,4 +1,4 @@
-"""Match the features of two programs one to one, and describe the changes of features that have no match."""
+"""Match the features of two programs one to one, and describe how unmatched features have changed."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLAC
 from leafcut.proof.difference import position_text
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Features that agree within this difference (mm, mm/s, rpm, s) are matched in bulk, all others one by one.
+#: Features that agree within this difference (mm, mm/s, rpm, s) are matched in bulk. All others are matched one by one.
 _QUANTUM = 1e-6
 #: Tolerances of feeds (relative, and mm/s), dwells (s) and speeds (relative, and rpm). A rewritten program keeps the
 #: words of the original, so its numbers differ only by rounding and by a change of units.
 _FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
-#: Maximum number of single comparisons; further features count as different. Only very different programs need more.
+#: Maximum number of single comparisons. Only very different programs need more; their remaining features count as
+#: different.
 _MOST_LOOKS = 3_000_000
 
 
 class MatchTolerance(NamedTuple):
-    """Tolerance of positions, mm. With a `beam`, the S word is the power of the beam."""
+    """Tolerance for positions, mm. If `beam` is set, the S word is the power of a beam."""
 
     place: float
     beam: bool = False
 
 
 class Feature(NamedTuple):
-    """One row of `Features`, for messages and for single comparisons."""
+    """A row of `Features`, used for messages and for single comparisons."""
 
     number: int
     line: int
@@ -48,8 +49,14 @@ class Feature(NamedTuple):
 class Pairing(NamedTuple):
     """Matched features of two programs.
 
-    `new_of`, int64[n], is the new feature that matches each original feature, or -1. `missing` and `extra` are the
-    unmatched features of the original program and of the new program.
+    Attributes
+    ----------
+    new_of
+        The new feature that matches each original feature, int64[n], or -1.
+    missing
+        Features of the original program without a match.
+    extra
+        Features of the new program without a match.
     """
 
     new_of: Indices
@@ -74,7 +81,7 @@ def match_features(before: Features, after: Features, room: MatchTolerance) -> P
 
 
 def _match_by_hash(before: Features, after: Features, tolerance: float) -> tuple[Indices, Indices]:
-    """Return the matching rows of both programs, whose values agree except for rounding errors."""
+    """Return the rows of both programs that match: their values agree except for rounding errors."""
     hashed = np.concatenate([_feature_hashes(side) for side in (before, after)])
     _, number = np.unique(hashed, return_inverse=True)
     old, new = _match_equal_numbers(number[: len(before)], number[len(before) :])
@@ -89,7 +96,10 @@ def _match_by_hash(before: Features, after: Features, tolerance: float) -> tuple
 
 
 def _match_equal_numbers(one: Indices, other: Indices) -> tuple[Indices, Indices]:
-    """Match equal numbers: from both ends as long as they agree, then in order, so that neighbours stay together."""
+    """Match equal numbers. Start from both ends while the numbers agree, then match the rest in order.
+
+    Matching in order keeps neighbours together.
+    """
     n, m = len(one), len(other)
     differs = np.flatnonzero(one[: min(n, m)] != other[: min(n, m)])
     head = int(differs[0]) if len(differs) else min(n, m)
@@ -106,7 +116,7 @@ def _match_equal_numbers(one: Indices, other: Indices) -> tuple[Indices, Indices
 
 
 def _rounded(features: Features) -> Iterator[Indices]:
-    """Yield the values of all features as integers, one column at a time to save memory."""
+    """Yield the values of all features as integers. To save memory, each step yields a single column."""
     yield features.group
     yield from (features.of(name) for name in EXACT)
     for name in (*PLACE, *AMOUNT, *HEIGHT):
@@ -116,7 +126,7 @@ def _rounded(features: Features) -> Iterator[Indices]:
 
 
 def _feature_hashes(features: Features) -> NDArray[np.uint64]:
-    """Return a hash of each feature. Callers must check matching hashes for collisions."""
+    """Return a hash for each feature. Callers must check whether features with the same hash are really equal."""
     mixed = np.zeros(len(features), dtype=np.uint64)
     for column in _rounded(features):
         mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
@@ -125,7 +135,7 @@ def _feature_hashes(features: Features) -> NDArray[np.uint64]:
 
 
 def _occurrence_keys(number: Indices) -> Indices:
-    """Return a unique key per row, from its number and the count of earlier rows with the same number."""
+    """Return a unique key for each row, based on its number and on how many earlier rows have the same number."""
     order = np.argsort(number, kind="stable")
     ordered = number[order]
     begins = np.flatnonzero(np.diff(ordered, prepend=-1))
@@ -151,7 +161,7 @@ Pairs = list[tuple[Feature, Feature]]
 def match_one_by_one(
     before: list[Feature], after: list[Feature], room: MatchTolerance
 ) -> tuple[Pairs, list[Feature], list[Feature]]:
-    """Return the pairs of features that are equal within `room`, and the unmatched features of both programs."""
+    """Return the pairs of features that agree within `room`, and the unmatched features of both programs."""
     # The first feature is at the end of its cell, where its removal is cheap.
     cells = sorted_into_cells(after[::-1], room.place, 3)
     pairs, missing, looks = [], [], 0
@@ -176,7 +186,7 @@ def _are_equal(a: Feature, b: Feature, room: MatchTolerance) -> bool:
 
 
 def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[CellKey, list[Feature]]:
-    """Group features by the grid cell that contains them (`cells_around`), and keep their order."""
+    """Group features by grid cell (`cells_around`) without changing their order."""
     cells: dict[CellKey, list[Feature]] = defaultdict(list)
     for feature in features:
         cells[next(cells_around(feature, tolerance, axes))].append(feature)
@@ -184,9 +194,9 @@ def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> d
 
 
 def cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[CellKey]:
-    """Yield the grid cells near a feature in x, y (and z), starting with its own.
+    """Yield the grid cells around a feature in x, y (and z), starting with the cell that contains the feature.
 
-    An unknown coordinate has a separate cell far away.
+    An unknown coordinate is assigned to a separate cell far away.
     """
     size, room = 4.0 * max(tolerance, 1e-6), tolerance + 1e-9
     at = feature.place[:axes]
@@ -207,8 +217,8 @@ def _shown_work_offset(tenths: int) -> str:
 class FeatureChange(NamedTuple):
     """A difference between two features.
 
-    `name` is the name of a value in `EXACT`, whose value before and after is stored, or the name of a group of other
-    values.
+    `name` is either a value in `EXACT` or a group of other values. For a value in `EXACT`, the values before and after
+    the change are stored.
     """
 
     name: str
@@ -217,12 +227,12 @@ class FeatureChange(NamedTuple):
     now: int | None = None
 
     def matches(self, change: StateChange) -> bool:
-        """Return whether this change equals `change`. There, None stands for any value."""
+        """Return whether this change equals `change`. In `change`, None matches any value."""
         name, was, now = change
         return self.name == name and was in (None, self.was) and now in (None, self.now)
 
 
-#: Name of a modal value, and its values before and after; None stands for any value.
+#: Name of a modal value, and its values before and after the change. None matches any value.
 StateChange = tuple[str, int | None, int | None]
 
 
@@ -244,7 +254,7 @@ def _stated_changes(was: int, now: int) -> Iterator[Message]:
             yield gone if was & bit else new
 
 
-#: Name and number format of the values that must be equal; kinds and arcs have their own messages.
+#: Name and number format of the values that must be equal. Kinds and arcs have their own messages.
 _EXACT_WORDS: dict[str, tuple[Message, Callable[[int], object]]] = {
     "plane": (Message("plane"), lambda v: f"G{v}"),
     "tool": (Message("tool"), str),
@@ -261,13 +271,13 @@ _EXACT_WORDS: dict[str, tuple[Message, Callable[[int], object]]] = {
 
 
 def change_of_state(name: str, was: int, now: int) -> FeatureChange:
-    """Describe the change of one of the values in `EXACT`."""
+    """Describe the change of a value in `EXACT`."""
     what, shown = _EXACT_WORDS[name]
     return FeatureChange(name, Message("{} {} became {}", what, shown(was), shown(now)), was, now)
 
 
 def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[FeatureChange]:
-    """Return the differences of feature `b` from feature `a` that exceed the tolerances, or an empty list."""
+    """Return the values of feature `b` that differ from feature `a` by more than the tolerances, or an empty list."""
     near = room.place + 1e-9
     found: list[FeatureChange] = []
     if a.exact[0] != b.exact[0]:
@@ -309,8 +319,9 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[Featur
 
 
 def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[FeatureChange]:
-    """Return the changes of an arc and of a start point. A centre that moves together with the start is not reported
-    separately.
+    """Yield the changes of an arc and of a start point.
+
+    If the centre of an arc moves together with its start, only the start is reported.
     """
     if a.exact[2] != b.exact[2]:
         yield FeatureChange("arc", Message("turns of the arc {} became {}", a.exact[2], b.exact[2]))

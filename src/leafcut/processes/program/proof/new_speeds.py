@@ -1,4 +1,7 @@
-"""Verify new speeds and heights: same path, speeds within limits, and lower moves only through air."""
+"""Verify new speeds and heights.
+
+The path must not change, speeds must stay within their limits, and only moves through air may be lower.
+"""
 
 from __future__ import annotations
 
@@ -17,21 +20,24 @@ from leafcut.model.feed_limits import FEED_INCREASE
 from leafcut.model.pace import PaceRules, PaceStretch, ToolLimits
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Maximum distance of a division point from its cut, mm; the point is rounded when it is written.
+#: Maximum distance of a division point from its cut, mm. The point is rounded when it is written.
 _OFF = 2e-4
-#: Tolerance of equal points, mm.
+#: Points within this distance count as equal, mm.
 _SAME = 1e-6
-#: Relative tolerance of feeds and limits.
+#: Relative tolerance for feeds and limits.
 _PART = 1e-6
-#: Straight motions.
+#: Kinds of straight motions.
 _ALONG = (Kind.RAPID, Kind.FEED)
 _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 
 
 def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
-    """Return row of the original program → segments with changed speeds.
+    """Map each changed row of the original program to its segments with new speeds.
 
-    Raises VerifyError if the path or the work differs.
+    Raises
+    ------
+    VerifyError
+        The path or the work differs.
     """
     found: dict[int, tuple[PaceStretch, ...]] = {}
     at = 0
@@ -62,7 +68,10 @@ def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[Pace
 
 
 def _match_stretches(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
-    """Return the segments of constant speed of a divided straight cut, and the row after it in the new program."""
+    """Return the segments of a divided straight cut and the next row in the new program.
+
+    Each segment has a constant speed.
+    """
     begin, end = before.before[row], before.end[row]
     way = end - begin
     known = bool(np.isfinite(way).all())
@@ -118,7 +127,7 @@ def _path_error(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyE
 
 
 def new_speeds(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
-    """Return the highest new speed of every simulated move, mm/s; the speed of a rapid is infinite."""
+    """Return the highest new speed of every simulated move, mm/s. Rapids have an infinite speed."""
     speed = loads.feed.copy()
     every = np.arange(int(loads.source.max(initial=-1)) + 2)
     first = np.searchsorted(loads.source, every, side="left")
@@ -145,9 +154,12 @@ def check_limits(
     rules: PaceRules,
     cutters: Mapping[int, Cutter],
 ) -> Floats:
-    """Check new speeds against the loads and return the speed of every simulated move, mm/s.
+    """Check the new speeds against the loads, and return the speed of every simulated move, mm/s.
 
-    Raises VerifyError if a speed exceeds its limit.
+    Raises
+    ------
+    VerifyError
+        A speed exceeds its limit.
     """
     speed = new_speeds(loads, stretches)
     cuts, chip = loads.mills | loads.sinks, loads.chip
@@ -182,7 +194,7 @@ def check_limits(
 
 
 def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], rules: PaceRules) -> list[int]:
-    """Return the plunges whose speed is raised at a height below the clearance above the material."""
+    """Return the plunges that become faster while the tool is less than the clearance above the material."""
     wrong = []
     for at in np.flatnonzero(loads.is_vertical & ~loads.moves.rapid).tolist():
         parts = stretches.get(int(loads.source[at]), ())
@@ -199,7 +211,7 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
 def rows_changed_to_rapid(
     before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of the new program in which a cut became a rapid, and the rows in which an arc did."""
+    """Return the rows of the new program in which a cut became a rapid, and the rows in which an arc became a rapid."""
     rows: list[int] = []
     chords: list[int] = []
     at = 0
@@ -218,10 +230,15 @@ def rows_changed_to_rapid(
 def check_lowered(
     before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules, bent_above: float = -math.inf
 ) -> None:
-    """Raise VerifyError unless a program differs only in lower moves, and these moves stay clear of the material.
+    """Check that a program differs only in lower moves, and that these moves stay clear of the material.
 
-    `loads` are the loads of the program with lower heights. If rapids are not straight, lowered rapids in both X and Y
-    must stay above `bent_above` plus the clearance, mm.
+    `loads` are the loads of the program with the lower heights. If rapids are not straight, a lowered rapid in both X
+    and Y must stay above `bent_above` plus the clearance, mm.
+
+    Raises
+    ------
+    VerifyError
+        Another difference exists, or a lower move comes too close to the material.
     """
     lowered = _lowered_rows(before, after)
     if lowered is None:
@@ -254,7 +271,7 @@ def check_lowered(
 
 
 def _lowered_rows(before: Toolpath, after: Toolpath) -> list[int] | None:
-    """Return the rows with lower heights in the new toolpath, or None if anything else differs."""
+    """Return the rows of the new toolpath with lower heights, or None if anything else differs."""
     if len(before) != len(after) or (before.kind != after.kind).any():
         return None
     lowered = []

@@ -1,7 +1,8 @@
-"""Order rules, which find the pieces of work whose order matters. Planning and verification share these rules.
+"""Order rules that detect tasks whose order matters. Planning and verification share these rules.
 
-Rules that depend on unknown facts, such as the tool width, have two sets of thresholds. Planning uses `KEEP` and gets
-every pair whose order may matter. Verification uses `FREE` and gets the pairs whose order certainly matters.
+Some rules depend on unknown facts, such as the tool width, and therefore have two sets of thresholds. Planning uses
+`KEEP`, which returns every pair whose order may matter. Verification uses `FREE`, which only returns pairs whose order
+certainly matters.
 """
 
 from __future__ import annotations
@@ -25,28 +26,29 @@ from leafcut.processes.program.proof.order_thresholds import FREE, OrderThreshol
 from leafcut.processes.program.proof.outlines import TOUCHING, Line, Outline, lines_of, outlines_of
 from leafcut.processes.program.proof.traces import Traces
 
-#: Maximum depth difference within one level, mm.
+#: Cuts whose depths differ by at most this distance are on the same level, mm.
 LEVEL = 0.01
-#: Minimum part of a cut's length at its lowest level; below it, the cut follows a surface.
+#: If less than this part of a cut's length is at its lowest level, the cut follows a surface.
 _LEVEL_PART = 0.25
-#: Maximum gap between the ends of a closed cut, mm.
+#: A cut is closed if the gap between its ends is at most this large, mm.
 _CLOSED = 1.0
-#: Number of points of a cut at which its distance to another cut is measured.
+#: The distance between two cuts is measured at this many points of a cut.
 _PLACES = 40
-#: Segments per line in the spatial index (short lines have small bounding boxes), and pairs of lines compared at once.
+#: Number of segments per line in the spatial index (short lines have small bounding boxes), and number of line pairs
+#: compared at a time.
 _SEGMENTS, _PAIRS = 32, 2000
-#: Number of touching pairs in changed order that ends the search, and maximum number of compared pairs; if it is
-#: exceeded, the order is not proved.
+#: The search stops after this many touching pairs in changed order. If more than `_MOST_COMPARED` pairs would have to
+#: be compared, the order is not proved.
 _ENOUGH, _MOST_COMPARED = 1_000, 1_000_000_000
-#: Maximum ratio of the length of a straight row to the distance between its ends.
+#: A row is straight if its length is at most this multiple of the distance between its ends.
 _STRAIGHT = 1.01
-#: Rows of a surface: maximum spacing, mm, and minimum number.
+#: Maximum spacing of the rows of a surface, mm, and minimum number of rows.
 _WIDEST_ROW, _LEAST_ROWS = 100.0, 3
 
 
 @dataclass(frozen=True, eq=False)
 class Visits:
-    """Visits, in columns. A visit is the work between two travel moves.
+    """Visits, stored in columns. A visit is the work between two travel moves.
 
     Attributes
     ----------
@@ -55,7 +57,7 @@ class Visits:
     start
         Start point, float64[n, 2], mm.
     bottom, floor
-        Lowest Z of all cuts, and of sideways cuts, float64[n], mm; infinite without a cut.
+        Lowest Z of all cuts, and of the sideways cuts, float64[n], mm; infinite without a cut.
     cuts
         Whether the visit cuts sideways, bool[n].
     level
@@ -84,9 +86,10 @@ class Visits:
 
 
 def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: OrderThresholds) -> Visits:
-    """Return n visits. `visit` is the visit number of each feature, in ascending order; every number occurs.
+    """Build the columns of n visits.
 
-    `doubt` contains the minimum length of a sideways move.
+    `visit` is the visit number of each feature. The numbers ascend, and each number occurs. `doubt` contains the
+    minimum length of a sideways move.
     """
     kind, z, start = features.kind, features.end[:, 2], features.of("start z")
     made = kind != Kind.DWELL
@@ -126,7 +129,7 @@ def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt:
 
 
 def line_index(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
-    """Return a spatial index of lines, split into short parts, and the piece of work of each part."""
+    """Return a spatial index of lines that are split into short parts, and the task of each part."""
     coordinates: list[Floats] = []
     owner: list[int] = []
     for line in lines:
@@ -146,11 +149,17 @@ def line_index(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
 def touching_in_new_order(
     features: Features, traces: Traces, new_of: Indices, tolerance: float, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> tuple[Indices, bool]:
-    """Return the pairs of touching features whose order changed, int64[k, 2], the earlier feature first, and whether
-    the search is complete.
+    """Find touching features whose order changed. The search stops after `_ENOUGH` pairs.
 
-    `new_of`, int64[n], is the position of each feature in the new order, or -1 if it is missing. The search ends after
-    `_ENOUGH` pairs.
+    Parameters
+    ----------
+    new_of
+        Position of each feature in the new order, int64[n], or -1 if it is missing.
+
+    Returns
+    -------
+    tuple
+        The pairs of features, int64[k, 2], with the earlier feature first, and whether the search is complete.
     """
     found, compared = np.zeros((0, 2), dtype=np.int64), 0
     of_feature = np.where(new_of >= 0, np.arange(len(new_of)), -1)
@@ -171,7 +180,7 @@ def touching_in_new_order(
     return unique_pairs(*found.T), compared <= _MOST_COMPARED
 
 
-#: Selects pairs of visits: (int64[k], int64[k]) → bool[k].
+#: Type of a function that selects pairs of visits: (int64[k], int64[k]) → bool[k].
 PairFilter = Callable[[Indices, Indices], Mask]
 
 
@@ -180,7 +189,7 @@ def passes_at_levels(
 ) -> Iterator[Indices]:
     """Yield pairs of cuts at different depths that are closer than the tool width, int64[k, 2].
 
-    A pair that contains a hole, or a cut that follows a surface, is exempt. With `KEEP`, a pair is exempt only if both
+    A pair is skipped if it contains a hole or a cut that follows a surface. With `KEEP`, a pair is skipped only if both
     cuts follow a surface or both are holes.
     """
     both = np.logical_and if doubt.keep else np.logical_or
@@ -202,9 +211,9 @@ def passes_at_levels(
 def passes_side_by_side(
     visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[Indices]:
-    """Yield pairs of cuts at the same depth within a finishing allowance of each other, int64[k, 2].
+    """Yield pairs of cuts at the same depth that are within a finishing allowance of each other, int64[k, 2].
 
-    Pairs of closed cuts are omitted.
+    Two closed cuts never form a pair.
     """
     both = np.logical_and if doubt.keep else np.logical_or
     follows, reach = visits.cuts & ~visits.level, min(doubt.beside, width)
@@ -225,7 +234,10 @@ def passes_side_by_side(
 def nearby_passes(
     visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[tuple[Message, Indices]]:
-    """Yield a relation and its pairs of nearby passes, int64[k, 2]. A pair may occur several times."""
+    """Yield pairs of nearby passes with the relation between them, int64[k, 2].
+
+    The same pair may occur several times.
+    """
     for relation, rule in (
         (Message("is at another level beside"), passes_at_levels),
         (Message("runs beside"), passes_side_by_side),
@@ -235,7 +247,7 @@ def nearby_passes(
 
 
 def _at_different_depths(visits: Visits, a: Indices, b: Indices) -> Mask:
-    """Return a mask of the pairs at different depths. If a depth is unknown, the value is False."""
+    """Return a mask of the pairs at different depths. Pairs with an unknown depth are not included."""
     with np.errstate(invalid="ignore"):
         gap = np.abs(visits.bottom[a] - visits.bottom[b])
     different: Mask = (gap > LEVEL) & np.isfinite(gap)
@@ -243,8 +255,12 @@ def _at_different_depths(visits: Visits, a: Indices, b: Indices) -> Mask:
 
 
 def _shares_beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: float) -> Floats:
-    """Return, for each pair, the fraction of the shorter cut that lies within `reach` (mm) of the longer cut,
-    float64[k].
+    """Measure how much of the shorter cut runs alongside the longer cut, for each pair.
+
+    Returns
+    -------
+    Floats
+        Fraction of the shorter cut that is within `reach` (mm) of the longer cut, float64[k].
     """
     used, number = np.unique(pairs, return_inverse=True)
     mine = np.flatnonzero(np.isin(owner, used) & (shapely.get_type_id(lines) == 1))
@@ -263,7 +279,7 @@ def _shares_beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, r
 
 
 def rows_in_order(visits: Visits, doubt: OrderThresholds, width: float = math.inf) -> Indices:
-    """Return the pairs of consecutive rows of a surface that advance to one side, int64[k, 2]."""
+    """Return the pairs of consecutive surface rows that advance to one side, int64[k, 2]."""
     found: list[tuple[int, int]] = []
     run: list[tuple[int, int]] = []
     last = 0.0
@@ -287,7 +303,7 @@ def rows_in_order(visits: Visits, doubt: OrderThresholds, width: float = math.in
 def _row_spacing(row: Floats, follower: Floats, lean: float, widest: float) -> float:
     """Return the signed distance from a row to the next row, mm, or NaN if the rows are not parallel.
 
-    The distance is positive if the next row is to the left of this row when the row is directed along +x (or +y).
+    To define the sign, the row is directed along +x (or +y). The distance is positive if the next row is to its left.
     """
     along, other = row[1] - row[0], follower[1] - follower[0]
     length, other_length = float(np.hypot(*along)), float(np.hypot(*other))
@@ -306,7 +322,7 @@ def _row_spacing(row: Floats, follower: Floats, lean: float, widest: float) -> f
 def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: OrderThresholds) -> Mask:
     """Return a mask of the features that cut sideways at the lowest level of their visit. Tabs are above this level.
 
-    A cut that never rises has no tabs, so all of it belongs to the lowest level.
+    A cut that never rises has no tabs, so the whole cut belongs to the lowest level.
     """
     z, start = features.end[:, 2], features.start[:, 2]
     aside = np.flatnonzero(visits.sideways)
@@ -331,9 +347,19 @@ def detaching_visits(
     doubt: OrderThresholds,
     check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> tuple[Mask, Mask]:
-    """Return two masks of visits, bool[n]: those that may detach a part, and those that certainly detach a part.
+    """Detect the visits that detach a part.
 
-    `visit` is the visit of each feature; `above` is the distance of each visit from the deepest cut, mm.
+    Parameters
+    ----------
+    visit
+        The visit of each feature.
+    above
+        Height of each visit above the deepest cut, mm.
+
+    Returns
+    -------
+    tuple
+        Masks of the visits that may detach a part, and of the visits that certainly detach a part, bool[n].
     """
     level = lowest_level(features, visits, visit, doubt) & (above <= doubt.through)[visit]
     lines = lines_of(features, traces, np.where(level, visit, -1), doubt.sagitta)
@@ -346,16 +372,22 @@ def detaching_visits(
 def detaching_visits_of_outlines(
     visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: OrderThresholds
 ) -> tuple[Mask, Mask]:
-    """Return two masks of visits, bool[n]: those that may detach a part, and those that certainly detach a part.
+    """Detect the visits whose outlines detach a part.
 
-    The area of an outline inside another outline through the material is scrap, unless other work starts inside it.
+    If an outline is inside another outline that goes through the material, its area is scrap unless other work starts
+    inside it.
 
     Parameters
     ----------
     outlines
         Outlines at the lowest level of the visits that may cut through.
     above
-        Distance of each visit from the deepest cut, float64[n], mm.
+        Height of each visit above the deepest cut, float64[n], mm.
+
+    Returns
+    -------
+    tuple
+        Masks of the visits that may detach a part, and of the visits that certainly detach a part, bool[n].
     """
     n = len(visits.first)
     # If several cuts form an outline, any of them may be the last.

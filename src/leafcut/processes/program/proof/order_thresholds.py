@@ -1,4 +1,4 @@
-"""Thresholds of the order rules, for two policies if an order may matter: keep the order, or allow any order."""
+"""Thresholds of the order rules. In doubt, one policy keeps the order, and the other policy allows any order."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ class OrderThresholds:
     Attributes
     ----------
     keep
-        Whether the order is kept if it may matter. If so, a line with very many points encloses its convex hull, and
-        several lines need not form a ring to enclose an area.
+        Whether to keep an order that may matter. In that case, several lines need not form a ring to enclose an area,
+        and a line with very many points encloses its convex hull.
     sagitta
         Maximum distance of an arc from its chords, mm.
     gap, open_part
@@ -21,7 +21,7 @@ class OrderThresholds:
     alone
         Maximum gap between the ends of a line that is certainly closed, mm.
     still
-        Maximum length of a move that does not count as sideways, mm, because a plunge may drift by rounding.
+        A move up to this length does not count as sideways, mm. Rounding may cause such a drift in a plunge.
     width
         Assumed width of an unknown tool, mm. Passes at different depths keep their order if they are within this
         distance of each other.
@@ -32,17 +32,17 @@ class OrderThresholds:
         Rows are parallel if they diverge by at most the part `lean` of their length, and their spacing grows by at most
         the factor `widening`.
     through, surely_through, around_through
-        Distances from the deepest cut, mm. Within these distances, a cut may go through the material, certainly goes
-        through, or is an outline that may contain scrap.
+        Distances from the deepest cut, mm. Within `through`, a cut may go through the material. Within
+        `surely_through`, it certainly goes through. Within `around_through`, it is an outline that may contain scrap.
     area, sure_area
         Minimum area of a part that may be detached, and of a part that is certainly detached, mm².
     tab
         Minimum height of a tab, mm. A lower rise belongs to the lowest level.
     smaller
-        An area inside another area is separate if it is smaller than this part of the outer area. Otherwise both are
-        passes of the same outline.
+        An area inside another area is separate if it is smaller than this part of the outer area. Otherwise, both areas
+        are passes of the same outline.
     same_depth
-        Parts may be detached in any order if their outlines differ in depth by at most this distance, mm.
+        Parts may be detached in any order if the depths of their outlines differ by at most this distance, mm.
     """
 
     keep: bool
@@ -66,7 +66,7 @@ class OrderThresholds:
     same_depth: float
 
 
-#: Thresholds that keep the order in doubt. Few tools of desktop machines and routers exceed 12.7 mm (half an inch).
+#: In doubt, keep the order. Few tools of desktop machines and routers are wider than 12.7 mm (half an inch).
 KEEP = OrderThresholds(
     keep=True,
     sagitta=0.02,
@@ -88,7 +88,7 @@ KEEP = OrderThresholds(
     smaller=0.95,
     same_depth=0.01,
 )
-#: Thresholds that allow any order in doubt.
+#: In doubt, allow any order.
 FREE = OrderThresholds(
     keep=False,
     sagitta=0.002,

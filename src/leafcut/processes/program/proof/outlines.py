@@ -1,4 +1,4 @@
-"""Find the areas that a single cut encloses, and those that several cuts with tabs between them enclose."""
+"""Find the areas enclosed by a single cut, and the areas enclosed by several cuts with tabs between them."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_thresholds import FREE, OrderThresholds
 from leafcut.processes.program.proof.traces import Traces
 
-#: Maximum distance of touching cuts, mm.
+#: Cuts within this distance touch each other, mm.
 TOUCHING = 0.05
-#: Maximum gap between consecutive cuts of a line, mm. Programs state three decimals, or four in inches.
+#: Maximum gap between consecutive cuts of a line, mm. Programs write coordinates with three decimals, or four in
+#: inches.
 MEETING = 0.01
-#: Maximum tab, mm. With a mill, the gap between the cuts includes the tool width.
+#: Maximum length of a tab, mm. With a mill, the gap between the cuts includes the tool width.
 MILL_TAB, BEAM_TAB = 12.0, 3.0
-#: Maximum number of connected lines in an outline; larger groups are area fills.
+#: Maximum number of connected lines in an outline. Larger groups fill an area.
 _MOST_LINES = 64
-#: Maximum number of points of a line; with more points, the convex hull replaces its area.
+#: If a line has more points than this, its convex hull replaces its area.
 _MOST_POINTS = 20_000
-#: Inset of an area, mm; without it, a line could be inside the area that it encloses.
+#: Areas are shrunk by this distance, mm. Otherwise, a line could be inside the area that it encloses.
 _EDGE = 1e-5
 #: Number of chords per quarter circle at the round end of a buffered line.
 _END_SEGMENTS = 4
-#: For `FREE`: if a third end is within this multiple of the shortest distance, the position of a tab is unclear.
+#: For `FREE`: if a third end is within this multiple of the shortest distance, the position of a tab is ambiguous.
 _CLEARLY = 1.02
-#: Maximum difference of centroids and lengths of a line that is cut at two depths, mm.
+#: Maximum difference in centroid and in length if the same line is cut at two depths, mm.
 _SAME_LINE = 0.05
 
 
@@ -45,17 +46,17 @@ _TABBED_PART = 0.09
 
 
 class Line(NamedTuple):
-    """A line without gaps (`points`, float64[n, 2], mm), and the number of the piece of work that cuts it."""
+    """A line without gaps (`points`, float64[n, 2], mm), and the number of the task that cuts it."""
 
     owner: int
     points: Floats
 
 
 class Outline(NamedTuple):
-    """An area, and the numbers of the pieces of work that cut its outline, in ascending order.
+    """An area, and the numbers of the tasks that cut its outline, in ascending order.
 
-    `alone` means that a single line certainly closes the area. `joined` means that several lines enclose it, or a
-    single line with a tab.
+    `alone` means that a single line certainly closes the area. `joined` means that the area is enclosed by several
+    lines, or by a single line with a tab.
     """
 
     area: Any
@@ -65,9 +66,9 @@ class Outline(NamedTuple):
 
 
 def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float) -> Iterator[Line]:
-    """Yield the lines of all pieces of work. Holes and dwells become lines of zero length.
+    """Yield the lines of all tasks. Holes and dwells become lines of zero length.
 
-    `owner` is the piece of work of each feature; features with -1 are left out.
+    `owner` is the task of each feature. Features with -1 are skipped.
     """
     traces = traces.pick(np.flatnonzero(owner[traces.feature] >= 0)).flattened(sagitta)
     waits = features.kind[traces.feature] == Kind.DWELL
@@ -114,7 +115,7 @@ def area_of(points: Floats, doubt: OrderThresholds) -> tuple[Any, bool]:
 
 
 def _enclosed_area(lines: Any, meeting: float) -> Any:
-    """Return the area that lines enclose if gaps of up to `meeting` (mm) are bridged, or None."""
+    """Return the area that lines enclose when gaps of up to `meeting` (mm) are bridged, or None."""
     # The chords of round ends must reach half the gap.
     reach = 0.5 * meeting / math.cos(math.pi / (4 * _END_SEGMENTS)) + _EDGE
     strip: Any = shapely.get_parts(shapely.buffer(lines, reach, quad_segs=_END_SEGMENTS))
@@ -130,7 +131,6 @@ def _enclosed_area(lines: Any, meeting: float) -> Any:
 
 
 def _exteriors(polygons: NDArray[np.object_]) -> Indices:
-    """Return the indices of the exterior rings among all rings of polygons."""
     count = 1 + shapely.get_num_interior_rings(polygons)
     exteriors: Indices = np.cumsum(count) - count
     return exteriors
@@ -141,7 +141,8 @@ def joined_outlines(
 ) -> Iterator[Outline]:
     """Yield the areas that several open lines enclose. With `FREE`, also yield the areas of single lines with one tab.
 
-    Lines are joined if they touch. They are also joined if their ends are nearest to each other and within `tab` (mm).
+    Two lines are joined if they touch. They are also joined if their ends are within `tab` (mm) and no other end is
+    nearer.
     """
     if len(lines) < (2 if doubt.keep else 1):
         return
@@ -178,7 +179,10 @@ def joined_outlines(
 
 
 def _has_tab(line: Any) -> bool:
-    """Return whether the gap of an open line is a small part of its length, and the line encloses no area by itself."""
+    """Return whether the gap of an open line is a small part of its length.
+
+    The result is False if the line encloses an area by itself.
+    """
     points = shapely.get_coordinates(line)
     gap = float(np.hypot(*(points[-1] - points[0])))
     enough = len(points) > 3 and gap <= _TABBED_PART * shapely.length(line)
@@ -188,11 +192,16 @@ def _has_tab(line: Any) -> bool:
 def _joints(
     lines: NDArray[np.object_], tab: float, clear: bool
 ) -> tuple[Indices, Indices, Indices, NDArray[np.object_]]:
-    """Return the joints at both ends of each line, int64[n, 2]. Also return, for each tab, its two lines and its gap as
-    a line.
+    """Return the joints at both ends of each line, and the tabs between the joints.
 
-    A tab connects two joints that are nearest to each other and within `tab` (mm). With `clear`, no third joint may be
-    almost as near. Gaps within a joint are at the end of the list.
+    A tab connects two joints within `tab` (mm) that are nearest to each other. With `clear`, no third joint may be
+    almost as near.
+
+    Returns
+    -------
+    tuple
+        The joints of each line, int64[n, 2], and for each tab its two lines and its gap as a line. Gaps within a joint
+        are at the end of the list.
     """
     ends = shapely.get_coordinates(np.stack([shapely.get_point(lines, 0), shapely.get_point(lines, -1)], axis=1))
     _, first, of = np.unique((ends / TOUCHING).round(), axis=0, return_index=True, return_inverse=True)
@@ -262,10 +271,14 @@ def outlines_of(
     check_cancelled: Heartbeat = ignore_heartbeat,
     chosen: Mask | None = None,
 ) -> Iterator[Outline]:
-    """Yield the outlines of single lines, followed by the outlines that are joined across tabs of at most `tab` mm
-    (None: no tabs).
+    """Yield the outlines of single lines, followed by the outlines that are joined across tabs.
 
-    `chosen` is a mask of the pieces of work whose single outlines are yielded, bool[n]; None means all.
+    Parameters
+    ----------
+    tab
+        Maximum length of a tab, mm; None for no tabs.
+    chosen
+        Mask of the tasks whose single outlines are yielded, bool[n]; None for all tasks.
     """
     open_: list[Line] = []
     for line in lines:
@@ -287,7 +300,7 @@ def _is_open(points: Floats) -> bool:
 
 
 def lines_starting_inside(lines: Sequence[Line], outlines: Iterable[Outline]) -> Iterator[tuple[Outline, Indices]]:
-    """Yield each outline with the pieces of work, in ascending order, that have a line which starts inside it."""
+    """Yield each outline with the tasks that have a line which starts inside it, in ascending order."""
     if not lines:
         return
     starts: Any = shapely.points(np.array([line.points[0] for line in lines]))

@@ -19,24 +19,24 @@ from leafcut.processes.program.proof.features import (
     same_state,
 )
 
-#: Maximum length of a move that counts as no move, mm.
+#: Moves up to this length count as no move, mm.
 STILL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class ProgramWork(ProgramPath):
-    """The work of one of the two compared programs. Its cycles are expanded if the other program has none.
+    """The work of one of the two compared programs. If the other program has no cycles, the cycles are expanded.
 
     Attributes
     ----------
     features
-        Holes, cuts and dwells, without the dwells that belong to barriers.
+        Holes, cuts and dwells, except the dwells that belong to barriers.
     travel
-        Rows of moves without cutting, int64[k]: rapids, and feed moves of a beam that is off.
+        Rows of moves without cutting, int64[k]: rapids, and feed moves with the beam off.
     travel_from, drill_from
         Positions before the rows of travel moves, and before the drilling cycles, mm.
     marks, walls
-        The barriers, and the same barriers in groups.
+        The barriers, one by one and in groups.
     dark_rapids
         See `Program`.
     """
@@ -51,16 +51,16 @@ class ProgramWork(ProgramPath):
 
 
 def read_work(program: Program, *, written_out: bool, beam: bool, straight: float | None = None) -> ProgramWork:
-    """Return the work of a program.
+    """Extract the work of a program.
 
     Parameters
     ----------
     written_out
         Whether to expand drilling cycles into single moves.
     beam
-        Whether to treat feed moves with the beam off as travel moves.
+        Whether feed moves with the beam off count as travel moves.
     straight
-        Tolerance for merging the feed moves of a straight cut into one feature, mm; None for no merging.
+        Tolerance for merging the feed moves of a straight cut into a single feature, mm; None for no merging.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
 
 
 def works_without_cycles(path: Toolpath) -> bool:
-    """Return whether a program works without drilling cycles. For a program without work, return False."""
+    """Return whether a program works without drilling cycles. The result is False if the program does no work."""
     working = (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL)
     return bool(working.any()) and not bool((path.kind == Kind.DRILL).any())
 
@@ -113,7 +113,10 @@ def goes_across(begin: Floats, end: Floats) -> Mask:
 
 
 def cuts_with_beam(program: Program) -> bool:
-    """Return whether the program cuts with a beam: its spindle is off between two cuts without a barrier."""
+    """Return whether a program cuts with a beam.
+
+    In such a program, the spindle is off between two cuts without a barrier.
+    """
     path, direction = program.path, program.modal_at_rows("spindle")
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW
@@ -131,7 +134,7 @@ def has_no_mill(program: Program) -> bool:
 
 
 def _add_end_row(program: Program) -> Program:
-    """Add a row for the end of the program if M2 and M30 are missing, so that the position at the end is checked."""
+    """Add a row for the end of a program that has neither M2 nor M30, so that its end position is checked too."""
     path = program.path
     if len(path) and path.kind[-1] == Kind.END:
         return program
@@ -147,18 +150,19 @@ def _add_end_row(program: Program) -> Program:
     return replace(program, path=closed)
 
 
-#: Maximum number of rows in a line; the effort grows with the square of it.
+#: Maximum number of rows that are merged into a line. The effort grows with the square of this number.
 _MOST_ROWS = 1000
-#: G61 and G61.1, in tenths: the tool may stop at the end of every move.
+#: G61 and G61.1, in tenths. In these modes, the tool may stop at the end of every move.
 _STOPPING = (610, 611)
 
 
 def merged_rows(program_path: ProgramPath, *, still: float, tolerance: float) -> Indices:
-    """Return the rows of a toolpath that remain if every straight cut becomes a single row.
+    """Return the rows of a toolpath that remain when every straight cut becomes a single row.
 
-    Feed moves with a length of at most `still`, mm, are left out. Consecutive feed moves with the same feed and state
-    become one move if all intermediate points are within `tolerance`, mm, and in order; the last row of them remains.
-    Feed moves under or directly after cutter compensation, in inverse time or with exact stops are unchanged.
+    Feed moves up to the length `still`, mm, are dropped. Consecutive feed moves with the same feed and state are merged
+    if all points between them are in order and within `tolerance`, mm. The last row of the merged moves remains.
+
+    Feed moves stay unchanged with cutter compensation, directly after it, in inverse time mode, and with exact stops.
     """
     path = program_path.path
     before, end = path.before, path.end
@@ -188,14 +192,14 @@ def _take(program_path: ProgramPath, rows: Indices) -> ProgramPath:
 
 
 def _continues_feed(moves: ProgramPath, feeds: Mask) -> Mask:
-    """Return a mask of all rows except the first: the row is a feed move in the same state as the previous row."""
+    """Return whether each row but the first is a feed move in the same state as the row before it."""
     value = moves.path.value
     alike: Mask = feeds[1:] & feeds[:-1] & same_state(moves) & (value[1:] == value[:-1])
     return alike
 
 
 def _end_of_line(path: Toolpath, rows: Indices, tolerance: float) -> int:
-    """Return the number of consecutive feed moves, starting with the first, that form a straight line; at least 1."""
+    """Count the consecutive feed moves that form a straight line with the first move. The result is at least 1."""
     start = path.before[rows[0]]
     count = 1
     while count < min(len(rows), _MOST_ROWS):

@@ -1,4 +1,4 @@
-"""Check that rapids interrupt no cut, and are never lower than in the original program at the same point."""
+"""Check that no rapid interrupts a cut, or is lower than in the original program at the same point."""
 
 from __future__ import annotations
 
@@ -21,21 +21,20 @@ from leafcut.processes.program.proof.program_work import ProgramWork, goes_acros
 from leafcut.proof.clearance import rows_at_machine_height
 from leafcut.proof.difference import MOST_LISTED, position_text
 
-#: Maximum number of faulty rapids that are grouped by message.
+#: At most this many faulty rapids are grouped by message.
 _MOST_GROUPED = 2_000
-#: Number of features whose rapids are compared together.
+#: Number of features whose rapids are compared at a time.
 _AT_ONCE = 30_000
-#: Flags: a sideways rapid starts at an unknown height, or ends at one.
+#: Flags of a sideways rapid: it starts at an unknown height, or it ends at an unknown height.
 FROM, TO = 1, 2
 
 
 @dataclass(frozen=True, eq=False)
 class RapidGaps:
-    """Rapids by gap. A gap lies between two stops, which are features and barriers. Gap k is before stop k; the last
-    gap is after all stops.
+    """Rapids, grouped by gap. A gap is between two stops, which are features and barriers.
 
-    An unknown height (after a move in machine coordinates) counts as infinite, because the tool is retracted there.
-    Sideways rapids are those that move in x or y.
+    Gap k comes before stop k, and the last gap comes after all stops. An unknown height (after a move in machine
+    coordinates) counts as infinite, because the tool is retracted there. A rapid is sideways if it moves in x or y.
 
     Attributes
     ----------
@@ -47,17 +46,21 @@ class RapidGaps:
         Whether the gap has rapids, and whether it has sideways rapids, bool[n + 1].
     line
         Line of the first rapid, int64[n + 1].
-    leave, arrive, cross
-        Height at the start of the first sideways rapid, height at the end of the last sideways rapid, and lowest height
-        between them, mm; infinite without sideways rapids.
+    leave
+        Height at the start of the first sideways rapid, mm; infinite without sideways rapids.
+    arrive
+        Height at the end of the last sideways rapid, mm; infinite without sideways rapids.
+    cross
+        Lowest height between the first and the last sideways rapid, mm; infinite without sideways rapids.
     down_here, down_there
         Lowest height of descents before the first sideways rapid, and after the last sideways rapid, mm.
     top
         Greatest height, mm; minus infinity without rapids.
     unknown, unknown_first, unknown_last
-        Sum of `FROM` and `TO` for all sideways rapids, for the first and for the last, int8[n + 1].
+        Sum of `FROM` and `TO` for all sideways rapids, for the first sideways rapid, and for the last, int8[n + 1].
     lit, lit_first, lit_last
-        Whether the spindle (beam) is on in any sideways rapid, in the first, and in the last, bool[n + 1].
+        Whether the spindle (beam) is on in any sideways rapid, in the first sideways rapid, and in the last, bool[n +
+        1].
     """
 
     feature: Ints
@@ -90,7 +93,7 @@ class RapidGaps:
 
 
 def group_rapids(work: ProgramWork) -> RapidGaps:
-    """Return the rapids of a program, grouped by gap."""
+    """Group the rapids of a program by gap."""
     barriers = [mark.key for mark in work.marks if mark.kind != Kind.DWELL]
     keys = np.concatenate([work.features.row.astype(np.float64), barriers])
     number = np.concatenate([np.arange(len(work.features)), np.full(len(barriers), -1)])
@@ -155,7 +158,10 @@ def _minimum_by_gap(n: int, gap: Indices, value: Floats) -> Floats:
 
 
 def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
-    """Return all rapids in order, including those to the R planes of cycles, as columns: key, row, start and end."""
+    """Return all rapids in order as columns: key, row, start and end.
+
+    The moves to the R planes of cycles are included.
+    """
     path = work.path
     drill = np.flatnonzero(path.kind == Kind.DRILL)
     over, level = path.end[drill].copy(), work.drill_from.copy()
@@ -175,8 +181,9 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class AllowedHeights:
-    """Lowest heights that the original program permits at each feature, mm; infinite if only unknown heights are
-    permitted.
+    """The lowest heights that the original program permits at each feature, mm.
+
+    A height is infinite if the original program only travels there at unknown heights.
 
     Attributes
     ----------
@@ -187,7 +194,7 @@ class AllowedHeights:
     follows
         Whether the feature has no rapid before it.
     first
-        Whether the feature is the first after a barrier.
+        Whether the feature is the first feature after a barrier.
     """
 
     leave: Floats
@@ -199,7 +206,7 @@ class AllowedHeights:
 
 
 def allowed_heights(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
-    """Return, for each feature, the lowest heights of travel that the original program permits."""
+    """Return the lowest travel heights that the original program permits at each feature."""
     before, after = gaps.gap_of, gaps.gap_of + 1
     # If a barrier follows, the tool departs in the next gap with rapids before any work.
     n = len(gaps.rows)
@@ -240,7 +247,7 @@ def allowed_heights(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
 
 
 def _limits_of_reversed_runs(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
-    """Return the allowed heights for reversed runs: both ends of such a run get the higher of their two limits."""
+    """Adjust the allowed heights for reversed runs. Both ends of a reversed run get the higher of their two limits."""
     if not (turned >= 0).any():
         return heights
     arrive, leave = heights.arrive.copy(), heights.leave.copy()
@@ -260,8 +267,7 @@ def compare_rapids(
     tolerance: float,
     beam: bool,
 ) -> tuple[list[Difference], int]:
-    """Return the rapids of the new program that are lower than in the original program or interrupt a cut, and their
-    number.
+    """Find the rapids of the new program that interrupt a cut, or that are lower than in the original program.
 
     Parameters
     ----------
@@ -270,7 +276,12 @@ def compare_rapids(
     turned
         Run of each feature if this run is reversed, otherwise -1.
     mark_of
-        Barrier of the new program, by the key of the original barrier.
+        Maps the key of an original barrier to the barrier of the new program.
+
+    Returns
+    -------
+    tuple
+        The faulty rapids as differences, and their number.
     """
     both = original, group_rapids(original), new, group_rapids(new)
     found = list(_after_length_change(original, new, tolerance + 1e-9))
@@ -301,8 +312,8 @@ def compare_rapids(
     return found, count
 
 
-#: A check of rapids: kind of difference; row → message with "" as its first value, and the place for it; lines in the
-#: original; lines in the new program; mask of the faulty rapids.
+#: A check of rapids: kind of difference; function that maps a row to a message with "" as its first value, and the
+#: place for it; lines in the original program; lines in the new program; mask of the faulty rapids.
 RapidCheck = tuple[Message, Callable[[int], tuple[Message, str]], NDArray, NDArray, Mask]
 Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
 
@@ -376,7 +387,10 @@ def _checks_of_features(
 def _newly_lit(
     old_gaps: RapidGaps, gaps: RapidGaps, old: Indices, now: Indices, previous: Indices, first: Mask
 ) -> Iterator[Mask]:
-    """Yield masks of the rapids to, from and between features in which the beam is newly on."""
+    """Yield masks of the rapids that now run with the beam on, although the beam was off in the original program.
+
+    The masks cover the rapids to, from and between features.
+    """
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
     yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]
@@ -458,15 +472,15 @@ def _unknown_flags(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray
 
 
 def _newly_unknown(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
-    """Return a mask of the rapids whose height was known in the original program and is unknown in the new program."""
+    """Return a mask of the rapids whose height is unknown in the new program but known in the original program."""
     less: Mask = (now & ~before) != 0
     return less
 
 
 def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
-    """Return the height of the lowest sideways rapid with the tool of each feature in its group, mm.
+    """Return, for each feature, the height of the lowest sideways rapid with the same tool in the same group, mm.
 
-    If there is none, return the height for any tool in the group.
+    If no such rapid exists, the rapids of all tools in the group count.
     """
     group, tool = work.features.group, work.features.of("tool")
     cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])
@@ -483,7 +497,7 @@ def _height_text(height: float) -> str:
 
 
 def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -> Iterator[RapidCheck]:
-    """Yield the checks of rapids to and from blocks that no task may cross (barriers), and of parking positions."""
+    """Yield the checks of parking positions, and of rapids to and from barriers."""
     original, old_gaps, new, gaps = both
     begins = _newly_unknown(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (
@@ -562,24 +576,25 @@ def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -
 
 
 def _departure_heights(gaps: RapidGaps) -> Floats:
-    """Return the departure height at the start of each gap, mm. Without a sideways rapid, this is the greatest height
-    in the gap.
+    """Return the departure height at the start of each gap, mm.
+
+    If a gap has no sideways rapid, this is the greatest height in the gap.
     """
     return np.where(gaps.across, gaps.leave, gaps.top)
 
 
 def _first_descents(gaps: RapidGaps) -> Floats:
-    """Return the lowest height of descents at the start of each gap, mm. If a gap has no sideways rapid, the whole gap
-    counts.
+    """Return the lowest height of the descents at the start of each gap, mm.
+
+    If a gap has no sideways rapid, all descents in the gap count.
     """
     return np.where(gaps.across, gaps.down_here, gaps.down_there)
 
 
 def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -> Iterator[Difference]:
-    """Yield the rapids right after a change of length offset (G43, G49) that are lower than any such rapid in the
-    original program.
+    """Yield rapids right after a change of length offset (G43, G49) if they are lower than in the original program.
 
-    Heights before and after the change are not comparable.
+    Heights before and after the change cannot be compared, so these rapids are only compared with each other.
     """
     limits = _lowest_by_length(original)
     for length, (height, line) in _lowest_by_length(new).items():
@@ -595,10 +610,10 @@ def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -
 
 
 def _lowest_by_length(work: ProgramWork) -> dict[int, tuple[float, int]]:
-    """Return, for each register of a length offset, the height and line of the lowest rapid between a change to this
-    offset and the next feature.
+    """Return the height and line of the lowest rapid for each length offset register.
 
-    Rapids after the first sideways rapid at a known height are left out, because their heights are compared elsewhere.
+    Only rapids between the change to this offset and the next feature count. Rapids after the first sideways rapid at a
+    known height are skipped, because their heights are compared elsewhere.
     """
     path = work.path
     changes, made = np.flatnonzero(path.kind == Kind.OFFSET), work.features.row

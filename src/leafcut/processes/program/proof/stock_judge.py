@@ -1,6 +1,7 @@
-"""The second proof of a reordered program: same remaining stock, as a height field, and no deeper collisions.
+"""Prove by simulation that a reordered program leaves the same stock (as a height field) and collides no deeper.
 
-This proof shares only the interpretation of the programs with the first proof (`certificate`), which compares the cuts.
+This second proof is independent of the first proof (`certificate`), which compares the cuts. Both proofs only share the
+interpretation of the programs.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.tool import Tool
 from leafcut.units import to_fixed
 
-#: Tolerance of heights, mm: rounding depends on the order of the cuts.
+#: Tolerance for heights, mm. Rounding depends on the order of the cuts.
 TOLERANCE = 0.01
-#: Issue codes by kind of collision with the material.
+#: Issue codes, by kind of collision with the material.
 _KINDS = {"rapid": "L802", "shank": "L809", "holder": "L809"}
 
 
@@ -41,15 +42,16 @@ class _ToolCollisions:
 
 @dataclass(frozen=True, eq=False)
 class StockJudge:
-    """Compares the stock that programs leave, and their collisions, with those of the original program.
+    """Compares the stock and the collisions of programs with the original program.
 
     Attributes
     ----------
-    tools, cutters, bodies
-        By number: the tools of the original program with a known shape or assumed to be flat, the shapes of their
-        cutting edges, and the shapes of their shanks and holders.
+    tools
+        Tools of the original program by number. The shape of each tool is known or assumed to be flat.
+    cutters, bodies
+        Shapes of the cutting edges, and of the shanks and holders, by tool number.
     stock, given
-        Stock before the first cut, and whether the user described it; otherwise it is a block around the cuts.
+        Stock before the first cut, and whether the user described it. Otherwise, it is a block around the cuts.
     left, met
         Stock that the original program leaves, and its collisions by tool and kind.
     touched
@@ -76,12 +78,24 @@ class StockJudge:
         given: bool,
         check_cancelled: Heartbeat = ignore_heartbeat,
     ) -> StockJudge:
-        """Simulate the original program and return its judge. Raises PlanError if the simulation has too many moves."""
+        """Simulate the original program and create its judge.
+
+        Raises
+        ------
+        PlanError
+            The simulation has too many moves.
+        """
         left, met, touched = _simulate(original, cutters, bodies, stock, check_cancelled)
         return cls(tools, cutters, bodies, stock, given, left, met, touched)
 
     def check(self, new: Program, check_cancelled: Heartbeat = ignore_heartbeat) -> None:
-        """Raise VerifyError unless a program leaves the same stock as the original, without deeper collisions."""
+        """Check that a program leaves the same stock as the original program, without deeper collisions.
+
+        Raises
+        ------
+        VerifyError
+            The stock differs, or a collision is deeper.
+        """
         left, met, _ = _simulate(new, self.cutters, self.bodies, self.stock, check_cancelled)
         differences = stock_differences(self.left, left, TOLERANCE)
         if differences:
@@ -108,7 +122,7 @@ class StockJudge:
                 )
 
     def issues(self) -> Iterator[Issue]:
-        """Yield the collisions of the original program, one issue per tool and kind of collision."""
+        """Yield the collisions of the original program, as one issue per tool and kind of collision."""
         for (tool, kind), found in self.met.items():
             deep = Message("up to {:.2f} mm deep", found.deepest)
             if kind == "rapid":
@@ -130,7 +144,7 @@ def _simulate(
     stock: HeightField,
     check_cancelled: Heartbeat,
 ) -> tuple[HeightField, dict[tuple[int, str], _ToolCollisions], bool]:
-    """Return the stock that a program leaves, its collisions, and whether it cuts at all."""
+    """Simulate a program. Return the stock that it leaves, its collisions, and whether it cuts at all."""
     field = stock.copy()
     moves = moves_in_cells(program.path, cutters, field.cell)
     removed = cut(field, moves, cutters, os.cpu_count() or 1, check_cancelled, bodies=bodies)

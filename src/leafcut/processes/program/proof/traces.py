@@ -1,4 +1,4 @@
-"""Traces: cuts projected onto the XY plane, as straight segments and arcs of at most an eighth of a turn."""
+"""Project cuts onto the XY plane, as straight segments and as arcs of at most an eighth of a turn."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from leafcut.model.toolpath import Kind, plane_axes
 from leafcut.processes.program.proof.features import Features
 
 _PIECE = math.pi / 4
-#: Maximum number of segments of an arc; with many turns, the segments get longer.
+#: Maximum number of segments of an arc. An arc with many turns gets longer segments.
 _MOST_PIECES = 1024
-#: Largest difference of radius within one circle, mm.
+#: Within a circle, the radius may differ by at most this distance, mm.
 _SAME_RADIUS = 0.01
 #: Maximum distance of an arc from its chords in the search for self-intersections, mm.
 SAGITTA = 0.001
@@ -28,11 +28,11 @@ _COLUMNS = ("feature", "begin", "end", "bow", "arc", "low", "high")
 
 @dataclass(frozen=True, eq=False)
 class Arcs:
-    """Arcs in columns, as curves with a parameter s from 0 to 1.
+    """Arcs, stored in columns. Each arc is a curve with a parameter s from 0 to 1.
 
     Attributes
     ----------
-    center
+    centre
         Centre, float64[m, 3], mm.
     axes
         First, second and normal axis of the plane, int64[m, 3].
@@ -66,8 +66,9 @@ class Arcs:
         return places[:, :2]
 
     def bow(self, which: Indices, length: Floats) -> Floats:
-        """Return the maximum distance between an arc segment and its chord, mm; `length` is the range of s in the
-        segment.
+        """Return the maximum distance between arc segments and their chords, mm.
+
+        `length` is the range of the parameter s in each segment.
         """
         radius = self.radius[which] + np.abs(self.grows[which])
         angle = np.abs(self.sweep[which]) * length
@@ -87,8 +88,10 @@ class Traces:
         Start and end, float64[k, 2], mm.
     bow
         Maximum distance of the segment from the straight line between its ends, mm.
-    arc, low, high
-        Row in `arcs`, or -1 for a straight segment, and the range of the parameter.
+    arc
+        Row in `arcs`, or -1 for a straight segment.
+    low, high
+        Range of the curve parameter of an arc segment.
     """
 
     feature: Indices
@@ -124,7 +127,7 @@ class Traces:
 
 
 def traces_of(features: Features) -> Traces:
-    """Return the traces of features. Features with an unknown end are omitted; an unknown start gives a point."""
+    """Trace features. Features with an unknown end are skipped. If only the start is unknown, the trace is a point."""
     x_y, start = features.end[:, :2], features.start[:, :2]
     pointed = (features.kind != Kind.FEED) & (features.kind != Kind.RAPID)
     start = np.where(np.isnan(start) | pointed[:, None], x_y, start)
@@ -157,7 +160,7 @@ def traces_of(features: Features) -> Traces:
 
 
 def _arcs(features: Features) -> Arcs:
-    """Return the arcs as curves; all turns of a helix about Z count as one turn."""
+    """Convert arcs to curves. All turns of a helix about Z count as a single turn."""
     plane, turns = features.of("plane"), features.of("turns")
     axes = np.array([plane_axes(p) if p in (17, 18, 19) else (0, 1, 2) for p in plane.tolist()], dtype=np.int64)
     axes = axes.reshape(-1, 3)
