@@ -22,6 +22,7 @@ def separator_of(lines: list[str]) -> str | None:
 
 
 def split_row(line: str, separator: str | None) -> list[str]:
+    """Split a row at the separator, or at blanks if the separator is None."""
     if separator is None:
         return line.split()
     if '"' not in line:
