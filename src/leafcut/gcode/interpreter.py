@@ -33,7 +33,7 @@ from leafcut.gcode.torch import (
     run_outputs,
     set_feed_output,
     set_speed,
-    spindle_number,
+    take_spindle_number,
 )
 from leafcut.gcode.word_groups import (
     ENDS_TRANSFORM,
@@ -494,7 +494,7 @@ class Interpreter:
         torch = state.dialect.torch
         for code in words.m.get("spindle", ())[:1]:
             if off is None or off == (code == 5):
-                number = spindle_number(words.letters)
+                number = take_spindle_number(words.letters)
                 state.spindle = self._turning[code]
                 state.path.spindle(state.spindle * state.rpm, line=state.line, number=number)
                 state.dark &= torch is None or not torch.power

@@ -93,7 +93,7 @@ def set_outputs_after_abort(state: InterpreterState) -> None:
         _switch_output(state, torch.height_output, True)
 
 
-def spindle_number(letters: dict[str, Word]) -> int:
+def take_spindle_number(letters: dict[str, Word]) -> int:
     """Remove the `$` word and return the spindle number.
 
     The number is 0 without the word, and for -1 (all spindles).

@@ -191,7 +191,7 @@ def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[
         raise PlanError(
             "the drilling cycles have {:,} moves, more than the limit of {:,}; use larger pecks", rows, _MAX_ROWS
         )
-    return [_steps_at_r(cycle) for cycle in cycles]
+    return [_steps_in_hole(cycle) for cycle in cycles]
 
 
 class _Step(NamedTuple):
@@ -202,7 +202,7 @@ class _Step(NamedTuple):
     dwell: float = 0.0
 
 
-def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
+def _steps_in_hole(cycle: DrillCycle) -> list[_Step]:
     """Return the steps of a cycle between the R plane and the final retract."""
     motion = Motion(Kind.DRILL, (0.0, 0.0, math.nan), 1.0, 0, 0)
     height, steps = cycle.r_plane, []

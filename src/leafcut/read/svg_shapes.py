@@ -197,7 +197,7 @@ def placed_outline(
         return _bend_path(first, matrix, tolerance, spend)
     rows, curve = [], [np.zeros((0, 2))]
 
-    def end_curve() -> None:
+    def flush_curve() -> None:
         points = np.concatenate(curve)
         if len(points) > 1:
             rows.append(fit_arcs_to_curve(points, tolerance, closed=False, spend=spend).vertices[:-1])
@@ -206,7 +206,7 @@ def placed_outline(
     last: Point = (0.0, 0.0)
     for piece in outline.pieces:
         if isinstance(piece, EllipseArc):
-            end_curve()
+            flush_curve()
             bend = _bend_path(piece, matrix, tolerance, spend)
             rows.append(bend.vertices[: None if bend.closed else -1])
             last = bend.end
@@ -214,12 +214,12 @@ def placed_outline(
         points = np.array([matrix.place(*p) for p in piece])
         last = (float(points[-1, 0]), float(points[-1, 1]))
         if len(piece) == 2:
-            end_curve()
+            flush_curve()
             rows.append(np.array([[*points[0], 0.0]]))
         elif np.ptp(points, axis=0).any():
             chords = bezier_points(points, 0.25 * tolerance)
             curve.append(chords[1:] if len(curve) > 1 else chords)
-    end_curve()
+    flush_curve()
     if not outline.closed:
         rows.append(np.array([[*last, 0.0]]))
     table = np.concatenate(rows)

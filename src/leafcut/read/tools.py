@@ -159,7 +159,7 @@ def _tool(table: TomlTable) -> Tool:
         if key in table and needs not in table:
             raise table.problem(key, "needs '{}': its start above the tip", needs)
     _check_cycle(tool, table)
-    return _tapping(tool, table) if kind is ToolKind.TAP else tool
+    return _with_tapping_cycle(tool, table) if kind is ToolKind.TAP else tool
 
 
 def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
@@ -243,7 +243,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
         raise table.problem("depth", "is for centre drills only; set the depth of holes with --depth or --thickness")
 
 
-def _tapping(tool: Tool, table: TomlTable) -> Tool:
+def _with_tapping_cycle(tool: Tool, table: TomlTable) -> Tool:
     """Return a copy of a tap that uses the cycle G84 and the feed pitch × speed."""
     if tool.pitch is None:
         raise DataError("{}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6", table.place).at(

@@ -72,7 +72,7 @@ class Result:
         )
 
     def _files(self, file: Path) -> Iterable[tuple[str, str | bytes]]:
-        kinds = self._kinds()
+        kinds = self._writers()
         content = kinds.get(file.suffix.lower(), kinds.get(""))
         if content is None:
             endings = " or ".join(", ".join(self._endings()).rsplit(", ", 1))
@@ -80,9 +80,9 @@ class Result:
         yield str(file), content()
 
     def _endings(self) -> Iterable[str]:
-        return self._kinds()
+        return self._writers()
 
-    def _kinds(self) -> Kinds:
+    def _writers(self) -> Kinds:
         """Return the formats that `save` writes as a single file."""
         pictured: Kinds = {".svg": self._picture} if "_picture" in vars(type(self)) else {}
         return {".json": lambda: json.dumps(self.to_dict(), indent=2, ensure_ascii=False) + "\n", **pictured}

@@ -35,11 +35,11 @@ class ProgramResult(Result, Outcome[Any]):
 
         return path_svg(registry.report_of(self), "after")
 
-    def _kinds(self) -> Kinds:
+    def _writers(self) -> Kinds:
         from leafcut.report.page import write_page
 
         program: Kinds = {
             "": lambda: self.text.encode(self.encoding),
             ".html": lambda: write_page(registry.report_of(self)),
         }
-        return super()._kinds() | program
+        return super()._writers() | program

@@ -31,7 +31,7 @@ class StockResult(Result, StockCut):
 
         return stock_picture(self)
 
-    def _kinds(self) -> Kinds:
+    def _writers(self) -> Kinds:
         from leafcut.report.stock_report import as_file
 
-        return super()._kinds() | {".png": lambda: as_file(self, ".png"), ".stl": lambda: as_file(self, ".stl")}
+        return super()._writers() | {".png": lambda: as_file(self, ".png"), ".stl": lambda: as_file(self, ".stl")}

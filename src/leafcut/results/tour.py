@@ -33,10 +33,10 @@ class TourResult(Result, Solved):
     def _issues(self) -> tuple[Issue, ...]:
         return self.part.issues
 
-    def _kinds(self) -> Kinds:
+    def _writers(self) -> Kinds:
         from leafcut.read.csvmap import points_text
         from leafcut.read.tsplib import tour_text
 
         part, nodes = self.part, self.solution.nodes
         tour = {".tour": lambda: tour_text(part.name, nodes, every=part.grouping is None)}
-        return super()._kinds() | tour | {".csv": lambda: points_text(part)}
+        return super()._writers() | tour | {".csv": lambda: points_text(part)}

@@ -66,9 +66,9 @@ def prove_pockets(
         first.
     """
     from leafcut.processes.pocket.proof.pocket import (
-        air_differences,
         check_pockets,
         depth_differences,
+        fast_cut_differences,
         gouge_differences,
         simulated_levels,
         step_over_differences,
@@ -106,7 +106,7 @@ def prove_pockets(
     simulated = simulated_levels(written, pockets, job.exact, levels, finishing)
     chips = None
     if job.limits is None:
-        refuse_differences(air_differences(written, job.exact, tool.feed))
+        refuse_differences(fast_cut_differences(written, job.exact, tool.feed))
     else:
         from leafcut.processes.pocket.proof.chips import measured_chips
 

@@ -185,7 +185,7 @@ class MachineLink:
                 self._thread.join()
             self._leaving, self._alive_at = False, self._clock()
             self._publish(connection=Connection.OPENING, port=port, holder=holder, said="", bad=False, ended=None)
-            self._thread = threading.Thread(target=self._live, args=(port, baud, future), daemon=True)
+            self._thread = threading.Thread(target=self._run_connection, args=(port, baud, future), daemon=True)
             self._thread.start()
         return future
 
@@ -342,7 +342,7 @@ class MachineLink:
 
     # The thread.
 
-    def _live(self, name: str, baud: int, connected: Future[Any]) -> None:
+    def _run_connection(self, name: str, baud: int, connected: Future[Any]) -> None:
         port: Port | None = None
         message = ""
         try:

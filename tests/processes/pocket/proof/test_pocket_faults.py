@@ -13,10 +13,10 @@ from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.processes.pocket.proof.pocket import (
     EarlierCuts,
-    air_differences,
     check_pockets,
     cutting_moves,
     depth_differences,
+    fast_cut_differences,
     gouge_differences,
     simulated_levels,
     step_over_differences,
@@ -136,11 +136,11 @@ def test_a_fast_move_that_cuts_or_goes_down_has_its_place() -> None:
         (20, 9, -3, 10),
     )  # fmt: skip
     most = "the mill cuts at 600 mm/min at most"
-    assert [str(one) for one in air_differences(path, RULES, 10.0)] == [
+    assert [str(one) for one in fast_cut_differences(path, RULES, 10.0)] == [
         f"feed: a move at 2400 mm/min cuts near X20.000 Y7.000 Z-2.000; {most} (line 5)",
         f"feed: a move at 2400 mm/min goes down near X20.000 Y7.000 Z-3.000; {most} (line 6)",
     ]
-    assert len(air_differences(path, RULES, 9.0)) == 4 and not air_differences(path, RULES, 40.0)
+    assert len(fast_cut_differences(path, RULES, 9.0)) == 4 and not fast_cut_differences(path, RULES, 40.0)
 
 
 @pytest.mark.parametrize(("aside", "found"), [(0.09, 0), (0.12, 1)])
@@ -148,7 +148,7 @@ def test_a_film_of_a_hundredth_of_the_tool_is_no_material(aside: float, found: i
     path = path_of(
         (5, 5, None, 0), (None, None, -2, 5), (35, 5, -2, 10), (35, 5 + aside, -2, 5), (10, 5 + aside, -2, 40)
     )
-    assert len(air_differences(path, RULES, 10.0)) == found
+    assert len(fast_cut_differences(path, RULES, 10.0)) == found
     assert thickest_film(RULES) == 0.1 and thickest_film(replace(RULES, tolerance=0.02)) == 0.12
 
 

@@ -12,9 +12,9 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.processes.pocket.proof.pocket import (
-    air_differences,
     check_pockets,
     depth_differences,
+    fast_cut_differences,
     gouge_differences,
     simulated_levels,
     step_over_differences,
@@ -243,7 +243,7 @@ def test_a_move_faster_than_the_mill_cuts_is_found_where_it_cuts_anything(
     builder.feed(35.0, 5.0, feed=10.0)
     builder.feed(*back, feed=40.0)
     builder.end()
-    assert [d.what for d in air_differences(builder.build(), RULES, 10.0)] == said
+    assert [d.what for d in fast_cut_differences(builder.build(), RULES, 10.0)] == said
 
 
 def levels_at(*heights: float, ways: dict[float, tuple[tuple[float, float], ...]] | None = None) -> Toolpath:

@@ -14,7 +14,7 @@ from leafcut.model.pocket import PocketRules
 from leafcut.model.toolpath import Kind
 from leafcut.processes.part.model import PartRequest, PocketArea, PocketMill
 from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict, strip_along
-from leafcut.processes.pocket.proof.pocket import air_differences, depth_differences
+from leafcut.processes.pocket.proof.pocket import depth_differences, fast_cut_differences
 from leafcut.proof.difference import position_text
 
 #: Maximum share of the reachable area that may remain uncut, and maximum side of an uncut square, in mill diameters.
@@ -56,7 +56,7 @@ def _check_load(mill: PocketMill, cuts: Cuts, rows: np.ndarray[tuple[int], np.dt
     other[rows] = False
     path = replace(cuts.path, kind=np.where(other, Kind.RAPID, cuts.path.kind).astype(cuts.path.kind.dtype))
     rules = PocketRules(2.0 * mill.radius, mill.radius)
-    return [*depth_differences(path, rules, mill.step), *air_differences(path, rules, mill.feed)]
+    return [*depth_differences(path, rules, mill.step), *fast_cut_differences(path, rules, mill.feed)]
 
 
 def _check_floor(

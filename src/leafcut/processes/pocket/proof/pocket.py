@@ -150,7 +150,7 @@ def simulated_levels(
     return rows
 
 
-def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[Difference]:
+def fast_cut_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[Difference]:
     """Find moves below the surface that cut material faster than the feed of the mill, mm/s.
 
     A faster move must be level, and earlier moves at the same height must have cleared its whole path. The path is

@@ -540,7 +540,7 @@ class TaskLines:
     @property
     def head(self) -> tuple[str, ...]:
         """The lines before the first task."""
-        return self._lines[: self._lines_before(0)]
+        return self._lines[: self._line_count_before(0)]
 
     @property
     def tail(self) -> tuple[str, ...]:
@@ -549,13 +549,13 @@ class TaskLines:
 
     def of(self, begin: int, end: int) -> tuple[str, ...]:
         """Return the lines of a half-open range of blocks."""
-        return self._lines[self._lines_before(begin) : self._lines_before(end)]
+        return self._lines[self._line_count_before(begin) : self._line_count_before(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
         """Return the index of a block's line among the lines of its task. The first block of the task is `begin`."""
-        return int(self._line[block]) - 1 - self._lines_before(begin)
+        return int(self._line[block]) - 1 - self._line_count_before(begin)
 
-    def _lines_before(self, block: int) -> int:
+    def _line_count_before(self, block: int) -> int:
         """Count the lines before a block, or before the task that starts with this block."""
         if block in self._cut:
             return self._cut[block]
