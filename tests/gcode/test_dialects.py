@@ -129,7 +129,7 @@ def test_what_no_dialect_can_say_is_refused_with_its_line(text: str, words: str)
 @pytest.mark.parametrize(
     "old, new, words",
     [
-        ('".toy"', '"/../../x"', "'extension' is '/../../x', but must be a point and up to eight letters and digits"),
+        ('".toy"', '"/../../x"', "'extension' is '/../../x', but must be a dot and up to eight letters and digits"),
         ('"G0 G1', '"G0 G1 G999', "toy:3: 'g_words' has 'G999', which is not a G word that leafcut understands"),
         ('"M3 M5', '"M3 M5 M3.5', "toy:4: 'm_words' has 'M3.5', which is not a M word that leafcut understands"),
         ('["G90"]', '["G90 G91"]', "toy:6: 'preamble' has G91, which is not among the words of this dialect"),

@@ -159,7 +159,7 @@ def test_a_word_that_the_firmware_lacks_stops_the_run_although_it_is_answered_wi
     board = FakeMarlin()
     board.lacks |= {"M3"}
     ending = sent(board, job_with(drilled(2)))
-    assert ending.reason == "line 6 'M3 S9000': the firmware does not have this word ('M3 S9000')"
+    assert ending.reason == "line 6 'M3 S9000': the firmware does not support 'M3 S9000'"
     assert not any(line.startswith("G1 ") for line in board.taken)
 
 

@@ -60,7 +60,7 @@ _LIMITS: dict[str, dict[str, Any]] = {
 
 #: Pattern that a text must match, and its description.
 _PATTERNS = {
-    "extension": (r"\.[A-Za-z0-9]{1,8}", Message("a point and up to eight letters and digits, such as .nc")),
+    "extension": (r"\.[A-Za-z0-9]{1,8}", Message("a dot and up to eight letters and digits, such as .nc")),
     "dwell_letter": (r"[A-Z]", Message("a capital letter")),
     "repeat_letter": (r"[A-Z]?", Message("a capital letter, or empty")),
     "description": (r".+", Message("a string")),

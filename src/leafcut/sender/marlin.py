@@ -239,7 +239,7 @@ class MarlinConversation(Conversation):
                 return self._repeat_line(int(text))
             case Report(name, text) if name == UNKNOWN:
                 if text.partition(" ")[0] not in _NOTHING_TO_DO:
-                    self._wrong = Message("the firmware does not have this word ('{}')", printable(text, 40))
+                    self._wrong = Message("the firmware does not support '{}'", printable(text, 40))
             case Report(name, text) if name == HOME_FIRST:
                 self._wrong = Message("homing of {} is needed first", text)
             case Report(name, _) if name == BUSY:

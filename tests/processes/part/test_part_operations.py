@@ -350,7 +350,7 @@ def test_a_name_with_brackets_is_the_name_of_a_layer(tmp_path: Path) -> None:
         ("engrave 0.3mm", "engrave", "rules.toml:3: 'engrave' needs a depth, such as 'engrave 0.3mm'"),
         ("0.3mm", "0.3 miles", "rules.toml:3: "),
         ("0.3mm", "-0.3mm", "rules.toml:3: a depth of -0.3 mm is not below the top"),
-        ("0.3mm", "0.001mm", "rules.toml:3: a depth of 0.001 mm is less than 0.01 mm"),
+        ("0.3mm", "0.001mm", "rules.toml:3: a depth of 0.001 mm is below the minimum of 0.01 mm"),
         ("0.3mm", "6mm", "rules.toml:3: a depth of 6 mm goes through the plate of 6 mm"),
         ("0.3mm", "0.3mm T5", "rules.toml:3: T5 needs a tool library; give --tools"),
         ('"NOTES" = "ignore"\n', "", "rules.toml: layer 'NOTES' of nameplate.dxf has no operation; add \"NOTES\" = "),

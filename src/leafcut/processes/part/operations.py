@@ -140,7 +140,9 @@ def _depth(text: str, place: str) -> float:
     if depth <= 0.0:
         raise DataError("{}: a depth of {:g} mm is not below the top; give a depth above 0", place, depth)
     if depth < _SHALLOWEST:
-        raise DataError("{}: a depth of {:g} mm is less than {:g} mm; give a larger depth", place, depth, _SHALLOWEST)
+        raise DataError(
+            "{}: a depth of {:g} mm is below the minimum of {:g} mm; give a larger depth", place, depth, _SHALLOWEST
+        )
     return depth
 
 

@@ -580,7 +580,7 @@ def test_a_centre_drill_wider_than_a_hole_of_a_solid_does_not_cut_the_wall_besid
     part = Part("one", (Hole(x, 30, 5.0, depth=5.0), Hole(80, 30, 5.0, depth=5.0)))
     library, (job, ours) = ToolLibrary((WIDE_CENTRE, DRILL5)), drilling(centre_drill=True)
     if refused:
-        with pytest.raises(PlanError, match=rf"Ø10: at {x}, 30 it is wider than the hole and would cut its wall"):
+        with pytest.raises(PlanError, match=rf"Ø10: the tool is wider than the hole at {x}, 30 and would cut its wall"):
             plan_drilling(part, MILL, library, job, ours, Mesh(wall, "solid"))
         plan_drilling(part, MILL, library, *drilling(), Mesh(wall, "solid"))
     else:

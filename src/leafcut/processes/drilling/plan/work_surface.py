@@ -314,8 +314,8 @@ def check_wide_tool(
         index = min(hits)
         x, y = xy[index]
         raise PlanError(
-            "{}: at {:g}, {:g} it is wider than the hole and would cut its wall "
-            "({} in all); use a narrower tool, or leave the holes out",
+            "{}: the tool is wider than the hole at {:g}, {:g} and would cut its wall "
+            "({} such holes in all); use a narrower tool, or leave these holes out",
             tool.label,
             x,
             y,
