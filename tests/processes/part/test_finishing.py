@@ -290,3 +290,8 @@ def test_a_planned_program_without_its_finishing_passes_is_found(tmp_path: Path)
         )  # fmt: skip
         for finish, text in texts.items():
             assert (judge_part(request, read_back(text, dialect("linuxcnc"))) == []) == (finish == asked)
+
+
+@pytest.mark.parametrize("finish", [0.0, FINISH])
+def test_the_answer_states_the_allowance(finish: float, tmp_path: Path) -> None:
+    assert plate(tmp_path, finish=finish).to_dict().get("finish_mm", 0.0) == finish

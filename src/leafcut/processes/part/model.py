@@ -233,8 +233,8 @@ class LayerWork:
 class PartDetail:
     """The results of milling a part.
 
-    These are the numbers of milled outlines and openings, drilled holes and tabs. The plate thickness and the heights
-    of rapids are in mm. `layers` contains the work on each layer.
+    These are the numbers of milled outlines and openings, drilled holes and tabs. The plate thickness, the heights of
+    rapids and the allowance of the finishing pass (0 without one) are in mm. `layers` contains the work on each layer.
     """
 
     outlines: int
@@ -244,4 +244,5 @@ class PartDetail:
     thickness: float
     clearance: float
     retract: float
+    finish: float = 0.0
     layers: tuple[LayerWork, ...] = ()

@@ -164,6 +164,7 @@ class PartMilling(Process):
             thickness=request.thickness,
             clearance=heights.clearance,
             retract=heights.retract,
+            finish=request.finish,
             layers=plan.work.layers,
         )
 

@@ -43,9 +43,15 @@ class PartReport(PathReport[PartDetail]):
             *self._layers(),
             *tool_facts(self.outcome.operations),
             Fact(sentence=words, name=Message("Depth")),
+            *self._finish(),
             *height_facts(detail.clearance, f"Z{coordinate_words(detail.retract)}"),
             *time_facts(self.outcome),
         ]
+
+    def _finish(self) -> list[Fact]:
+        allowance = self.outcome.detail.finish
+        words = Message("left on the walls for the finishing pass")
+        return [Fact("finish_mm", allowance, "mm", words, Message("Finish"))] if allowance else []
 
     def _layers(self) -> list[Fact]:
         """Return the work on each layer, both as a table for scripts and as text lines."""
