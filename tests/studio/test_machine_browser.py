@@ -68,11 +68,17 @@ def given_back(page: Page, server: Server) -> None:
     httpx2.post(f"{server.origin}/api/machine/stop", headers={"authorization": f"Bearer {server.token}"})
     page.goto(f"{server.origin}/?view=control&lang=en")
 
-    def is_free() -> bool:
-        for name in ("Take over", "Disconnect"):
-            if button(page, name).is_visible() and button(page, name).is_enabled():
-                button(page, name).click()
-        return bool(button(page, "Connect").is_visible())
+    def is_free() -> object:
+        # In one step: between two questions to the page, a button may disappear.
+        return page.evaluate(
+            """() => {
+                const all = [...document.querySelectorAll("#view-control button")];
+                const shown = all.filter((at) => at.checkVisibility());
+                const names = shown.map((at) => at.textContent.trim());
+                shown.find((_, k) => ["Take over", "Disconnect"].includes(names[k]))?.click();
+                return names.includes("Connect");
+            }"""
+        )
 
     wait_for(page, is_free)
 
