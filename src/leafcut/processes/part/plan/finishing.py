@@ -71,7 +71,7 @@ def roughing_path(edge: Edge, path: Polyline, lines: shapely.STRtree, radius: fl
         own = shapely.Polygon(ring_of(path)).buffer(2.0 * TOLERANCE)
         rings = [ring for ring in offset(edge.path, -wide if edge.inside else wide, TOLERANCE) if ring.area > 0.0]
         rings = [ring for ring in rings if not edge.inside or own.covers(ring_of(ring))]
-        tight = edge.path.start if len(rings) != 1 else _crowded_place(ring_of(rings[0]), edge, lines, wide)
+        tight = edge.path.start if len(rings) != 1 else crowded_place(ring_of(rings[0]), edge, lines, wide)
     if tight is not None:
         raise no_room(edge.name, tight, radius, finish)
     rough = rings[0] if (rings[0].area > 0.0) == (path.area > 0.0) else rings[0].reversed()
@@ -113,7 +113,7 @@ def no_room(name: str, place: Point, radius: float, finish: float) -> PlanError:
     )
 
 
-def _crowded_place(ring: shapely.LinearRing, edge: Edge, lines: shapely.STRtree, wide: float) -> Point | None:
+def crowded_place(ring: shapely.LinearRing, edge: Edge, lines: shapely.STRtree, wide: float) -> Point | None:
     """Return a point where a neighbouring edge is too close to the ring, or None if there is enough room."""
     near = lines.query(ring, predicate="dwithin", distance=wide - 2.0 * TOLERANCE)
     if not len(near):

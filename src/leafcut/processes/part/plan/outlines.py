@@ -25,6 +25,7 @@ from leafcut.processes.part.model import Edge, TabRules
 from leafcut.processes.part.plan.finishing import (
     TOLERANCE,
     FinishingPass,
+    crowded_place,
     finishing_pass,
     interval_beside,
     pieces_from,
@@ -160,10 +161,8 @@ def plan_cuts(
         if len(rings) > 1 or closed_notches or branch:
             necks[number] = edge, branch or edge.path.start
         for ring in rings:
-            near = lines.query(ring_of(ring), predicate="dwithin", distance=radius - 2.0 * TOLERANCE)
-            if len(near):
-                link = shapely.shortest_line(ring_of(edge.path), lines.geometries[near[0]])
-                crowded[number] = edge, link.interpolate(0.5, normalized=True).coords[0]
+            if place := crowded_place(ring_of(ring), edge, lines, radius):
+                crowded[number] = edge, place
                 continue
             milled.append((number, ring if climb == edge.inside else ring.reversed()))
     cuts = []
@@ -279,11 +278,11 @@ def _tab_intervals(
         None if a tab does not fit anywhere.
     """
     share = path.length / max(count, 1)
-    intervals, beside = [], []
+    intervals: list[_Intervals] = []
 
-    def tab_area(place: tuple[float, float]) -> shapely.Polygon:
+    def in_roughing(place: tuple[float, float]) -> tuple[float, float] | None:
         low, high = place
-        return tabs.area(
+        area = tabs.area(
             path.point_at(low),
             path.point_at(high),
             path.point_at(0.5 * (low + high)),
@@ -291,25 +290,19 @@ def _tab_intervals(
             finish,
             waste_left=inside == (path.area > 0.0),
         )
+        if not _holds(path, place, area, radius, all_paths, ours, sheet):
+            return None
+        return interval_beside(rough, area, radius) if finish else place
 
     for number in range(count):
         middles = [(number + position) * share for position in _TAB_POSITIONS]
         places = [(s - half, s + half) for s in middles if (half := _half_length(path, s, tabs, radius, share))]
         straight = [place for place in places if _is_straight(path.piece(*place))]
-        interval = next(
-            (
-                place
-                for place in (*straight, *places)
-                if _holds(path, place, tab_area(place), radius, all_paths, ours, sheet)
-                and (not finish or interval_beside(rough, tab_area(place), radius))
-            ),
-            None,
-        )
-        if interval is None:
+        tab = next(((place, other) for place in (*straight, *places) if (other := in_roughing(place))), None)
+        if tab is None:
             return None
-        intervals.append(interval)
-        beside.append(interval_beside(rough, tab_area(interval), radius) or interval if finish else interval)
-    return tuple(intervals), tuple(beside)
+        intervals.append(tab)
+    return tuple(exact for exact, _ in intervals), tuple(other for _, other in intervals)
 
 
 def _is_straight(piece: Polyline) -> bool:
