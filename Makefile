@@ -17,7 +17,7 @@ SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py 
     tests/processes/pocket/plan/test_pocket_region.py
 #: Tests of the studio without a browser: forms, JSON interface, jobs, library and access.
 STUDIO := $(addprefix tests/studio/test_studio_,api.py forms.py jobs.py library.py safety.py)
-#: Cases that need an outside program, or more than 3 s of processor.
+#: Cases that need an outside program, or more than 3 s.
 MORE := slow or browser or external
 SMOKE_FLAGS := -n 2 --dist worksteal -m 'not ($(MORE))' -p no:cacheprovider -o filterwarnings= --disable-warnings
 
@@ -31,7 +31,7 @@ demo: $(READY)
 	$(BIN)/leafcut optimize examples/plate_70.dxf -o demo/plate_70.ngc --report demo/plate_70.html \
 	    --machine linuxcnc-mill --thickness 0.25in
 
-# The fast tests: no outside program, at most 3 s of processor each. One process compiles the kernels for all workers.
+# The fast tests: no outside program, less than 3 s each. One process compiles the kernels for all workers.
 test: $(READY_DEV)
 	$(BIN)/leafcut install kernels
 	$(BIN)/pytest -n 2 --dist worksteal -m 'not ($(MORE))' $(PYTEST_FLAGS)

@@ -16,7 +16,22 @@ from packages import Installer, write_package
 from shared_data import DATA
 from solid_reader import SolidReader
 
-pytest_plugins = ["case_times"]
+#: Fixture that starts an outside program → marker of every case that uses it.
+MARKER_OF_FIXTURE = {
+    "browser": "browser",
+    "chromium": "browser",
+    "rs274": "external",
+    "qtplasmac_gcode": "external",
+    "inkscape": "external",
+    "freecadcmd": "external",
+    "kicad_python": "external",
+    "linuxcnc_samples": "external",
+    "simulated_linuxcnc": "external",
+    "running": "external",  # the simulated GRBL board
+    "bash": "external",
+    "fish": "external",
+    "zsh": "external",
+}
 
 # Each run tries the same examples. There is no deadline, so results do not depend on machine load.
 # A rule with cheap examples multiplies this number: `@settings(max_examples=settings().max_examples * 5)`.
@@ -56,8 +71,12 @@ def pytest_make_collect_report(
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Sort the files: all workers must have the same order."""
+    """Sort the files, so that all workers have the same order, and mark each case that uses an outside program."""
     items.sort(key=lambda item: item.path)
+    for item in items:
+        for name in getattr(item, "fixturenames", ()):
+            if name in MARKER_OF_FIXTURE:
+                item.add_marker(MARKER_OF_FIXTURE[name])
 
 
 @pytest.hookimpl(wrapper=True)

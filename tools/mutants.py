@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import ast
 import difflib
+import json
 import math
 import random
 import resource
@@ -127,7 +128,7 @@ def lines_of_statement(file: Path, line: int) -> range:
 
 
 class Recorded(NamedTuple):
-    """Records of the fast tests in a run without a mutant: lines executed by each test, and its processor time, s."""
+    """Records of the fast tests in a run without a mutant: lines executed by each test, and its time, s."""
 
     lines: CoverageData
     seconds: dict[str, float]
@@ -187,19 +188,20 @@ def passes(tests: list[str], *flags: str, most: float = math.inf, quiet: bool = 
 
 
 def record(files: set[Path]) -> Recorded:
-    """Run the fast tests once; return which of them execute which lines of the files, and their processor times."""
-    times = ROOT / "build" / "mutant_times.tsv"
+    """Run the fast tests once; return which of them execute which lines of the files, and their times."""
+    times = ROOT / "build" / "mutant_times.jsonl"
+    times.parent.mkdir(exist_ok=True)
     with tempfile.NamedTemporaryFile("w", encoding="utf-8", suffix=".ini") as settings:
         # Trace only these files, so that the run takes hardly longer than without recording.
         settings.write("[run]\ninclude =\n" + "".join(f"    {file}\n" for file in sorted(files)))
         settings.flush()
         flags = ["--cov", f"--cov-config={settings.name}", "--cov-context=test", "--cov-report="]
-        if not passes([], "-n", "2", "--dist", "worksteal", *flags, f"--case-times={times}", quiet=False):
+        if not passes([], "-n", "2", "--dist", "worksteal", *flags, f"--report-log={times}", quiet=False):
             sys.exit("the fast tests fail without a mutant; every mutant would count as killed")
     lines = CoverageData(str(ROOT / ".coverage"))
     lines.read()
-    rows = [row.split("\t") for row in times.read_text(encoding="utf-8").splitlines()[1:]]
-    return Recorded(lines, {case: float(cpu) + EACH for cpu, _, case in rows if not case.startswith("setup of ")})
+    rows = map(json.loads, times.read_text(encoding="utf-8").splitlines())
+    return Recorded(lines, {row["nodeid"]: row["duration"] + EACH for row in rows if row.get("when") == "call"})
 
 
 def main() -> None:
