@@ -199,6 +199,23 @@ def test_everything_is_there_when_the_studio_is_started_again(browser: Browser, 
         page.close()
 
 
+def test_a_restart_shows_the_tab_that_was_shown_with_the_result(browser: Browser, tmp_path: Path) -> None:
+    summary = re.compile("^Summary")
+    with running(tmp_path) as first:
+        page = browser.new_page(locale="en-US", viewport={"width": 1280, "height": 720})
+        page.goto(f"{first.origin}/?token={first.key}")
+        opened(page, PLATE.with_name("cam_121.nc"))
+        expect(page.get_by_role("tab", name="Program", selected=True)).to_be_visible()
+        run(page)
+        expect(page.get_by_role("tab", name=summary, selected=True)).to_be_visible()
+        page.wait_for_function("() => JSON.parse(history.state.choices).job")
+    page.evaluate("window.before = true")
+    with running(tmp_path, port=first.port):
+        page.wait_for_function("!window.before", timeout=LONG)
+        expect(page.get_by_role("tab", name=summary, selected=True)).to_be_visible()
+        page.close()
+
+
 def test_recent_files_are_opened_with_a_click_and_a_page_that_was_closed_is_gone_on_with(
     browser: Browser, tmp_path: Path
 ) -> None:

@@ -100,6 +100,7 @@ class ResultPanel:
         answer = self.view.studio.history.answer(record.id)
         if answer is not None:
             self.page.announce(headline.announcement(record, answer, self.view.words))
+        self.page.changed()
 
     def draw(self) -> None:
         """Show the result of the job, or explain why it has no result."""
