@@ -1,4 +1,4 @@
-"""Extra mills that layers name for engraving or for pockets. They run before the end mill of the part."""
+"""Extra mills that layers name, such as a V-bit for chamfers. They run before the end mill of the part."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from dataclasses import replace
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.model.issue import Issue
-from leafcut.model.tool import MILLS, Tool, ToolKind, ToolLibrary
+from leafcut.model.tool import CONES, MILLS, Tool, ToolKind, ToolLibrary
 from leafcut.options import MillingOptions
 from leafcut.processes.job import Job
 from leafcut.processes.milling.mill import milling_data
-from leafcut.processes.part.operations import LayeredPart, LayerRule, Operation
+from leafcut.processes.part.operations import CARVED, LayeredPart, LayerRule, Operation
 from leafcut.processes.part.plan.task import Mill
 
 
@@ -38,7 +38,10 @@ def other_mills(
     issues: list[Issue] = []
     for rule, _ in divided.faces:
         tool = main.data.tool if rule.tool in (None, main.data.tool.number) else _library_tool(rule, library)
-        if rule.depth > tool.reach + 1e-9:
+        if rule.operation in CARVED:
+            if tool.kind not in CONES:
+                raise PlanError("{}: {} is not a V-bit or chamfer mill", rule.place, tool.label)
+        elif rule.depth > tool.reach + 1e-9:
             raise PlanError(
                 "{}: {} cuts {:g} mm deep at most, but {:g} mm are needed",
                 rule.place,

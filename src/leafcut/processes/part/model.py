@@ -115,6 +115,50 @@ class PocketArea:
 
 
 @dataclass(frozen=True)
+class VBit:
+    """A V-bit or chamfer mill.
+
+    It has a tool number, a radius and the radius of the flat at its tip, mm. `spread` is the tangent of half the point
+    angle, which is the growth of the radius per mm of height.
+    """
+
+    tool: int
+    radius: float
+    tip: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class Chamfer:
+    """A closed edge whose top is broken.
+
+    Attributes
+    ----------
+    path
+        The drawn edge, mm.
+    inside
+        Whether the edge is an opening or a hole.
+    corner
+        Radius of the mill that cuts the edge, mm, which leaves corners with this radius. 0 for a drilled hole.
+    width
+        Width of the chamfer on the top face, mm.
+    """
+
+    path: Polyline
+    inside: bool
+    corner: float
+    width: float
+    bit: VBit
+    name: str = ""
+    layer: str = ""
+
+    @property
+    def depth(self) -> float:
+        """Height of the chamfer, which is also the depth of the tip of the V-bit, mm."""
+        return round(self.width / self.bit.spread, 6)
+
+
+@dataclass(frozen=True)
 class TabRules:
     """The tabs on an edge: requested number, width between the cuts, and height above the bottom of the plate, mm."""
 
@@ -176,7 +220,8 @@ class PartHole:
 class PartRequest:
     """The work that a program must do.
 
-    The program mills `edges` through the plate, leaves tabs, drills holes, engraves paths and clears pockets.
+    The program mills `edges` through the plate, leaves tabs, drills holes, engraves paths, clears pockets and cuts
+    chamfers.
 
     Attributes
     ----------
@@ -204,6 +249,7 @@ class PartRequest:
     sheet: shapely.Polygon | None = None
     engravings: tuple[Engraving, ...] = ()
     pockets: tuple[PocketArea, ...] = ()
+    chamfers: tuple[Chamfer, ...] = ()
     step: float = math.inf
     feed: float = math.inf
     finish: float = 0.0

@@ -26,11 +26,16 @@ class Operation(StrEnum):
     BORE = "bore"
     ENGRAVE = "engrave"
     POCKET = "pocket"
+    CHAMFER = "chamfer"
     IGNORE = "ignore"
 
 
-#: Operations that have a depth. Their rules may name a tool.
+#: Operations that mill through the plate. Their edges may have a chamfer.
+_THROUGH = (Operation.PROFILE, Operation.BORE)
+#: Operations on the top face that have a depth. Their rules may name a tool.
 _DEEP = (Operation.ENGRAVE, Operation.POCKET)
+#: Operations of a V-bit. Their rules must name it.
+CARVED = (Operation.CHAMFER,)
 #: Pattern for an operation with its depth and tool, such as ``engrave 0.3mm T5``.
 _RULE = re.compile(r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8}))?")
 _WILDCARDS = re.compile(r"[*?\[]")
@@ -42,8 +47,8 @@ _SHALLOWEST = 0.01
 class LayerRule:
     """A rule that assigns an operation to a layer.
 
-    The layer name may contain wildcards. The depth is in mm, and 0 means through the plate. `place` is the position of
-    the rule in the file.
+    The layer name may contain wildcards. The depth is in mm, and 0 means through the plate. For a chamfer, it is the
+    width. `place` is the position of the rule in the file. `chamfer` is the rule for the edges of this operation.
     """
 
     layer: str
@@ -51,6 +56,7 @@ class LayerRule:
     depth: float = 0.0
     tool: int | None = None
     place: str = field(default="", compare=False)
+    chamfer: LayerRule | None = None
 
     @property
     def is_exact(self) -> bool:
@@ -67,7 +73,7 @@ class LayeredPart:
     edges
         The contours of profiles and bores.
     faces
-        The contours of pockets and engravings, grouped by rule.
+        The contours of pockets, engravings and chamfers, grouped by rule.
     rules
         The rule of each layer.
     """
@@ -110,6 +116,25 @@ def read_operations(path: Path) -> tuple[LayerRule, ...]:
 
 
 def _rule(layer: str, value: object, place: str) -> LayerRule:
+    """Parse an operation, such as ``engrave 0.3mm T5`` or ``profile + chamfer 0.5mm T6``."""
+    first, *more = value.split("+") if isinstance(value, str) else [value]
+    rule, *chamfers = (_single_rule(layer, text, place) for text in (first, *more))
+    if rule.operation is Operation.CHAMFER:
+        raise DataError(
+            "{}: 'chamfer' needs the operation that mills the edge; write 'profile + chamfer 0.5mm T6'", place
+        )
+    if not chamfers:
+        return rule
+    if rule.operation not in _THROUGH or [one.operation for one in chamfers] != [Operation.CHAMFER]:
+        raise DataError(
+            "{}: '{}' cannot be combined; only 'profile' or 'bore' may have one '+ chamfer 0.5mm T6'",
+            place,
+            printable(str(value)),
+        )
+    return replace(rule, chamfer=chamfers[0])
+
+
+def _single_rule(layer: str, value: object, place: str) -> LayerRule:
     match = _RULE.fullmatch(value.strip()) if isinstance(value, str) and value.isprintable() else None
     if match is None:
         raise DataError(
@@ -121,13 +146,16 @@ def _rule(layer: str, value: object, place: str) -> LayerRule:
     if word not in list(Operation):
         raise DataError("{}: unknown operation '{}'{}", place, printable(word), name_suggestion(word[:80], Operation))
     operation = Operation(word)
-    if tool and operation not in _DEEP:
+    takes_depth = operation in (*_DEEP, *CARVED)
+    if tool and not takes_depth:
         raise DataError(
             "{}: '{}' takes no tool number, because the part's end mill is used; leave out T{}", place, word, tool
         )
-    if depth and operation not in _DEEP:
+    if depth and not takes_depth:
         raise DataError("{}: '{}' takes no depth; leave out '{}'", place, word, printable(depth))
-    if not depth and operation in _DEEP:
+    if not tool and operation in CARVED:
+        raise DataError("{}: '{}' needs a V-bit, such as '{} 0.5mm T6'", place, word, word)
+    if not depth and takes_depth:
         raise DataError("{}: '{}' needs a depth, such as '{} 0.3mm'", place, word, word)
     return LayerRule(layer, operation, _depth(depth, place) if depth else 0.0, int(tool) if tool else None, place)
 
@@ -176,9 +204,10 @@ def divide_by_layer(
     def on(rule: LayerRule) -> tuple[Contour, ...]:
         return tuple(contour for contour in part.contours if rule_of.get(contour.layer) is rule)
 
-    through = (Operation.PROFILE, Operation.BORE)
-    edges = tuple(c for c in part.contours if is_sheet(c.layer) or rule_of[c.layer].operation in through)
-    faces = tuple((rule, on(rule)) for rule in rules if rule.operation in _DEEP)
+    edges = tuple(c for c in part.contours if is_sheet(c.layer) or rule_of[c.layer].operation in _THROUGH)
+    faces = tuple(
+        (rule.chamfer or rule, on(rule)) for rule in rules if rule.chamfer is not None or rule.operation in _DEEP
+    )
     return LayeredPart(replace(part, contours=edges), tuple(face for face in faces if face[1]), rule_of)
 
 

@@ -32,6 +32,7 @@ from leafcut.processes.contours import (
 from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, dialect_of, library_of, plane_point
 from leafcut.processes.milling.clamps import clamps_of, refuse_clamped
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
+from leafcut.processes.part.chamfering import chamfers_of, check_chamfers
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks, with_pockets
 from leafcut.processes.part.copies import repeat_part
 from leafcut.processes.part.engraving import engravings_of
@@ -47,8 +48,9 @@ from leafcut.processes.part.operations import (
     read_operations,
 )
 from leafcut.processes.part.options import PartOptions
+from leafcut.processes.part.plan.chamfers import chamfer_path, chamfer_tasks
 from leafcut.processes.part.plan.engraving import engraving_tasks
-from leafcut.processes.part.plan.finishing import check_allowance
+from leafcut.processes.part.plan.finishing import check_allowance, ring_of
 from leafcut.processes.part.plan.holes import HoleGroup, PlannedHole, fitting_drill, hole_groups
 from leafcut.processes.part.plan.motion import part_motion
 from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts
@@ -131,6 +133,9 @@ def plan_part(job: Job, source: Source) -> Plan:
     engravings, more = engravings_of(divided, settings, data.tool.number)
     issues += more
     check_pockets(areas, edges, cuts, engravings, tabs, thickness, diameter, finish)
+    tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
+    chamfers = chamfers_of(divided, edges, cuts, drilled, 0.5 * diameter, tools)
+    check_chamfers(chamfers, edges, drilled, areas, tools, tabs, thickness)
     if not (edges or drilled or engravings or areas) and not any(issue.missing for issue in issues):
         raise PlanError("{}: nothing to mill: --operations ignores all layers", part.name)
     if not (cuts or groups or engravings or areas):
@@ -151,12 +156,12 @@ def plan_part(job: Job, source: Source) -> Plan:
         sheet=area,
         engravings=tuple(engravings),
         pockets=tuple(areas),
+        chamfers=tuple(chamfers),
         step=main.step,
         feed=data.tool.feed,
         finish=finish,
         climb=main.climb,
     )
-    tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
     heights = _heights(job, tabs, thickness, bottom)
     _refuse_clamps(request, cuts, tools | {group.tool.number: group.tool for group in groups}, settings)
     pockets, more = pocket_tasks(job, post_dialect, part, request, [*mills, main])
@@ -232,6 +237,7 @@ def _layer_works(
     ]
     works += [(hole.layer, "drill", deep, hole.drill.label) for hole in drilled]
     works += [(one.layer, str(Operation.ENGRAVE), one.depth, tools[one.tool].label) for one in request.engravings]
+    works += [(one.layer, str(Operation.CHAMFER), one.depth, tools[one.bit.tool].label) for one in request.chamfers]
     works += [
         (area.layer, str(Operation.POCKET), area.depth, tools[request.mill_of(area).tool].label)
         for area in request.pockets
@@ -271,12 +277,18 @@ def _mill_stages(
 ) -> list[MillStage]:
     """Create the stage of each mill. Mills without tasks are left out.
 
-    Each mill has its engravings and its `pockets`. The last mill also has all `cuts` along edges.
+    Each mill has its engravings, chamfers and `pockets`. The last mill also has all `cuts` along edges.
     """
     stages = []
     for mill in mills:
-        own = [engraving for engraving in request.engravings if engraving.tool == mill.data.tool.number]
-        face = (*engraving_tasks(own, request.edges, mill.step), *pockets[mill.data.tool.number])
+        number = mill.data.tool.number
+        engravings = [engraving for engraving in request.engravings if engraving.tool == number]
+        chamfers = [chamfer for chamfer in request.chamfers if chamfer.bit.tool == number]
+        face = (
+            *engraving_tasks(engravings, request.edges, mill.step),
+            *chamfer_tasks(chamfers, request.edges, mill.step, mill.climb),
+            *pockets[number],
+        )
         tasks = (*face, *(cuts if mill is mills[-1] else ()))
         stages += [MillStage(mill, tasks)] if tasks else []
     return stages
@@ -297,6 +309,7 @@ def _refuse_clamps(
             for own in [request.mill_of(area)]
         ),
         *((one.name, one.line, -one.depth, one.tool) for one in request.engravings),
+        *((one.name, ring_of(chamfer_path(one)), -one.depth, one.bit.tool) for one in request.chamfers),
         *(
             (Message("the hole at {:g}, {:g}", hole.x, hole.y), shapely.Point(hole.x, hole.y), hole.tip, hole.tool)
             for hole in request.holes

@@ -18,6 +18,7 @@ from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.part.model import CHORD, PartRequest, material_of
+from leafcut.processes.part.proof.chamfers import check_chamfers
 from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
 from leafcut.processes.part.proof.edges import check_edges
 from leafcut.processes.part.proof.engraving import check_engravings
@@ -47,13 +48,14 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     9. If a finishing allowance is requested, roughing leaves it on each wall. A pass along the wall follows at full
        depth in the milling direction.
     10. Rapids below the top are vertical, and only descend over cleared material.
+    11. Each chamfer is cut once, to its depth, before its edge and the edges around it. It cuts into no other wall.
     """
     moves = straight_moves(written, CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)
     drills = {hole.tool for hole in request.holes}
     cutting = low & ~np.isin(moves.tool, list(drills - {request.tool}))
     cuts = Cuts(moves, cutting)
-    others = [check_engravings(request, cuts), check_pockets(request, cuts)]
+    others = [check_engravings(request, cuts), check_pockets(request, cuts), check_chamfers(request, cuts)]
     known = np.logical_or.reduce([other.explained for other in others])
     material = material_of(request.edges)
     edges = check_edges(request, cuts, known, material)
@@ -73,7 +75,7 @@ def _check_places(
 ) -> list[Difference]:
     """Check that each cut belongs to an operation, and that no cut is too deep or enters the finished part.
 
-    `material` is the area of the finished part. `others` marks the cuts of engravings and pockets.
+    `material` is the area of the finished part. `others` marks the cuts of engravings, pockets and chamfers.
     """
     in_part = shapely.dwithin(cuts.lines, material, request.radius - TOLERANCE) & ~others
     differences = [
@@ -102,9 +104,9 @@ def _check_places(
 def _check_order(request: PartRequest, cuts: Cuts, edges: Verdict, works: Sequence[FaceWork]) -> list[Difference]:
     """Check the order of the work.
 
-    Engravings and pockets must be finished before the edges that enclose or cross them. Inner edges must be finished
-    before outer edges. Cuts along an edge never count as part of a pocket, because the mill passes through a pocket
-    when it enters an opening in the pocket's floor.
+    Engravings, pockets and chamfers must be finished before the edges that enclose or cross them. Inner edges must be
+    finished before outer edges. Cuts along an edge never count as part of a pocket, because the mill passes through a
+    pocket when it enters an opening in the pocket's floor.
     """
     names, own_cuts, shapes = zip(*edges.works, strict=True) if edges.works else ((), (), ())
     pairs = [(edges.works[k], around) for k, edge in enumerate(request.edges) for around in edge.within]
