@@ -1,10 +1,11 @@
 """Draws parts into this folder: ``python examples/make_parts.py``.
 
-A bracket (DXF) and a gusset (SVG) are to be nested, and a name plate (DXF) has a layer for each operation of a mill.
+A bracket (DXF) and a gusset (SVG) are to be nested. A name plate (DXF) has a layer for each operation of a mill, and a
+door sign (DXF) has letters to carve with a V-bit.
 
 The bracket is an L of 180 × 140 mm, 50 mm wide, with rounded corners and a hole in either leg. The gusset is a
 triangle of 160 × 100 mm with its corners cut and a hole. The name plate of 80 × 50 mm has a pocket with an island,
-letters, four holes and a window.
+letters, four holes and a window. The door sign of 90 × 50 mm has the letters LEAF as outlines, a leaf, and two holes.
 """
 
 from __future__ import annotations
@@ -60,6 +61,36 @@ def nameplate() -> ezdxf.document.Drawing:
     return made
 
 
+#: Outlines of the letters L, E, A (with its triangle) and F, 16 mm high, and the position of each letter in X, mm.
+LETTERS = (
+    (10, [(0, 0), (9, 0), (9, 3), (3, 3), (3, 16), (0, 16)]),
+    (23, [(0, 0), (9, 0), (9, 3), (3, 3), (3, 7), (8, 7), (8, 9), (3, 9), (3, 13), (9, 13), (9, 16), (0, 16)]),
+    (35, [(0, 0), (3.2, 0), (4.4, 4), (9.6, 4), (10.8, 0), (14, 0), (9, 16), (5, 16)]),
+    (35, [(5.3, 7), (7, 12.4), (8.7, 7)]),
+    (52, [(0, 0), (3, 0), (3, 7), (8, 7), (8, 9.5), (3, 9.5), (3, 13), (9, 13), (9, 16), (0, 16)]),
+)
+
+
+def sign() -> ezdxf.document.Drawing:
+    """Return the door sign, mm, on the layers OUTLINE, HOLES and CARVED."""
+    made = ezdxf.new("R2000", units=InsertUnits.Millimeters)
+    quarter, space = math.tan(math.pi / 8.0), made.modelspace()
+    outline, holes, carved = ({"layer": name} for name in ("OUTLINE", "HOLES", "CARVED"))
+    edge = [
+        (6, 0, 0.0), (84, 0, quarter), (90, 6, 0.0), (90, 44, quarter), (84, 50, 0.0), (6, 50, quarter), (0, 44, 0.0),
+        (0, 6, quarter),
+    ]  # fmt: skip
+    space.add_lwpolyline(edge, format="xyb", close=True, dxfattribs=outline)
+    for x in (10, 80):
+        space.add_circle((x, 42), 2, dxfattribs=holes)
+    for x, corners in LETTERS:
+        space.add_lwpolyline([(x + dx, 18 + dy) for dx, dy in corners], close=True, dxfattribs=carved)
+    leaf = [(66, 20, 0.35), (80, 34, 0.35)]
+    space.add_lwpolyline(leaf, format="xyb", close=True, dxfattribs=carved)
+    space.add_circle((45, 10), 1.5, dxfattribs=carved)
+    return made
+
+
 def main(folder: Path = Path(__file__).parent) -> None:
     """Write all parts into `folder`."""
     before = ezdxf.options.write_fixed_meta_data_for_testing
@@ -68,6 +99,7 @@ def main(folder: Path = Path(__file__).parent) -> None:
     try:
         bracket().saveas(folder / "bracket.dxf")
         nameplate().saveas(folder / "nameplate.dxf")
+        sign().saveas(folder / "sign.dxf")
     finally:
         ezdxf.options.write_fixed_meta_data_for_testing = before
     (folder / "gusset.svg").write_text(GUSSET, encoding="utf-8", newline="\n")

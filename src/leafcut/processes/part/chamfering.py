@@ -23,13 +23,22 @@ def chamfers_of(
     edges: Sequence[Edge],
     cuts: Sequence[OutlineCut],
     drilled: Sequence[PlannedHole],
+    faces: Sequence[PocketArea],
     radius: float,
     tools: Mapping[int, Tool],
+    tabs: TabRules,
+    thickness: float,
 ) -> list[Chamfer]:
     """Return the chamfers of all milled edges and drilled holes whose layers ask for one.
 
-    An edge that is not milled, because it is too narrow for the end mill, has no chamfer either. `radius` is the radius
-    of the end mill, mm.
+    An edge that is not milled, because it is too narrow for the end mill, has no chamfer either. `faces` contains the
+    pockets and the carved shapes. `radius` is the radius of the end mill, mm.
+
+    Raises
+    ------
+    PlanError
+        A chamfer is wider than the V-bit, deeper than its flutes, or so deep that it goes through the plate or into the
+        tabs. Or the part is too narrow for the chamfer, or another edge is too close.
     """
     milled = {cut.edge for cut in cuts}
     works = [(edge.path, edge.inside, radius, edge.name, edge.layer) for k, edge in enumerate(edges) if k in milled] + [
@@ -48,33 +57,27 @@ def chamfers_of(
         if rule is not None and rule.chamfer is not None:
             bit = v_bit(tools[rule.chamfer.tool or 0])
             chamfers.append(Chamfer(path, inside, corner, rule.chamfer.depth, bit, name, layer))
+    _check_chamfers(chamfers, edges, drilled, faces, tools, tabs, thickness)
     return chamfers
 
 
-def check_chamfers(
+def _check_chamfers(
     chamfers: Sequence[Chamfer],
     edges: Sequence[Edge],
     drilled: Sequence[PlannedHole],
-    pockets: Sequence[PocketArea],
+    faces: Sequence[PocketArea],
     tools: Mapping[int, Tool],
     tabs: TabRules,
     thickness: float,
 ) -> None:
-    """Check that the V-bit can cut the chamfers, and that it cuts nothing else.
-
-    Raises
-    ------
-    PlanError
-        A chamfer is wider than the V-bit, deeper than its flutes, or so deep that it goes through the plate or into the
-        tabs. Or the part is too narrow for the chamfer, or another edge is too close.
-    """
+    """Check that the V-bit can cut the chamfers, and that it cuts nothing else."""
     walls = [(edge.name, ring_of(edge.path)) for edge in edges]
     walls += [
         (Message("the hole at {:g}, {:g}", hole.x, hole.y), ring_of(Polyline.circle(hole.x, hole.y, 0.5 * diameter)))
         for hole in drilled
         for diameter in [hole.drill.diameter]
     ]
-    walls += [(area.name, ring_of(path)) for area in pockets for path in (area.outline, *area.islands)]
+    walls += [(area.name, ring_of(path)) for area in faces for path in (area.outline, *area.islands)]
     width_of = {chamfer.name: chamfer.width for chamfer in chamfers}
     deepest = thickness - tabs.height if tabs.count else thickness
     for chamfer in chamfers:

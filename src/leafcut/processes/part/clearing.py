@@ -11,13 +11,14 @@ import shapely
 from leafcut.errors import PlanError, count_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.message import Message
+from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
 from leafcut.model.part import Part
 from leafcut.model.pocket import EITHER, POCKET, USUAL, Pocket
 from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, plane_point
 from leafcut.processes.part.model import Edge, Engraving, PartRequest, PocketArea, PocketMill, TabRules, material_of
-from leafcut.processes.part.operations import LayeredPart, Operation, open_shape
+from leafcut.processes.part.operations import LayeredPart, LayerRule, Operation, open_shape
 from leafcut.processes.part.options import PartOptions
 from leafcut.processes.part.plan.finishing import check_allowance, no_room, tight_place
 from leafcut.processes.part.plan.outlines import OutlineCut, missing_paths
@@ -65,11 +66,6 @@ def pocket_areas(
     PlanError, ReadError
         An outline is open, or it crosses another outline. The message gives the line in the operations file.
     """
-    from leafcut.processes.contours import open_contours
-    from leafcut.processes.layers import kinds_of
-    from leafcut.read.pocket_outlines import as_pockets
-
-    every = replace(settings.sheet, cut_layers=("*",), mark_layers=(), ignore_layers=(), sheet_layers=())
     mill_of = {
         one.data.tool.number: PocketMill(
             one.data.tool.number, 0.5 * one.data.tool.diameter, one.step, one.data.tool.feed
@@ -79,20 +75,10 @@ def pocket_areas(
     areas: list[PocketArea] = []
     issues: list[Issue] = []
     for rule, contours in divided.faces_of(Operation.POCKET):
-        drawn = tuple(contour for contour in contours if contour.kind != "text")
-        kinds_of(contours, every, issues)  # reports the texts that are left out
-        for contour in open_contours(drawn, every):
-            raise open_shape(rule, contour)
-        part = as_pockets(Part(rule.layer, contours=drawn), [EITHER] * len(drawn), every, rule.place, POCKET)
-        issues += part.issues
-        for pocket in part.pockets:
-            x, y = pocket.outline.start
-            name = Message("the pocket at ({:.4g}, {:.4g}) on layer {}", x, y, pocket.layer)
-            mill = mill_of.get(rule.tool or 0)
-            area = PocketArea(pocket.outline, pocket.islands, rule.depth, name, pocket.layer, mill)
-            for other in areas:
-                if area.region.intersection(other.region).area > _TOUCH * _TOUCH:
-                    raise PlanError("{}: {} overlaps {}; make it an island there", rule.place, name, other.name)
+        for drawn in drawn_areas(rule, contours, settings, issues):
+            name = Message("the pocket at ({:.4g}, {:.4g}) on layer {}", *drawn.outline.start, drawn.layer)
+            area = replace(drawn, name=name, mill=mill_of.get(rule.tool or 0))
+            refuse_overlap(rule, area, areas)
             areas.append(area)
     solid = [PocketArea(pocket.outline, pocket.islands, pocket.depth or 0.0) for pocket in divided.edges.pockets]
     narrow = [area for area in solid if _is_narrow(area, diameter)]
@@ -108,6 +94,34 @@ def pocket_areas(
     return areas, issues
 
 
+def drawn_areas(
+    rule: LayerRule, contours: Sequence[Contour], settings: Settings, issues: list[Issue]
+) -> list[PocketArea]:
+    """Return the areas inside the closed shapes of a layer, without names.
+
+    Shapes inside a shape are its islands. Raises PlanError or ReadError if a shape is open or crosses another shape.
+    """
+    from leafcut.processes.contours import open_contours
+    from leafcut.processes.layers import kinds_of
+    from leafcut.read.pocket_outlines import as_pockets
+
+    every = replace(settings.sheet, cut_layers=("*",), mark_layers=(), ignore_layers=(), sheet_layers=())
+    drawn = tuple(contour for contour in contours if contour.kind != "text")
+    kinds_of(contours, every, issues)  # reports the texts that are left out
+    for contour in open_contours(drawn, every):
+        raise open_shape(rule, contour)
+    part = as_pockets(Part(rule.layer, contours=drawn), [EITHER] * len(drawn), every, rule.place, POCKET)
+    issues += part.issues
+    return [PocketArea(one.outline, one.islands, rule.depth, layer=one.layer) for one in part.pockets]
+
+
+def refuse_overlap(rule: LayerRule, area: PocketArea, others: Sequence[PocketArea]) -> None:
+    """Raise PlanError if an area overlaps another area."""
+    for other in others:
+        if area.region.intersection(other.region).area > _TOUCH * _TOUCH:
+            raise PlanError("{}: {} overlaps {}; make it an island there", rule.place, area.name, other.name)
+
+
 def _is_narrow(area: PocketArea, diameter: float) -> bool:
     """Return whether the mill does not fit into a pocket or can only plunge into it.
 
@@ -118,6 +132,7 @@ def _is_narrow(area: PocketArea, diameter: float) -> bool:
 
 def check_pockets(
     areas: Sequence[PocketArea],
+    faces: Sequence[PocketArea],
     edges: Sequence[Edge],
     cuts: Sequence[OutlineCut],
     engravings: Sequence[Engraving],
@@ -126,9 +141,9 @@ def check_pockets(
     diameter: float,
     finish: float,
 ) -> None:
-    """Check that the pockets fit the mill and do not damage the rest of the part.
+    """Check that the pockets `areas` fit the mill, and that no area on the top face damages the rest of the part.
 
-    A pocket may cross an edge, like a step.
+    `faces` contains the pockets and the carved shapes. They may cross an edge, like a step.
 
     Raises
     ------
@@ -149,6 +164,7 @@ def check_pockets(
         tight = tight_place(area.region, radius, finish) if finish else None
         if tight is not None:
             raise no_room(area.name, tight, radius, finish)
+    for area in faces:
         inner = area.region.buffer(-_TOUCH)
         for number, (edge, line) in enumerate(zip(edges, lines, strict=True)):
             # A wall lower than a tab would break before the tab.

@@ -159,6 +159,18 @@ class Chamfer:
 
 
 @dataclass(frozen=True)
+class Carving:
+    """An area that a V-bit carves to its walls.
+
+    The depth of the `area` is the depth that the shape needs, mm. `limit` is the maximum depth, mm.
+    """
+
+    area: PocketArea
+    bit: VBit
+    limit: float
+
+
+@dataclass(frozen=True)
 class TabRules:
     """The tabs on an edge: requested number, width between the cuts, and height above the bottom of the plate, mm."""
 
@@ -220,8 +232,8 @@ class PartHole:
 class PartRequest:
     """The work that a program must do.
 
-    The program mills `edges` through the plate, leaves tabs, drills holes, engraves paths, clears pockets and cuts
-    chamfers.
+    The program mills `edges` through the plate, leaves tabs, drills holes, engraves paths, clears pockets, cuts
+    chamfers and carves shapes.
 
     Attributes
     ----------
@@ -250,6 +262,7 @@ class PartRequest:
     engravings: tuple[Engraving, ...] = ()
     pockets: tuple[PocketArea, ...] = ()
     chamfers: tuple[Chamfer, ...] = ()
+    carvings: tuple[Carving, ...] = ()
     step: float = math.inf
     feed: float = math.inf
     finish: float = 0.0

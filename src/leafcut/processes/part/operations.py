@@ -27,6 +27,7 @@ class Operation(StrEnum):
     ENGRAVE = "engrave"
     POCKET = "pocket"
     CHAMFER = "chamfer"
+    VCARVE = "vcarve"
     IGNORE = "ignore"
 
 
@@ -35,7 +36,7 @@ _THROUGH = (Operation.PROFILE, Operation.BORE)
 #: Operations on the top face that have a depth. Their rules may name a tool.
 _DEEP = (Operation.ENGRAVE, Operation.POCKET)
 #: Operations of a V-bit. Their rules must name it.
-CARVED = (Operation.CHAMFER,)
+CARVED = (Operation.CHAMFER, Operation.VCARVE)
 #: Pattern for an operation with its depth and tool, such as ``engrave 0.3mm T5``.
 _RULE = re.compile(r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8}))?")
 _WILDCARDS = re.compile(r"[*?\[]")
@@ -48,7 +49,8 @@ class LayerRule:
     """A rule that assigns an operation to a layer.
 
     The layer name may contain wildcards. The depth is in mm, and 0 means through the plate. For a chamfer, it is the
-    width. `place` is the position of the rule in the file. `chamfer` is the rule for the edges of this operation.
+    width. For V-carving, it is the maximum depth, and 0 means that none is given. `place` is the position of the rule
+    in the file. `chamfer` is the rule for the edges of this operation.
     """
 
     layer: str
@@ -73,7 +75,7 @@ class LayeredPart:
     edges
         The contours of profiles and bores.
     faces
-        The contours of pockets, engravings and chamfers, grouped by rule.
+        The contours of pockets, engravings, chamfers and V-carving, grouped by rule.
     rules
         The rule of each layer.
     """
@@ -155,7 +157,7 @@ def _single_rule(layer: str, value: object, place: str) -> LayerRule:
         raise DataError("{}: '{}' takes no depth; leave out '{}'", place, word, printable(depth))
     if not tool and operation in CARVED:
         raise DataError("{}: '{}' needs a V-bit, such as '{} 0.5mm T6'", place, word, word)
-    if not depth and takes_depth:
+    if not depth and takes_depth and operation is not Operation.VCARVE:
         raise DataError("{}: '{}' needs a depth, such as '{} 0.3mm'", place, word, word)
     return LayerRule(layer, operation, _depth(depth, place) if depth else 0.0, int(tool) if tool else None, place)
 
@@ -206,7 +208,7 @@ def divide_by_layer(
 
     edges = tuple(c for c in part.contours if is_sheet(c.layer) or rule_of[c.layer].operation in _THROUGH)
     faces = tuple(
-        (rule.chamfer or rule, on(rule)) for rule in rules if rule.chamfer is not None or rule.operation in _DEEP
+        (rule.chamfer or rule, on(rule)) for rule in rules if rule.chamfer or rule.operation in (*_DEEP, *CARVED)
     )
     return LayeredPart(replace(part, contours=edges), tuple(face for face in faces if face[1]), rule_of)
 

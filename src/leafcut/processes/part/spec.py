@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from leafcut.errors import OptionError, PlanError, count_of
-from leafcut.geometry.arrays import Point
+from leafcut.geometry.arrays import Floats, Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.issue import Issue
@@ -32,7 +32,8 @@ from leafcut.processes.contours import (
 from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, dialect_of, library_of, plane_point
 from leafcut.processes.milling.clamps import clamps_of, refuse_clamped
 from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
-from leafcut.processes.part.chamfering import chamfers_of, check_chamfers
+from leafcut.processes.part.carving import carvings_of
+from leafcut.processes.part.chamfering import chamfers_of
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks, with_pockets
 from leafcut.processes.part.copies import repeat_part
 from leafcut.processes.part.engraving import engravings_of
@@ -48,6 +49,7 @@ from leafcut.processes.part.operations import (
     read_operations,
 )
 from leafcut.processes.part.options import PartOptions
+from leafcut.processes.part.plan.carving import carving_tasks
 from leafcut.processes.part.plan.chamfers import chamfer_path, chamfer_tasks
 from leafcut.processes.part.plan.engraving import engraving_tasks
 from leafcut.processes.part.plan.finishing import check_allowance, ring_of
@@ -132,15 +134,16 @@ def plan_part(job: Job, source: Source) -> Plan:
     issues += more
     engravings, more = engravings_of(divided, settings, data.tool.number)
     issues += more
-    check_pockets(areas, edges, cuts, engravings, tabs, thickness, diameter, finish)
     tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
-    chamfers = chamfers_of(divided, edges, cuts, drilled, 0.5 * diameter, tools)
-    check_chamfers(chamfers, edges, drilled, areas, tools, tabs, thickness)
-    if not (edges or drilled or engravings or areas) and not any(issue.missing for issue in issues):
+    carvings, axes, of_carvings = carvings_of(divided, settings, tools, areas, thickness)
+    faces = [*areas, *(carving.area for carving in carvings)]
+    check_pockets(areas, faces, edges, cuts, engravings, tabs, thickness, diameter, finish)
+    chamfers = chamfers_of(divided, edges, cuts, drilled, faces, 0.5 * diameter, tools, tabs, thickness)
+    if not (edges or drilled or engravings or faces) and not any(issue.missing for issue in issues):
         raise PlanError("{}: nothing to mill: --operations ignores all layers", part.name)
-    if not (cuts or groups or engravings or areas):
+    if not (cuts or groups or engravings or faces):
         raise OptionError("{}: nothing can be milled: {}", part.name, next(one for one in issues if one.missing))
-    issues += [*assumed_number(milling, mill, data.tool), *of_data, *of_mills]
+    issues += [*assumed_number(milling, mill, data.tool), *of_data, *of_mills, *of_carvings]
     post_dialect = dialect_of(job)
     job = job.for_dialect(post_dialect)
     check_dialect_options(settings, post_dialect)
@@ -157,6 +160,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         engravings=tuple(engravings),
         pockets=tuple(areas),
         chamfers=tuple(chamfers),
+        carvings=tuple(carvings),
         step=main.step,
         feed=data.tool.feed,
         finish=finish,
@@ -166,7 +170,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     _refuse_clamps(request, cuts, tools | {group.tool.number: group.tool for group in groups}, settings)
     pockets, more = pocket_tasks(job, post_dialect, part, request, [*mills, main])
     issues += more
-    stages = _mill_stages([*mills, main], request, pockets, cuts)
+    stages = _mill_stages([*mills, main], request, axes, pockets, cuts)
     layers = _layer_works(part, divided, request, drilled, tools)
     holes = tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
     work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers)
@@ -238,6 +242,13 @@ def _layer_works(
     works += [(hole.layer, "drill", deep, hole.drill.label) for hole in drilled]
     works += [(one.layer, str(Operation.ENGRAVE), one.depth, tools[one.tool].label) for one in request.engravings]
     works += [(one.layer, str(Operation.CHAMFER), one.depth, tools[one.bit.tool].label) for one in request.chamfers]
+    # The deepest shape stands for its layer.
+    deepest = {one.area.layer: one.area.depth for one in sorted(request.carvings, key=lambda one: one.area.depth)}
+    works += [
+        (layer, str(Operation.VCARVE), round(deepest[layer], 2), tools[one.bit.tool].label)
+        for one in request.carvings
+        for layer in [one.area.layer]
+    ]
     works += [
         (area.layer, str(Operation.POCKET), area.depth, tools[request.mill_of(area).tool].label)
         for area in request.pockets
@@ -272,21 +283,25 @@ def _heights(job: Job, tabs: TabRules, thickness: float, bottom: float) -> PartH
 def _mill_stages(
     mills: Sequence[Mill],
     request: PartRequest,
+    axes: Sequence[Sequence[Floats]],
     pockets: Mapping[int, Sequence[MillTask]],
     cuts: Sequence[MillTask],
 ) -> list[MillStage]:
     """Create the stage of each mill. Mills without tasks are left out.
 
-    Each mill has its engravings, chamfers and `pockets`. The last mill also has all `cuts` along edges.
+    Each mill has its engravings, chamfers, carved shapes and `pockets`. `axes` contains the paths in each carved shape.
+    The last mill also has all `cuts` along edges.
     """
     stages = []
     for mill in mills:
         number = mill.data.tool.number
         engravings = [engraving for engraving in request.engravings if engraving.tool == number]
         chamfers = [chamfer for chamfer in request.chamfers if chamfer.bit.tool == number]
-        face = (
+        carved = [(one, axis) for one, axis in zip(request.carvings, axes, strict=True) if one.bit.tool == number]
+        face: tuple[MillTask, ...] = (
             *engraving_tasks(engravings, request.edges, mill.step),
             *chamfer_tasks(chamfers, request.edges, mill.step, mill.climb),
+            *carving_tasks(carved, request.edges, mill.step),
             *pockets[number],
         )
         tasks = (*face, *(cuts if mill is mills[-1] else ()))
@@ -309,6 +324,7 @@ def _refuse_clamps(
             for own in [request.mill_of(area)]
         ),
         *((one.name, one.line, -one.depth, one.tool) for one in request.engravings),
+        *((one.area.name, one.area.region, -one.area.depth, one.bit.tool) for one in request.carvings),
         *((one.name, ring_of(chamfer_path(one)), -one.depth, one.bit.tool) for one in request.chamfers),
         *(
             (Message("the hole at {:g}, {:g}", hole.x, hole.y), shapely.Point(hole.x, hole.y), hole.tip, hole.tool)

@@ -18,6 +18,7 @@ from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.part.model import CHORD, PartRequest, material_of
+from leafcut.processes.part.proof.carving import check_carvings
 from leafcut.processes.part.proof.chamfers import check_chamfers
 from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
 from leafcut.processes.part.proof.edges import check_edges
@@ -49,13 +50,15 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
        depth in the milling direction.
     10. Rapids below the top are vertical, and only descend over cleared material.
     11. Each chamfer is cut once, to its depth, before its edge and the edges around it. It cuts into no other wall.
+    12. Each carved shape is cut to its walls and no further, before the edges that enclose or cross it.
     """
     moves = straight_moves(written, CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)
     drills = {hole.tool for hole in request.holes}
     cutting = low & ~np.isin(moves.tool, list(drills - {request.tool}))
     cuts = Cuts(moves, cutting)
-    others = [check_engravings(request, cuts), check_pockets(request, cuts), check_chamfers(request, cuts)]
+    checks = (check_engravings, check_pockets, check_chamfers, check_carvings)
+    others = [check(request, cuts) for check in checks]
     known = np.logical_or.reduce([other.explained for other in others])
     material = material_of(request.edges)
     edges = check_edges(request, cuts, known, material)
@@ -75,7 +78,7 @@ def _check_places(
 ) -> list[Difference]:
     """Check that each cut belongs to an operation, and that no cut is too deep or enters the finished part.
 
-    `material` is the area of the finished part. `others` marks the cuts of engravings, pockets and chamfers.
+    `material` is the area of the finished part. `others` marks the cuts on the top face.
     """
     in_part = shapely.dwithin(cuts.lines, material, request.radius - TOLERANCE) & ~others
     differences = [
@@ -104,9 +107,9 @@ def _check_places(
 def _check_order(request: PartRequest, cuts: Cuts, edges: Verdict, works: Sequence[FaceWork]) -> list[Difference]:
     """Check the order of the work.
 
-    Engravings, pockets and chamfers must be finished before the edges that enclose or cross them. Inner edges must be
-    finished before outer edges. Cuts along an edge never count as part of a pocket, because the mill passes through a
-    pocket when it enters an opening in the pocket's floor.
+    Work on the top face, such as pockets, must be finished before the edges that enclose or cross it. Inner edges must
+    be finished before outer edges. Cuts along an edge never count as part of a pocket, because the mill passes through
+    a pocket when it enters an opening in the pocket's floor.
     """
     names, own_cuts, shapes = zip(*edges.works, strict=True) if edges.works else ((), (), ())
     pairs = [(edges.works[k], around) for k, edge in enumerate(request.edges) for around in edge.within]
