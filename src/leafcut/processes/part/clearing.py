@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -14,17 +15,18 @@ from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
 from leafcut.model.part import Part
-from leafcut.model.pocket import EITHER, POCKET, USUAL, Pocket
+from leafcut.model.pocket import EITHER, POCKET, USUAL, Pocket, PocketRules
 from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, plane_point
 from leafcut.processes.part.model import Edge, Engraving, PartRequest, PocketArea, PocketMill, TabRules, material_of
 from leafcut.processes.part.operations import LayeredPart, LayerRule, Operation, open_shape
-from leafcut.processes.part.options import PartOptions
 from leafcut.processes.part.plan.finishing import check_allowance, no_room, tight_place
 from leafcut.processes.part.plan.outlines import OutlineCut, missing_paths
 from leafcut.processes.part.plan.pockets import PocketTask
+from leafcut.processes.part.plan.rest import cleared_floor, rest_pockets, with_entries_in_air
 from leafcut.processes.part.plan.task import Mill
 from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.pocket.plan.region import centre_regions
 
 #: Share of the time limit for planning the paths in pockets. The rest of the time is for ordering the tasks.
 _CLEARING = 0.5
@@ -51,8 +53,9 @@ def pocket_areas(
 ) -> tuple[list[PocketArea], list[Issue]]:
     """Collect the areas to clear: the pockets drawn on pocket layers, and the pockets of a solid.
 
-    `mills` contains the extra mills that layers may name. Every other pocket uses the end mill of the part, whose
-    diameter is `diameter`, mm. Pockets of a solid that are too narrow for this end mill are skipped.
+    `mills` contains the mills that layers may name. Every other pocket uses the end mill of the part, whose diameter is
+    `diameter`, mm. Pockets of a solid that are too narrow for this end mill are skipped. If a pocket is too narrow for
+    the first of its two mills, the second mill clears all of it.
 
     Returns
     -------
@@ -66,7 +69,7 @@ def pocket_areas(
     PlanError, ReadError
         An outline is open, or it crosses another outline. The message gives the line in the operations file.
     """
-    mill_of = {
+    mill_of: dict[int | None, PocketMill] = {
         one.data.tool.number: PocketMill(
             one.data.tool.number, 0.5 * one.data.tool.diameter, one.step, one.data.tool.feed
         )
@@ -77,7 +80,10 @@ def pocket_areas(
     for rule, contours in divided.faces_of(Operation.POCKET):
         for drawn in drawn_areas(rule, contours, settings, issues):
             name = Message("the pocket at ({:.4g}, {:.4g}) on layer {}", *drawn.outline.start, drawn.layer)
-            area = replace(drawn, name=name, mill=mill_of.get(rule.tool or 0))
+            mill, rest = mill_of.get(rule.tool), mill_of.get(rule.rest)
+            area = replace(drawn, name=name, mill=mill, rest=rest)
+            if rest is not None and mill is not None and _is_narrow(area, 2.0 * mill.radius):
+                area = replace(area, mill=rest, rest=None)
             refuse_overlap(rule, area, areas)
             areas.append(area)
     solid = [PocketArea(pocket.outline, pocket.islands, pocket.depth or 0.0) for pocket in divided.edges.pockets]
@@ -200,41 +206,72 @@ def pocket_tasks(
     """
     tasks: dict[int, list[PocketTask]] = {}
     issues: list[Issue] = []
+    total = sum(len(request.mills_of(area)) for area in request.pockets)
     for mill in mills:
         number = mill.data.tool.number
-        own = [area for area in request.pockets if request.mill_of(area).tool == number]
-        share = _CLEARING * len(own) / max(len(request.pockets), 1)
-        tasks[number], more = _tasks_of(job, dialect, part, own, request.edges, mill, share)
-        issues += more
+        own = [_Work(area, _pocket_of(area)) for area in request.pockets if request.mill_of(area).tool == number]
+        rest_areas = [area for area in request.pockets if area.rest is not None and area.rest.tool == number]
+        left: list[_Work] = []
+        for area in rest_areas:
+            done, rules = tasks[request.mill_of(area).tool], _rules(job, mill.data.tool.diameter)
+            cleared = cleared_floor(task.clearing for task in done if task.pocket is area)
+            pockets = rest_pockets(area, _rules(job, 2.0 * request.mill_of(area).radius), rules)
+            left += [_Work(area, pocket, cleared) for pocket in pockets]
+            issues += centre_regions(_pocket_of(area), rules)[1]
+        tasks[number] = []
+        # The mill of the rest works in corners, where it clears all levels up to the wall.
+        for works, count, stock in ((own, len(own), request.finish), (left, len(rest_areas), 0.0)):
+            share = _CLEARING * count / max(total, 1)
+            more, more_issues = _tasks_of(job, dialect, part, works, request.edges, mill, share, stock)
+            tasks[number] += more
+            issues += more_issues
     return tasks, issues
+
+
+class _Work(NamedTuple):
+    """A pocket to clear: all of an area, or what the first mill has left of it after it cleared the area `before`."""
+
+    area: PocketArea
+    pocket: Pocket
+    before: Any = None
+
+
+def _pocket_of(area: PocketArea) -> Pocket:
+    return Pocket(area.outline, area.islands, area.name, area.layer, depth=area.depth)
+
+
+def _rules(job: Job, diameter: float, stock: float = 0.0) -> PocketRules:
+    from leafcut.processes.pocket.plan.rules import rules_of
+
+    milling, step_over = job.settings.of(MillingOptions).milling, job.settings.job.step_over
+    return rules_of(PocketOptions(stock=stock), milling, step_over, diameter)
 
 
 def _tasks_of(
     job: Job,
     dialect: Dialect,
     part: Part,
-    areas: Sequence[PocketArea],
+    works: Sequence[_Work],
     edges: Sequence[Edge],
     mill: Mill,
     share: float,
+    stock: float,
 ) -> tuple[list[PocketTask], list[Issue]]:
-    if not areas:
+    if not works:
         return [], []
     from leafcut.processes.pocket.clearing import clear_pocket
     from leafcut.processes.pocket.job import PocketJob
-    from leafcut.processes.pocket.plan.rules import levels_of, rules_of
+    from leafcut.processes.pocket.plan.rules import levels_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import SearchTime
 
     asked, tool = job.settings.job, mill.data.tool
-    options = PocketOptions(stock=job.settings.of(PartOptions).finish)
-    pockets = tuple(Pocket(area.outline, area.islands, area.name, area.layer, depth=area.depth) for area in areas)
     pocket_job = PocketJob(
         run=job,
-        part=replace(part, contours=(), pockets=pockets),
-        rules=rules_of(options, job.settings.of(MillingOptions).milling, asked.step_over, tool.diameter),
-        levels=tuple(levels_of(area.depth, mill.step, tool.diameter) for area in areas),
-        around=(None,) * len(areas),
+        part=replace(part, contours=(), pockets=tuple(work.pocket for work in works)),
+        rules=_rules(job, tool.diameter, stock),
+        levels=tuple(levels_of(work.area.depth, mill.step, tool.diameter) for work in works),
+        around=(None,) * len(works),
         heights=PocketHeights(asked.clearance_height, asked.retract_height),
         data=mill.data,
         dialect=dialect,
@@ -244,10 +281,13 @@ def _tasks_of(
     shapes = shapely.STRtree([shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges])
     tasks: list[PocketTask] = []
     issues: list[Issue] = []
-    for number, (area, pocket) in enumerate(zip(areas, pockets, strict=True)):
+    for number, (area, pocket, before) in enumerate(works):
         cleared, more = clear_pocket(pocket_job, pocket, number, time, USUAL)
-        issues += more
+        # Two mills leave only the corners that the second mill cannot reach.
+        issues += [] if area.rest else more
         later = tuple(np.sort(shapes.query(area.region, predicate="intersects")).tolist())
         clearings = cleared.clearings[cleared.plan.result.strategy]
+        if before is not None:
+            clearings = [with_entries_in_air(clearing, before) for clearing in clearings]
         tasks += [PocketTask(area, clearing, job.machine, later) for clearing in clearings]
     return tasks, issues

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from leafcut.errors import OptionError, PlanError
@@ -36,7 +37,7 @@ def other_mills(
     asked = replace(job.settings.job, feed=None, spindle_speed=None)
     mills: dict[int, Mill] = {}
     issues: list[Issue] = []
-    for rule, _ in divided.faces:
+    for rule in _rules_of_mills(divided):
         tool = main.data.tool if rule.tool in (None, main.data.tool.number) else _library_tool(rule, library)
         if rule.operation in CARVED:
             if tool.kind not in CONES:
@@ -54,7 +55,34 @@ def other_mills(
         data, more = milling_data(milling, asked, tool.diameter, job.machine, tool)
         mills[tool.number] = Mill(data, asked.step_down or 0.5 * tool.diameter, main.climb)
         issues += more
-    return list(mills.values()), issues
+    rest_rules = [rule for rule, _ in divided.faces if rule.rest is not None]
+    for rule in rest_rules:
+        _check_rest(rule, {**mills, main.data.tool.number: main}, main)
+    # The mill of the rest is always the smaller one.
+    order = sorted(mills.values(), key=lambda mill: -mill.data.tool.diameter if rest_rules else 0.0)
+    return order, issues
+
+
+def _rules_of_mills(divided: LayeredPart) -> Iterator[LayerRule]:
+    """Yield a rule for each tool that a layer names: first its own tool, and then the tool that clears the rest."""
+    for rule, _ in divided.faces:
+        yield rule
+        if rule.rest is not None:
+            yield replace(rule, tool=rule.rest)
+
+
+def _check_rest(rule: LayerRule, mills: Mapping[int, Mill], main: Mill) -> None:
+    first, rest = mills[rule.tool or 0].data.tool, mills[rule.rest or 0].data.tool
+    if first is main.data.tool:
+        raise PlanError(
+            "{}: {} is the end mill of the part, which works last; name another mill before 'rest'",
+            rule.place,
+            first.label,
+        )
+    if rest.diameter >= first.diameter:
+        raise PlanError(
+            "{}: {} is not smaller than {}; name a smaller mill after 'rest'", rule.place, rest.label, first.label
+        )
 
 
 def _library_tool(rule: LayerRule, library: ToolLibrary | None) -> Tool:

@@ -98,7 +98,8 @@ class PocketMill:
 class PocketArea:
     """A closed area that is cleared to a depth below the top, mm, except for its islands.
 
-    If `mill` is None, the end mill of the part clears the area.
+    If `mill` is None, the end mill of the part clears the area. The smaller mill `rest`, if any, then clears the places
+    that the first mill cannot reach.
     """
 
     outline: Polyline
@@ -107,6 +108,7 @@ class PocketArea:
     name: str = ""
     layer: str = ""
     mill: PocketMill | None = None
+    rest: PocketMill | None = None
 
     @cached_property
     def region(self) -> shapely.Polygon:
@@ -271,6 +273,10 @@ class PartRequest:
     def mill_of(self, pocket: PocketArea) -> PocketMill:
         """Return the end mill of a pocket."""
         return pocket.mill or PocketMill(self.tool, self.radius, self.step, self.feed)
+
+    def mills_of(self, pocket: PocketArea) -> list[PocketMill]:
+        """Return the end mills of a pocket in the order of their work."""
+        return [self.mill_of(pocket), *([pocket.rest] if pocket.rest else [])]
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,10 @@ _THROUGH = (Operation.PROFILE, Operation.BORE)
 _DEEP = (Operation.ENGRAVE, Operation.POCKET)
 #: Operations of a V-bit. Their rules must name it.
 CARVED = (Operation.CHAMFER, Operation.VCARVE)
-#: Pattern for an operation with its depth and tool, such as ``engrave 0.3mm T5``.
-_RULE = re.compile(r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8}))?")
+#: Pattern for an operation with its depth and tools, such as ``engrave 0.3mm T5`` or ``pocket 3mm T5 rest T6``.
+_RULE = re.compile(
+    r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8})(?:\s+rest\s+T(?P<rest>\d{1,8}))?)?"
+)
 _WILDCARDS = re.compile(r"[*?\[]")
 #: Minimum depth, mm. It must exceed the tolerance for heights in the program.
 _SHALLOWEST = 0.01
@@ -50,7 +52,8 @@ class LayerRule:
 
     The layer name may contain wildcards. The depth is in mm, and 0 means through the plate. For a chamfer, it is the
     width. For V-carving, it is the maximum depth, and 0 means that none is given. `place` is the position of the rule
-    in the file. `chamfer` is the rule for the edges of this operation.
+    in the file. `chamfer` is the rule for the edges of this operation. In a pocket, the tool `rest` clears the places
+    that `tool` cannot reach.
     """
 
     layer: str
@@ -59,6 +62,7 @@ class LayerRule:
     tool: int | None = None
     place: str = field(default="", compare=False)
     chamfer: LayerRule | None = None
+    rest: int | None = None
 
     @property
     def is_exact(self) -> bool:
@@ -159,7 +163,12 @@ def _single_rule(layer: str, value: object, place: str) -> LayerRule:
         raise DataError("{}: '{}' needs a V-bit, such as '{} 0.5mm T6'", place, word, word)
     if not depth and takes_depth and operation is not Operation.VCARVE:
         raise DataError("{}: '{}' needs a depth, such as '{} 0.3mm'", place, word, word)
-    return LayerRule(layer, operation, _depth(depth, place) if depth else 0.0, int(tool) if tool else None, place)
+    if (match["rest"] and operation is not Operation.POCKET) or "rest" in (depth or "").split():
+        raise DataError("{}: 'rest' is only for a pocket with two mills, such as 'pocket 3mm T5 rest T6'", place)
+    rest = int(match["rest"]) if match["rest"] else None
+    return LayerRule(
+        layer, operation, _depth(depth, place) if depth else 0.0, int(tool) if tool else None, place, rest=rest
+    )
 
 
 def _depth(text: str, place: str) -> float:

@@ -130,7 +130,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     groups, more = hole_groups(drilled, bottom, asked.retract_height, asked.retract == "initial", job.machine)
     issues += more
     mills, of_mills = other_mills(divided, job, main, library)
-    areas, more = pocket_areas(divided, settings, diameter, mills)
+    areas, more = pocket_areas(divided, settings, diameter, [*mills, main])
     issues += more
     engravings, more = engravings_of(divided, settings, data.tool.number)
     issues += more
@@ -250,7 +250,12 @@ def _layer_works(
         for layer in [one.area.layer]
     ]
     works += [
-        (area.layer, str(Operation.POCKET), area.depth, tools[request.mill_of(area).tool].label)
+        (
+            area.layer,
+            str(Operation.POCKET),
+            area.depth,
+            " + ".join(tools[own.tool].label for own in request.mills_of(area)),
+        )
         for area in request.pockets
     ]
     # The strokes of a text have the same handle.
@@ -321,7 +326,7 @@ def _refuse_clamps(
         *(
             (area.name, area.region.buffer(-own.radius), -area.depth, own.tool)
             for area in request.pockets
-            for own in [request.mill_of(area)]
+            for own in request.mills_of(area)
         ),
         *((one.name, one.line, -one.depth, one.tool) for one in request.engravings),
         *((one.area.name, one.area.region, -one.area.depth, one.bit.tool) for one in request.carvings),

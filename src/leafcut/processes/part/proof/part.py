@@ -45,7 +45,8 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     6. Each hole is drilled once with its tool, to its depth, before all cuts. Nothing else is drilled.
     7. Each path is engraved once, to its depth, before the edges that enclose or cross it.
     8. Each pocket is cleared to its depth before the edges inside and around it. No level exceeds the step-down, and
-       moves faster than the feed do not touch material.
+       moves faster than the feed do not touch material. In a pocket of two mills, the second mill starts after the
+       first mill, clears what the first mill cannot reach, and never plunges into material.
     9. If a finishing allowance is requested, roughing leaves it on each wall. A pass along the wall follows at full
        depth in the milling direction.
     10. Rapids below the top are vertical, and only descend over cleared material.

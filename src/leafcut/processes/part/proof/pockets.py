@@ -24,30 +24,76 @@ _LEFT, _WIDEST_LEFT = 0.001, 0.25
 _SLACK = 0.005
 #: Number of chords per quarter of the tool circle.
 _QUARTER = 64
+#: Maximum width of the material under a mill that goes straight down, in radii of the mill.
+_FILM = 0.02
+#: Minimum slope of a plunge. A ramp has a slope of at most 1.03 (0.8 rad, the maximum of --entry-angle).
+_STEEP = 2.0
 
 
 def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
     """Check the cuts that lie inside a pocket and above its floor.
 
-    The check reports uncleared areas, cuts that exceed the step-down, and cuts that exceed the feed.
+    The check reports uncleared areas, cuts that exceed the step-down, and cuts that exceed the feed. In a pocket of two
+    mills, the second mill must clear what the first mill cannot reach.
     """
     explained = np.zeros(len(cuts), dtype=np.bool_)
     differences, works = [], []
     rows_of: dict[PocketMill, np.ndarray[tuple[int], np.dtype[np.int64]]] = {}
     for pocket in request.pockets:
         mill = request.mill_of(pocket)
-        inside = cuts.within(pocket.region.buffer(TOLERANCE - mill.radius, quad_segs=_QUARTER))
-        own = inside[(cuts.tools[inside] == mill.tool) & (cuts.lowest[inside] >= -pocket.depth - HEIGHT)]
-        explained[own] = True
+        own = _own_cuts(mill, pocket, cuts)
         rows_of[mill] = np.union1d(rows_of.get(mill, cuts.rows[:0]), cuts.rows[own])
         floor = own[cuts.highest[own] <= -pocket.depth + HEIGHT]
-        differences += _check_floor(mill, pocket, cuts, floor)
+        differences += _check_floor(_reachable(mill, pocket), mill, pocket, cuts, floor)
         if request.finish:
             differences += _check_walls(mill.radius, request.finish, pocket, cuts, own, floor)
+        if pocket.rest is not None:
+            rest = _own_cuts(pocket.rest, pocket, cuts)
+            rows_of[pocket.rest] = np.union1d(rows_of.get(pocket.rest, cuts.rows[:0]), cuts.rows[rest])
+            differences += _check_rest(mill, pocket.rest, pocket, cuts, own, rest)
+            own = np.union1d(own, rest)
+        explained[own] = True
         works.append(FaceWork(pocket.name, own, pocket.region))
     for mill, rows in rows_of.items():
         differences += _check_load(mill, cuts, rows) if len(rows) else []
     return Verdict(explained, differences, works)
+
+
+def _own_cuts(mill: PocketMill, pocket: PocketArea, cuts: Cuts) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Return the indices of all cuts of a mill that stay within the walls and above the floor of a pocket."""
+    inside = cuts.within(pocket.region.buffer(TOLERANCE - mill.radius, quad_segs=_QUARTER))
+    above = cuts.lowest >= -pocket.depth - HEIGHT
+    return np.intersect1d(inside, np.flatnonzero((cuts.tools == mill.tool) & above))
+
+
+def _check_rest(
+    first: PocketMill,
+    mill: PocketMill,
+    pocket: PocketArea,
+    cuts: Cuts,
+    before: np.ndarray[tuple[int], np.dtype[np.int64]],
+    own: np.ndarray[tuple[int], np.dtype[np.int64]],
+) -> list[Difference]:
+    """Check that a mill clears what the first mill cannot reach, after its cuts, and never plunges into material.
+
+    `before` are the cuts of the first mill in this pocket, and `own` are those of the second mill.
+    """
+    floor = -pocket.depth + HEIGHT
+    left = _reachable(mill, pocket).difference(_reachable(first, pocket))
+    differences = _check_floor(left, mill, pocket, cuts, own[cuts.highest[own] <= floor])
+    if len(before) and len(own) and cuts.rows[own[0]] < cuts.rows[before[-1]]:
+        words = Message("T{} works in {} before T{} has cleared it", mill.tool, pocket.name, first.tool)
+        differences.append(cuts.difference(Message("order"), int(own[0]), words))
+    move = cuts.ends[own, 3:] - cuts.ends[own, :3]
+    for k in own[-move[:, 2] > np.maximum(_STEEP * np.hypot(*move[:, :2].T), HEIGHT)].tolist():
+        disc = shapely.Point(cuts.ends[k, 3:5]).buffer((1.0 - _FILM) * mill.radius - TOLERANCE)
+        near = np.intersect1d(cuts.near(disc, first.radius), np.concatenate([before, own]))
+        near = near[(near < k) & (cuts.highest[near] <= cuts.lowest[k] + HEIGHT)]
+        radii = np.where(cuts.tools[near] == first.tool, first.radius, mill.radius)
+        if not shapely.union_all(shapely.buffer(cuts.lines[near], radii, quad_segs=_QUARTER)).covers(disc):
+            words = Message("T{} plunges into material, at {}", mill.tool, cuts.place(k))
+            differences.append(cuts.difference(Message("plunge"), k, words))
+    return differences
 
 
 def _check_load(mill: PocketMill, cuts: Cuts, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Difference]:
@@ -59,11 +105,18 @@ def _check_load(mill: PocketMill, cuts: Cuts, rows: np.ndarray[tuple[int], np.dt
     return [*depth_differences(path, rules, mill.step), *fast_cut_differences(path, rules, mill.feed)]
 
 
-def _check_floor(
-    mill: PocketMill, pocket: PocketArea, cuts: Cuts, floor: np.ndarray[tuple[int], np.dtype[np.int64]]
-) -> list[Difference]:
+def _reachable(mill: PocketMill, pocket: PocketArea) -> Any:
     inner = mill.radius - _SLACK
-    reachable = pocket.region.buffer(-inner, quad_segs=_QUARTER).buffer(inner, quad_segs=_QUARTER)
+    return pocket.region.buffer(-inner, quad_segs=_QUARTER).buffer(inner, quad_segs=_QUARTER)
+
+
+def _check_floor(
+    reachable: Any,
+    mill: PocketMill,
+    pocket: PocketArea,
+    cuts: Cuts,
+    floor: np.ndarray[tuple[int], np.dtype[np.int64]],
+) -> list[Difference]:
     at = _uncleared_place(mill.radius, reachable, cuts, floor)
     if at is None:
         return []

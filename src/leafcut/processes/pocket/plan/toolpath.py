@@ -49,6 +49,8 @@ class Clearing:
         The area of tool centres for roughing (shapely geometry).
     walls
         The finishing pass if roughing leaves stock, otherwise None.
+    air
+        Tool centres at which a larger mill has cleared everything down to the floor (shapely geometry), or None.
     """
 
     region: CentreRegion
@@ -56,6 +58,7 @@ class Clearing:
     rough: PocketPath
     levels: PocketLevels
     walls: PocketPath | None = None
+    air: Any = None
 
     @property
     def path(self) -> PocketPath:
@@ -72,6 +75,10 @@ class Clearing:
     def end(self) -> Point:
         """Position at which the path ends, mm."""
         return self.path.pieces[-1].path.end
+
+    def is_in_air(self, place: Point) -> bool:
+        """Return whether the tool can descend to the floor without touching material."""
+        return self.air is not None and bool(shapely.dwithin(self.air, shapely.Point(place), TOUCH))
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +179,11 @@ class ClearingMotion:
         top = levels.begin
         runs = _feed_runs(clearing.rough)
         opened = [cleared.add_run(run.path) for run in runs]
+        # The tool descends at feed, because the air may contain films.
+        opened = [
+            max(state, DescentClearance.NEARLY) if clearing.is_in_air(run.start) else state
+            for state, run in zip(opened, runs, strict=True)
+        ]
         for z in levels.levels:
             for number, run in enumerate(runs):
                 # The tool always retracts between pockets.
