@@ -22,10 +22,10 @@ class Terminal(io.StringIO):
 def test_without_a_terminal_only_compiling_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     with Reporter() as reporter:
         reporter(Progress("reading"))
-        reporter(Progress("compiling (first run on this machine)"))
+        reporter(Progress("compiling (once for each kind of job)"))
         reporter(Progress("ordering T1", 0.5, 12.5))
     out, err = capsys.readouterr()
-    assert (out, err) == ("", "leafcut: compiling (first run on this machine) …\n")
+    assert (out, err) == ("", "leafcut: compiling (once for each kind of job) …\n")
 
 
 def test_quiet_is_quiet(capsys: pytest.CaptureFixture[str]) -> None:

@@ -76,7 +76,7 @@ def test_compiled_kernels_are_counted_and_a_missing_cache_folder_is_reported(
     assert run(["install", "kernels"]) == 0
     said = capsys.readouterr()
     assert re.fullmatch(r"1 kernel compiled in \d+ s\n", said.out)
-    assert said.err == "leafcut: compiling (first run on this machine) …\n"
+    assert said.err == "leafcut: compiling (once for each kind of job) …\n"
     monkeypatch.setattr("leafcut.kernels.compiling.cache_folder", lambda: None)
     assert run(["install", "kernels"]) == 1
     assert "leafcut: no folder for compiled code is writable; set NUMBA_CACHE_DIR" in capsys.readouterr().err

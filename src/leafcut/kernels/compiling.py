@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from leafcut.kernels import COMPILE, PREPARE, cache_folder, listeners
 from leafcut.message import Message
 
-FIRST_RUN = Message("compiling (first run on this machine)")
+FIRST_RUN = Message("compiling (once for each kind of job)")
 EVERY_RUN = Message("compiling (again in every run: no writable folder for compiled code; set NUMBA_CACHE_DIR)")
 
 

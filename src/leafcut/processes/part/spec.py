@@ -500,7 +500,8 @@ def _mill(job: Job, library: ToolLibrary | None, depth: float) -> tuple[Tool | N
         return mill, mill.diameter
     if asked.tool_diameter is None:
         raise OptionError(
-            "a part needs the diameter of its end mill; give --tool-diameter, or a tool library with --tools"
+            "a part needs the diameter of its end mill; give --tool-diameter, such as --tool-diameter 3mm, or a tool "
+            "library with --tools"
         )
     return None, asked.tool_diameter
 

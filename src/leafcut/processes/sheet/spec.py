@@ -306,7 +306,7 @@ def _cut_data(job: Job) -> tuple[CutData, list[Issue]]:
         )
     _check_process(data.cut_process or machine_kind, machine_kind, job.machine.name)
     if thickness is None:
-        raise OptionError("cutting needs the sheet's thickness; give --thickness")
+        raise OptionError("cutting needs the sheet's thickness; give --thickness, such as --thickness 6mm")
     process, warnings = cut_process_of(job.machine, data.cut_process)
     found, issues = find_cut_data(
         load_chart(data.chart),

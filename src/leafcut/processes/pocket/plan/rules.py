@@ -49,7 +49,8 @@ def rules_of(
     """
     if diameter is None:
         raise OptionError(
-            "a pocket needs the diameter of its end mill; give --tool-diameter, or a tool library with --tools"
+            "a pocket needs the diameter of its end mill; give --tool-diameter, such as --tool-diameter 6mm, or a tool "
+            "library with --tools"
         )
     widest = (step_over or STEP_OVER) * diameter
     if options.stock > widest:
@@ -133,7 +134,7 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     """
     if not any(pocket.depth is not None for pocket in part.pockets):
         if depth is None:
-            raise OptionError("a pocket needs its depth; give --depth")
+            raise OptionError("a pocket needs its depth; give --depth, such as --depth 5mm")
         return replace(part, pockets=tuple(replace(pocket, depth=depth) for pocket in part.pockets)), []
     issues = _opening_issues(part, diameter)
     wide = [pocket for pocket in part.pockets if not _is_hole(pocket, diameter)]
