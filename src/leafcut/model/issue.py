@@ -66,7 +66,7 @@ CODES: dict[str, str] = {
     "L414": "a height of the torch was assumed",
     "L415": "the sender transmits lines too slowly for their moves",
     "L417": "the machine was assumed",
-    "L418": "holes are on a layer that is named for other work",
+    "L418": "holes or openings are on a layer that is named for other work",
     "L421": "a layer's kind was taken from its name",
     "L422": "an outline around everything may be the sheet",
     "L423": "parts touch each other",

@@ -359,6 +359,7 @@ def test_a_name_with_brackets_is_the_name_of_a_layer(tmp_path: Path) -> None:
         ("engrave 0.3mm", "profile", "rules.toml:3: 'profile' needs closed shapes, but layer 'TEXT' has an open path"),
         ('"OUTLINE" = "profile"', '"OUTLINE" = "bore"', "rules.toml:2: the shape at (5, 0) is not round, so"),
         ("[layer]", "[layers]", "rules.toml:1: unknown key 'layers'; did you mean 'layer'?"),
+        ("[layer]", "[POCKET_3]", "rules.toml:1: unknown key 'POCKET_3'; write a table [layer] with lines such as"),
         (RULES, '[layer]\n"*" = "ignore"', "nameplate: nothing to mill: --operations ignores all layers"),
         (RULES, "[layer]\n", "rules.toml: no layer has an operation; write a table [layer]"),
         (RULES, '[layer]\n"TEXT" = "engrave 1mm"\n"TEXT" = "bore"', "rules.toml: not a TOML file"),
@@ -407,3 +408,23 @@ def test_a_clamp_on_the_work_is_refused_before_the_search(layer: str, name: str,
         )
     assert "move the clamp" in str(refused.value)
     assert {*steps} == {"reading"}
+
+
+@pytest.mark.hazard
+def test_a_pocket_that_is_milled_through_the_plate_is_reported(tmp_path: Path) -> None:
+    def warnings(**options: Any) -> list[str]:
+        issues = leafcut.part(tmp_path / "plate.dxf", **FAST, **MILL, **options).issues
+        return [issue.message for issue in issues if issue.code == "L418"]
+
+    drawing = ezdxf.new(units=ezdxf.units.MM)
+    for (x0, y0, x1, y1), layer in (((0, 0, 60, 40), "OUTLINE"), ((10, 10, 30, 30), "Pocket_1")):
+        corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+        drawing.modelspace().add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})
+    drawing.saveas(tmp_path / "plate.dxf")
+    [words] = warnings()
+    assert words.startswith("milled through the plate: 1 shape on layer 'Pocket_1', which is named for pockets")
+    assert '"Pocket_1" = "pocket 3mm"' in words
+    assert not warnings(cut_layers=["OUTLINE", "Pocket_1"])
+    rules = tmp_path / "rules.toml"
+    rules.write_text('[layer]\n"OUTLINE" = "profile"\n"Pocket_1" = "profile"\n')
+    assert not warnings(operations=rules)

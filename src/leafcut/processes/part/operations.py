@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 
-from leafcut.errors import DataError, OptionError, PlanError, name_suggestion, printable
+from leafcut.errors import DataError, OptionError, PlanError, closest_names, name_suggestion, printable
 from leafcut.files.schemas import OPERATIONS
 from leafcut.files.toml_table import TomlTable
 from leafcut.files.whole_files import parse_toml, place_in, toml_text
@@ -110,6 +110,13 @@ def read_operations(path: Path) -> tuple[LayerRule, ...]:
     """
     text = toml_text(path)
     tables = parse_toml(text, str(path), OPERATIONS)
+    for key in tables:
+        if key != "layer" and not closest_names(key, ["layer"]):
+            raise DataError(
+                '{}: unknown key \'{}\'; write a table [layer] with lines such as "POCKET" = "pocket 3mm"',
+                place_in(path, text, "", key),
+                printable(key),
+            )
     try:
         table = TomlTable(tables, "", ["layer"]).values.get("layer")
     except DataError as problem:

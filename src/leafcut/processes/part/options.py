@@ -21,7 +21,8 @@ class PartOptions(OptionGroup):
     operations: Path | None = option(
         "path",
         None,
-        "file of operations (TOML) with the operation of each layer, such as profile, pocket or engrave",
+        'file of operations (TOML): under [layer], one line for each layer, such as POCKET = "pocket 3mm"; the '
+        "operations are profile, bore, pocket, engrave and ignore",
         default_words="closed outlines are milled through the plate",
         of_file=True,
     )

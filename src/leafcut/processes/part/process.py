@@ -58,7 +58,11 @@ class PartMilling(Process):
     uses |= use(JobOptions, *_JOB) | use(MillingOptions) | use(MillingOptions, entry_angle=()) | ORDERED | WRITTEN
     helps = {  # noqa: RUF012  # `Process` declares it as a class variable
         "thickness": ("thickness of the plate: outlines and openings go through it", "required"),
-        "material": ("material of the plate; it sets the speed of an end mill that has no cutting data", ""),
+        "material": (
+            "material of the plate, such as aluminium; it sets the speed of an end mill that has no cutting data (for "
+            "wood, set --feed and --spindle-speed instead)",
+            "",
+        ),
         "feed": ("feed rate of the end mill", "from the tool library or --material"),
         "spindle_speed": ("spindle speed of the end mill", "from the tool library or --material"),
         "tool_diameter": ("diameter of the end mill", ""),

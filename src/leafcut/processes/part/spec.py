@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.errors import OptionError, PlanError, count_of, printable
 from leafcut.geometry.arrays import Floats, Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
+from leafcut.model.contour import layer_matcher
 from leafcut.model.issue import Issue
 from leafcut.model.part import Hole, Part
 from leafcut.model.plan import Candidate, Order, Stage
@@ -22,6 +23,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.model.tool import Tool, ToolLibrary
 from leafcut.options import MillingOptions, Settings
+from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
 from leafcut.processes.contours import (
     open_contours,
     prepare_sheet,
@@ -116,6 +118,8 @@ def plan_part(job: Job, source: Source) -> Plan:
     main = Mill(data, asked.step_down or 0.5 * diameter, milling.milling == "climb")
     tabs, finish = _tab_rules(settings, thickness), _allowance(settings, 0.5 * diameter)
     edges, issues = edges_of(sheet.contours)
+    if not divided.rules and not settings.sheet.cut_layers:
+        issues += _pockets_through_plate(edges)
     if not edges and not divided.rules:
         raise PlanError(
             "{}: nothing to mill: the drawing has no closed outlines except those that are marked or left out; check "
@@ -194,6 +198,25 @@ def _divide(part: Part, settings: Settings, thickness: float) -> LayeredPart:
     if file is None:
         return LayeredPart(part)
     return divide_by_layer(part, read_operations(file), file, thickness, settings.sheet)
+
+
+def _pockets_through_plate(edges: Sequence[Edge]) -> list[Issue]:
+    """Warn about each layer whose name suggests pockets, because its shapes are milled through the plate."""
+    is_pocket = layer_matcher((*POCKET_NAMES, *ISLAND_NAMES))
+    return [
+        Issue(
+            "L418",
+            Message(
+                "milled through the plate: {} on layer '{}', which is named for pockets; for a pocket, assign an "
+                'operation to each layer with --operations, such as "{}" = "pocket 3mm"',
+                count_of(number, "shape"),
+                printable(layer),
+                printable(layer),
+            ),
+        )
+        for layer, number in Counter(edge.layer for edge in edges).items()
+        if is_pocket(layer)
+    ]
 
 
 def _thickness(settings: Settings) -> float:
