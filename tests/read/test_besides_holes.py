@@ -78,7 +78,9 @@ def test_a_circle_around_holes_or_contours_is_an_outline_and_is_not_drilled(draw
     assert any(
         "2 circles not drilled: a circle that encloses other holes or contours" in i.message for i in part.issues
     )
-    assert [issue.message for issue in part.besides] == ["2 contours not machined: only round holes are drilled"]
+    assert [issue.message for issue in part.besides] == [
+        "2 contours not machined: only round holes are drilled; mill them with leafcut part or leafcut pocket"
+    ]
     assert [hole.diameter for hole in read(path, ReadOptions(layers=("EDGE",))).holes] == [60]
 
 
@@ -132,7 +134,9 @@ def test_a_contour_in_the_only_hole_is_no_outline(draw: Any) -> None:
     part = read(draw(lambda d, s: [s.add_circle((0, 0), 4), rectangle(s, -1, -1, 1, 1)]))
     assert [hole.diameter for hole in part.holes] == [8]
     assert part.issues == ()
-    assert [issue.message for issue in part.besides] == ["1 contour not machined: only round holes are drilled"]
+    assert [issue.message for issue in part.besides] == [
+        "1 contour not machined: only round holes are drilled; mill them with leafcut part or leafcut pocket"
+    ]
 
 
 def test_circles_with_one_centre_are_steps_of_a_hole_and_no_outline(draw: Any) -> None:

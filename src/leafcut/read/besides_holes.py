@@ -173,7 +173,9 @@ def classify_other_contours(
 
 
 #: Message for contours if the outline of the part is known.
-_INSIDE_MESSAGE = Message("inside the part, not machined: only round holes are drilled")
+_INSIDE_MESSAGE = Message(
+    "inside the part, not machined: only round holes are drilled; mill them with leafcut part or leafcut pocket"
+)
 #: A circle around holes or contours.
 _ENCLOSES_MESSAGE = Message(
     "not drilled: a circle that encloses other holes or contours is an outline; cut it with leafcut cut, or to "
@@ -184,7 +186,11 @@ _KINDS = (
     ("slot", "slot", Message("not milled: only round holes are drilled")),
     ("hole", "hole", Message("drawn as lines or a spline, not drilled: draw it as a circle")),
     ("circle", "circle", _ENCLOSES_MESSAGE),
-    ("contour", "contour", Message("not machined: only round holes are drilled")),
+    (
+        "contour",
+        "contour",
+        Message("not machined: only round holes are drilled; mill them with leafcut part or leafcut pocket"),
+    ),
     ("outline", "outline", Message("")),
     ("beside", "contour", Message("beside the outline, not cut")),
 )
