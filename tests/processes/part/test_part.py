@@ -262,15 +262,41 @@ def test_a_hole_around_another_part_is_milled(tmp_path: Path) -> None:
 
 
 @pytest.mark.hazard
+@pytest.mark.parametrize("angle", [0.5, 3.0])
 @pytest.mark.parametrize("step", [0.5, 1.0, 1.5])
-def test_no_turn_around_an_edge_cuts_deeper_than_the_step_down(step: float, tmp_path: Path) -> None:
+def test_no_turn_around_an_edge_cuts_deeper_than_the_step_down(step: float, angle: float, tmp_path: Path) -> None:
     source = drawing(tmp_path, OUTLINE, circles=(HOLE,))
-    outcome = leafcut.part(source, tabs=0, step_down=step, entry_angle=0.5, **FAST)
+    outcome = leafcut.part(source, tabs=0, step_down=step, entry_angle=angle, **FAST)
     cut = outcome.path_after.end[outcome.path_after.kind == 1]
     for x, y in np.unique(cut[:, :2].round(3), axis=0):
         here = np.abs(cut[:, :2] - (x, y)).max(axis=1) < 1e-3
         depths = [0.0, *np.minimum(cut[here, 2], 0.0)]
         assert max(-np.diff(depths)) <= step + 1e-6
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("tabs", [0, TABS])
+@pytest.mark.parametrize("step", [0.5, 1.0, 1.5, 3.0])
+def test_no_cut_into_the_stock_is_deeper_than_the_step_down(step: float, tabs: int, tmp_path: Path) -> None:
+    """The stock model measures the depth of cut cell by cell; a ramp of 3 degrees falls by 0.01 mm in a cell."""
+    plate(tmp_path, tabs=tabs, step_down=step, **{} if tabs else {"tab_width": None, "tab_height": None})
+    block = f"-10,-10,{-THICKNESS - 1},90,70,0"
+    stock = leafcut.stock(tmp_path / "part.ngc", workpiece=block, cell=CELL, tool_diameter=DIAMETER)
+    assert stock.tools[0].deepest_mm <= step + 0.02
+
+
+@pytest.mark.parametrize("step", [0.5, 1.0, 1.5, 3.0, 4.0])
+@pytest.mark.parametrize("tabs", [0, TABS])
+def test_a_long_edge_is_cut_in_as_few_turns_as_the_step_down_allows(tabs: int, step: float, tmp_path: Path) -> None:
+    """Ramps add their own length once without tabs. With tabs, each level below them adds a ramp for each piece."""
+    outcome = leafcut.part(drawing(tmp_path, OUTLINE), tabs=tabs, step_down=step, **FAST)
+    around = shapely.Polygon(OUTLINE).buffer(0.5 * DIAMETER, quad_segs=64).length
+    turns = np.ceil((THICKNESS + 0.5) / step)
+    below = np.ceil((TAB_HEIGHT + 0.5) / step) if tabs else 0.0
+    # If the first level is below the tops of the tabs, a turn at this height comes first.
+    turns += tabs > 0 and (THICKNESS + 0.5) / turns > THICKNESS - TAB_HEIGHT
+    ramps = (2.0 + (tabs + 1) * (below + 1.0)) * (step + 1.0) / np.tan(np.radians(3.0))
+    assert turns * around < outcome.after.cut_mm < turns * around + ramps
 
 
 @pytest.mark.hazard

@@ -57,7 +57,7 @@ from leafcut.processes.part.plan.engraving import engraving_tasks
 from leafcut.processes.part.plan.finishing import check_allowance, ring_of
 from leafcut.processes.part.plan.holes import HoleGroup, PlannedHole, fitting_drill, hole_groups
 from leafcut.processes.part.plan.motion import part_motion
-from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts
+from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts, with_ramps
 from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
 from leafcut.processes.plan import Plan
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
@@ -171,6 +171,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         climb=main.climb,
     )
     heights = _heights(job, tabs, thickness, bottom)
+    cuts = [with_ramps(cut, main, heights) for cut in cuts]
     _refuse_clamps(request, cuts, tools | {group.tool.number: group.tool for group in groups}, settings)
     pockets, more = pocket_tasks(job, post_dialect, part, request, [*mills, main])
     issues += more

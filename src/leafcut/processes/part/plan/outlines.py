@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,7 +20,7 @@ from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.toolpath import ToolpathBuilder
-from leafcut.processes.milling.entries import ABOVE, enter_level, follow
+from leafcut.processes.milling.entries import ABOVE, MOST_LEGS, enter_level, follow
 from leafcut.processes.part.model import Edge, TabRules
 from leafcut.processes.part.plan.finishing import (
     TOLERANCE,
@@ -69,6 +69,9 @@ class OutlineCut:
     path, passes
         If there is a finishing allowance, `path` is the roughing path, and `passes` contains a finishing pass for each
         start point.
+    lead
+        Distance from the entry point to the start point, mm. The mill ramps down along it, and ends at the start point.
+        It is 0 if the mill spirals down (see `with_ramps`).
     """
 
     edge: int
@@ -77,12 +80,14 @@ class OutlineCut:
     starts: tuple[float, ...]
     later: tuple[int, ...]
     passes: tuple[FinishingPass, ...] = ()
+    lead: float = 0.0
 
     @property
     def choices(self) -> list[tuple[Point, Point]]:
         """Entry and exit point for each start point."""
-        entries = [self.path.point_at(start) for start in self.starts]
-        exits = [finishing.end for finishing in self.passes] or entries
+        entries = [self.path.point_at((start - self.lead) % self.path.length) for start in self.starts]
+        ends = [self.path.point_at(start) for start in self.starts] if self.lead else entries
+        exits = [finishing.end for finishing in self.passes] or ends
         return list(zip(entries, exits, strict=True))
 
     @property
@@ -92,7 +97,7 @@ class OutlineCut:
         return shapely.MultiLineString([ring_of(self.path), *(piece.flattened(TOLERANCE) for piece in finishing)])
 
     def mill(self, builder: ToolpathBuilder, choice: int, mill: Mill, heights: PartHeights) -> None:
-        """Spiral down along the path, cut between the tabs, and finish the wall."""
+        """Descend along the path, cut between the tabs, and finish the wall."""
         _cut_outline(builder, self, self.starts[choice], mill, heights)
         if self.passes:
             _finish_outline(builder, self.passes[choice], mill, heights)
@@ -218,6 +223,36 @@ def plan_cuts(
         *_loose_issues(loose, tabs),
         *_fewer_issues(fewer, tabs),
     ]
+
+
+def with_ramps(cut: OutlineCut, mill: Mill, heights: PartHeights) -> OutlineCut:
+    """Return the cut with the lead of its ramps, if the path is long enough to ramp down by a whole step.
+
+    Start points too close to a tab for a ramp beside it are left out, unless no others exist.
+    """
+    levels = _turn_levels(cut, mill, heights)
+    slope = math.tan(mill.data.entry_angle)
+    ramp = (levels[0] - levels[1]) / slope
+    if ramp > cut.path.length:
+        return cut
+    room = max(high - low for high, low in pairwise(levels)) / (slope * MOST_LEGS) + _EXACT
+    kept = [
+        k
+        for k, start in enumerate(cut.starts)
+        if not any(low - room < start < high + room for low, high in _on_both_laps(cut))
+    ] or range(len(cut.starts))
+    return replace(
+        cut,
+        starts=tuple(cut.starts[k] for k in kept),
+        passes=tuple(cut.passes[k] for k in kept if cut.passes),
+        lead=ABOVE / slope + ramp,
+    )
+
+
+def _on_both_laps(cut: OutlineCut) -> list[tuple[float, float]]:
+    """Return the intervals of the tabs along three laps of the path, because a tab may cross the first point."""
+    length = cut.path.length
+    return [(low + lap, high + lap) for low, high in cut.tabs for lap in (-length, 0.0, length)]
 
 
 def _no_room(edge: Edge, length: float, tabs: TabRules, radius: float) -> PlanError:
@@ -415,7 +450,52 @@ def _loose_issues(loose: Sequence[Edge], tabs: TabRules) -> list[Issue]:
 
 
 def _cut_outline(builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: Mill, heights: PartHeights) -> None:
-    """Spiral down to the tops of the tabs, cut one level turn at this height, then cut the rest between the tabs."""
+    """Cut level turns around the edge, from the top down. Below the tops of the tabs, cut between the tabs."""
+    if not cut.lead:
+        _spiral_down(builder, cut, start, mill, heights)
+        levels = _levels(heights.tab_top, mill, heights)
+    else:
+        levels = _turn_levels(cut, mill, heights)
+        whole = [z for z in levels if not cut.tabs or z >= heights.tab_top - _EXACT]
+        _ramp_down_along(builder, cut, start, whole, mill)
+        levels = levels[len(whole) - 1 :]
+    if cut.tabs:
+        _cut_between_tabs(builder, cut, start, levels, mill, heights)
+
+
+def _turn_levels(cut: OutlineCut, mill: Mill, heights: PartHeights) -> list[float]:
+    """Return the top of the plate and the heights of the level turns.
+
+    At least one turn runs above the tabs, and the turn after it cuts the material above them.
+    """
+    levels = _levels(0.0, mill, heights)
+    if not cut.tabs or levels[1] >= heights.tab_top - _EXACT:
+        return levels
+    return [0.0, *_levels(heights.tab_top, mill, heights)]
+
+
+def _ramp_down_along(
+    builder: ToolpathBuilder, cut: OutlineCut, start: float, levels: Sequence[float], mill: Mill
+) -> None:
+    """Cut a level turn at each height. All ramps lie on the same part of the path, which ends at the start point.
+
+    Each ramp runs parallel to the previous ramp, so it never cuts deeper than a step, and the turn at the end of the
+    last ramp removes the rest.
+    """
+    path, data = cut.path, mill.data
+    ramp = (levels[0] - levels[1]) / math.tan(data.entry_angle)
+    entry, first = ((start - back) % path.length for back in (cut.lead, ramp))
+    ramp_feed = data.ramp_feed(levels[0] - levels[1])
+    builder.feed(z=ABOVE, feed=data.tool.feed)
+    follow(builder, path.piece(entry, entry + cut.lead - ramp), ramp_feed, (ABOVE, levels[0]))
+    for high, low in pairwise(levels):
+        follow(builder, path.piece(first, first + ramp), ramp_feed, (high, low))
+        follow(builder, path.piece(first + ramp, first + path.length), data.tool.feed)
+    follow(builder, path.piece(first, first + ramp), data.tool.feed)
+
+
+def _spiral_down(builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: Mill, heights: PartHeights) -> None:
+    """Spiral down along a short path, to the tops of the tabs if there are any, and cut a level turn there."""
     data = mill.data
     length, feed = cut.path.length, data.tool.feed
     loop = cut.path.piece(start, start + length)
@@ -429,14 +509,17 @@ def _cut_outline(builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: 
         high, low = (ABOVE - drop * (turn + k) / turns for k in (0, 1))
         follow(builder, loop, min(feed, data.plunge_feed / math.sin(slope)), (high, low))
     follow(builder, loop, feed)
-    if cut.tabs:
-        _cut_between_tabs(builder, cut, start, mill, heights)
 
 
 def _cut_between_tabs(
-    builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: Mill, heights: PartHeights
+    builder: ToolpathBuilder,
+    cut: OutlineCut,
+    start: float,
+    levels: Sequence[float],
+    mill: Mill,
+    heights: PartHeights,
 ) -> None:
-    for top, level in pairwise(_levels(mill, heights)):
+    for top, level in pairwise(levels):
         for piece, is_tab in pieces_from(cut.path, cut.tabs, start):
             if is_tab:
                 builder.feed(z=heights.tab_top, feed=mill.data.tool.feed)
@@ -451,16 +534,16 @@ def _finish_outline(builder: ToolpathBuilder, finishing: FinishingPass, mill: Mi
         if is_tab:
             builder.feed(z=heights.tab_top, feed=mill.data.tool.feed)
         elif builder.position[2] > heights.bottom + _EXACT:
-            for top, level in pairwise(_levels(mill, heights)):
+            for top, level in pairwise(_levels(heights.tab_top, mill, heights)):
                 _ramp_down(builder, piece, top, level, mill)
         follow(builder, piece, mill.data.tool.feed)
 
 
-def _levels(mill: Mill, heights: PartHeights) -> list[float]:
-    """Return the heights of the cuts between the tabs, from the top of the tabs down."""
-    drop = heights.tab_top - heights.bottom
+def _levels(top: float, mill: Mill, heights: PartHeights) -> list[float]:
+    """Return evenly spaced heights from `top` down to the lowest cut, at most a step-down apart, mm."""
+    drop = top - heights.bottom
     count = max(math.ceil(drop / mill.step - 1e-9), 1)
-    return [heights.tab_top - drop * k / count for k in range(count + 1)]
+    return [top - drop * k / count for k in range(count + 1)]
 
 
 def _ramp_down(builder: ToolpathBuilder, piece: Polyline, top: float, level: float, mill: Mill) -> None:
