@@ -21,7 +21,8 @@ RESULTS = ROOT / "docs" / "results"
 
 #: Columns of text, which are left-aligned; all other columns contain numbers and are right-aligned.
 TEXT_COLUMNS = (
-    "answer", "board", "budget", "chip", "judged", "note", "program", "run", "solver", "state", "what runs", "work",
+    "answer", "board", "budget", "chip", "drawing", "judged", "note", "program", "run", "solver", "state", "what runs",
+    "work",
 )  # fmt: skip
 
 
