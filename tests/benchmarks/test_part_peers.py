@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks.part_peers import DIAMETER, TAB_WIDTH, Work, remaining
 
 from benchmarks import part_peers
-from benchmarks.part_peers import DIAMETER, TAB_WIDTH, Work, remaining
 from leafcut.geometry.polyline import Polyline
 from leafcut.material.height_field import HeightField
 from leafcut.model.contour import Contour
