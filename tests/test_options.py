@@ -21,10 +21,10 @@ from leafcut.processes.settings import all_options, collect_settings, group_of
 def test_a_name_belongs_to_one_group_only() -> None:
     names = [name for _, name, _ in all_options()]
     assert len(set(names)) == len(names)
-    assert {group_of(n) for n in names} == set(registry.groups())
+    assert {group_of(n) for n in names} == set(registry.option_groups())
 
 
-@pytest.mark.parametrize("group", registry.groups())
+@pytest.mark.parametrize("group", registry.option_groups())
 def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
     made = group()
     for name, spec in group.specs().items():

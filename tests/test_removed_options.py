@@ -11,7 +11,7 @@ from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from leafcut.options.removed import REMOVED, why_removed
-from leafcut.processes.settings import all_options, collect_settings, options_of_file
+from leafcut.processes.settings import all_options, collect_settings, read_options_file
 
 
 def test_no_removed_option_exists_and_every_replacement_does() -> None:
@@ -33,7 +33,7 @@ def test_a_removed_option_is_refused_by_name_in_a_call_and_in_a_file(name: str, 
         file = tmp_path / f"{k}.toml"
         file.write_text(text)
         with pytest.raises(OptionError) as refused:
-            options_of_file(file)
+            read_options_file(file)
         assert str(refused.value) == f"{file}:{k + 1}: {line}"
 
 

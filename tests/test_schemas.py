@@ -28,7 +28,7 @@ from leafcut.gcode.dialects import dialect, dialect_template
 from leafcut.lab.loading import load
 from leafcut.lab.store import Store
 from leafcut.processes.part.operations import read_operations
-from leafcut.processes.settings import options_of_file
+from leafcut.processes.settings import read_options_file
 from leafcut.read.controllers.importing import changed_profile, machine_from_settings
 from leafcut.read.controllers.questions import ask_machine, read_answers
 from leafcut.read.machine import load_machine, machine_template
@@ -72,7 +72,7 @@ def read_history(file: Path) -> None:
 
 #: Documents of the kinds that leafcut reads as text, without a number where a person may omit it; and their readers.
 TEXTS: dict[Schema, tuple[str, str, Callable[[Path], Any]]] = {
-    schemas.OPTIONS: ("a.toml", "thickness = 6\n", options_of_file),
+    schemas.OPTIONS: ("a.toml", "thickness = 6\n", read_options_file),
     schemas.OPERATIONS: ("a.toml", 'layer.CUT = "profile"\n', read_operations),
     schemas.MACHINE: ("a.toml", machine_template("haas-vf2"), lambda file: load_machine(str(file))),
     schemas.MACHINE_ANSWERS: ("a.toml", 'controller = "haas"\n', read_answers),

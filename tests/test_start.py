@@ -133,5 +133,5 @@ def test_a_refused_file_or_option_loads_no_compiled_kernels(tmp_path: Path) -> N
 
 
 def test_every_command_of_a_process_is_known_without_loading_it() -> None:
-    assert [one.command for one in registry.processes()] == list(registry.commands())
-    assert [registry.process_of_command(word) for word in registry.commands()] == list(registry.processes())
+    assert [one.command for one in registry.processes()] == list(registry.process_commands())
+    assert [registry.process_of_command(word) for word in registry.process_commands()] == list(registry.processes())

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from leafcut.errors import OptionError
 from leafcut.options.sheet_word import parse_sheet
-from leafcut.processes.settings import collect_settings, options_of_file
+from leafcut.processes.settings import collect_settings, read_options_file
 from leafcut.read.tools import load_tools
 from leafcut.units import BARE_UNIT, FACTORS, format_length, format_time, parse_point, parse_quantity
 
@@ -114,7 +114,7 @@ def test_a_fraction_is_taken_wherever_a_quantity_is(tmp_path: Path) -> None:
     """On the command line, in a file of options, as a sheet or a point, in a tool library, and in the studio's form."""
     quarter = pytest.approx(6.35)
     (tmp_path / "shop.toml").write_text('[drill]\nthickness = "1/4in"\nstart_point = "1/4in,1 1/2in"\n')
-    options = options_of_file(tmp_path / "shop.toml")
+    options = read_options_file(tmp_path / "shop.toml")
     for values in ({"thickness": "1/4in"}, {"thickness": options["thickness"]}):
         assert collect_settings(values).job.thickness == quarter
     assert collect_settings(options).job.start_point == pytest.approx((6.35, 38.1))

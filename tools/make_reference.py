@@ -33,7 +33,7 @@ OPTIONS_INTRODUCTION = (
 def options_table() -> list[str]:
     """Return one table per group of options."""
     lines = ["## Options", "", *OPTIONS_INTRODUCTION, ""]
-    for group in registry.groups():
+    for group in registry.option_groups():
         lines += [f"### [{group.section}] {(group.__doc__ or '').splitlines()[0]}", ""]
         uses = {name: [work.name for work in registry.works() if name in work.used()] for name in group.specs()}
         users = [work.name for work in registry.works() if any(work.name in names for names in uses.values())]

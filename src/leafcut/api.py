@@ -26,8 +26,8 @@ from leafcut.options import ReadOptions, Settings, flag_name
 from leafcut.order.stop import Deadline
 from leafcut.processes import registry
 from leafcut.processes.course import run_process
-from leafcut.processes.job import Job, machine_of, refuse_missing
-from leafcut.processes.settings import collect_settings, files_read, settings_for
+from leafcut.processes.job import Job, machine_of, refuse_missing_work
+from leafcut.processes.settings import collect_settings, input_file_names, settings_for
 from leafcut.read import Input, read
 from leafcut.read.registry import READERS, format_name, read_once, read_source
 from leafcut.results.base import result_of
@@ -117,17 +117,17 @@ def optimize(
     start, compiled = time.perf_counter(), compile_seconds()
     sources = _sources(source)
     settings = _collect(process, options, options_file, defaults_file)
-    inputs = [*_file_names(*sources), options_file, defaults_file, *files_read(settings)]
+    inputs = [*_file_names(*sources), options_file, defaults_file, *input_file_names(settings)]
     check_output(output, inputs)
     check_output(report, [*inputs, output])
     named = process
     if process == "auto":
         process, sources = _guess_command(sources, settings)
     work = registry.drawing_process(process)
-    outputs = [output, report, *(work.other_outputs(settings) if work else ())]
+    outputs = [output, report, *(work.extra_output_paths(settings) if work else ())]
     for k, target in enumerate(outputs[2:], 2):
         check_output(target, [*inputs, *outputs[:k]])
-    settings = work.usual(settings) if work else settings
+    settings = work.with_defaults(settings) if work else settings
     with _noting_defaults(settings), _noting_guess(named, process):
         run = Job(
             settings,
@@ -146,7 +146,7 @@ def optimize(
     outcome = replace(outcome, seconds=time.perf_counter() - start - compiled, compile_seconds=compiled)
     page = _report_text(outcome, report) if report else ""  # before anything is written: it may fail
     texts = {str(output): outcome.text} if output else {}
-    texts |= done.files(outcome, settings)
+    texts |= done.extra_files(outcome, settings)
     if report:
         texts[str(report)] = page
     write_together(texts, encodings={str(output): outcome.encoding})
@@ -247,7 +247,7 @@ def _settings(
 
 def _with_usual_options(settings: Settings, word: str) -> Settings:
     work = registry.drawing_process(word)
-    return work.usual(settings) if work else settings
+    return work.with_defaults(settings) if work else settings
 
 
 def _is_table(report: str | Path | None) -> bool:
@@ -270,7 +270,7 @@ def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table
     settings = settings_for(run.settings, process, inputs[0][0].name)
     run = replace(run, settings=replace(settings, process=registry.needed_process_value(inputs, process_word, process)))
     outcome = run_process(process, run, [loaded for _, loaded in inputs], process_word)
-    refuse_missing(run.settings, inputs[0][1], outcome.missing)
+    refuse_missing_work(run.settings, inputs[0][1], outcome.missing)
     return process, replace(outcome, defaults=run.settings.from_defaults())
 
 
@@ -338,10 +338,12 @@ def nest(
     from leafcut.results.nest import NestResult
 
     settings = _settings("nest", options, options_file, defaults_file)
-    outcome, inputs = registry.command("nest")(
+    outcome, inputs = registry.command_function("nest")(
         parts, output, settings, other_inputs=[options_file, defaults_file], progress=progress, cancelled=cancelled
     )
-    return result_of(NestResult, replace(outcome, defaults=settings.from_defaults()), [*inputs, *files_read(settings)])
+    return result_of(
+        NestResult, replace(outcome, defaults=settings.from_defaults()), [*inputs, *input_file_names(settings)]
+    )
 
 
 def read_part(source: Input, options: ReadOptions | None = None) -> Part:
@@ -387,7 +389,7 @@ def solve(
         else read(source, settings.read, heartbeat_for_step(progress, Message("reading")))
     )
     solved = Solved(part, _tour(part, settings, progress, observe, cancelled), settings.from_defaults())
-    return result_of(TourResult, solved, [part.source or None, defaults_file, *files_read(settings)])
+    return result_of(TourResult, solved, [part.source or None, defaults_file, *input_file_names(settings)])
 
 
 def _tour(
@@ -443,11 +445,11 @@ def simulate(
     from leafcut.results.simulation import SimulationResult
 
     settings = _settings("simulate", options, None, defaults_file)
-    outcome = registry.command("simulate")(program, settings, dialect, progress)
+    outcome = registry.command_function("simulate")(program, settings, dialect, progress)
     return result_of(
         SimulationResult,
         outcome,
-        [*_file_names(program), *_profile_files(dialect), defaults_file, *files_read(settings)],
+        [*_file_names(program), *_profile_files(dialect), defaults_file, *input_file_names(settings)],
     )
 
 
@@ -514,8 +516,8 @@ def stock(
     from leafcut.results.stock import StockResult
 
     settings = _settings("stock", options, None, defaults_file)
-    outcome = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
-    inputs = [*_file_names(program, same_as), *_profile_files(dialect), defaults_file, *files_read(settings)]
+    outcome = registry.command_function("stock")(program, settings, dialect, progress, same_as=same_as)
+    inputs = [*_file_names(program, same_as), *_profile_files(dialect), defaults_file, *input_file_names(settings)]
     return result_of(StockResult, outcome, inputs)
 
 
@@ -557,14 +559,14 @@ def tool_speeds(
     from leafcut.results.tool_speeds import ToolSpeedsResult
 
     settings = _settings("cutting-data", options, None, defaults_file, "drawing" if drawing is not None else "none")
-    inputs = [*_file_names(drawing), defaults_file, *files_read(settings)]
+    inputs = [*_file_names(drawing), defaults_file, *input_file_names(settings)]
     check_extension(plot)
     check_output(plot, [*inputs, save])
     check_output(save, inputs)
-    outcome = registry.command("cutting_data")(drawing, settings, objective, progress)
+    outcome = registry.command_function("cutting_data")(drawing, settings, objective, progress)
     texts = {str(plot): front_svg(outcome)} if plot else {}
     if save:
-        texts[str(save)] = registry.command("cutting_data_library")(outcome, settings, save)
+        texts[str(save)] = registry.command_function("cutting_data_library")(outcome, settings, save)
     write_together(texts)
     return result_of(ToolSpeedsResult, outcome, inputs)
 
@@ -595,8 +597,8 @@ def verify(
     from leafcut.results.verification import VerificationResult
 
     settings = _settings("verify", options, None, defaults_file)
-    proof = registry.command("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
-    inputs = [*_file_names(original, new), *_profile_files(dialect), defaults_file, *files_read(settings)]
+    proof = registry.command_function("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
+    inputs = [*_file_names(original, new), *_profile_files(dialect), defaults_file, *input_file_names(settings)]
     return result_of(VerificationResult, proof, inputs)
 
 
@@ -658,8 +660,8 @@ def plugins() -> list[tuple[str, str]]:
 
 def default_machine(work: str) -> str:
     """Return the default machine for a kind of work. If `work` is unknown, return the general default machine."""
-    known = work in registry.names() or work in registry.OTHER_WORKS
-    return (registry.work(work).usual(Settings()) if known else Settings()).machine.machine
+    known = work in registry.process_names() or work in registry.OTHER_WORKS
+    return (registry.work(work).with_defaults(Settings()) if known else Settings()).machine.machine
 
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:

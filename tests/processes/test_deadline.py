@@ -28,7 +28,7 @@ from leafcut.processes.pocket.plan import grid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.strategies import STRATEGIES, ClearingStrategy, SearchTime
 from leafcut.processes.settings import collect_settings
-from leafcut.processes.sheet import passes
+from leafcut.processes.sheet import order_passes
 from leafcut.processes.sheet.plan import detached_parts
 from leafcut.processes.sheet.plan.cutting import CutSequence, HeadTravel
 
@@ -230,8 +230,8 @@ def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pyt
     plan: Any = SimpleNamespace(work=work, job=Job(settings, machine_of(settings), deadline))
     monkeypatch.setattr(module, "clock", lambda: now[0])
     monkeypatch.setattr(detached_parts, "cut_outlines_later", slow)
-    monkeypatch.setattr(passes, "cached_motion", lambda *_: before)
-    assert passes.detach_later(plan, order) is order
+    monkeypatch.setattr(order_passes, "cached_motion", lambda *_: before)
+    assert order_passes.detach_later(plan, order) is order
     assert looks == [False, True]
     assert deadline.left == 0.0
 

@@ -17,7 +17,7 @@ from leafcut.order.instance import path_cost
 from leafcut.order.solve import solve
 from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
-from leafcut.processes.ordering import solutions_of_order, solve_together
+from leafcut.processes.ordering import solutions_of_order, solve_linked_stages
 from leafcut.processes.settings import collect_settings
 
 
@@ -54,7 +54,7 @@ def solved(stages: list, **options: object) -> list:
         return solve(problem, given)
 
     given = SolveOptions(threads=1, **options)  # type: ignore[arg-type]
-    return solve_together(stages, search, given, search, threading.Event())  # type: ignore[arg-type]
+    return solve_linked_stages(stages, search, given, search, threading.Event())  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("sizes", [(4, 4, 3), pytest.param((4, 4, 4), marks=pytest.mark.slow)])
@@ -114,7 +114,7 @@ def test_a_given_order_that_is_better_than_the_quick_ones_is_where_the_search_be
         return replace(solve(problem, given), nodes=np.roll(best[number], 3)[::-1])
 
     given = SolveOptions(threads=1, bound=False)
-    found = solve_together(kept, search, given, quick, threading.Event())  # type: ignore[arg-type]
+    found = solve_linked_stages(kept, search, given, quick, threading.Event())  # type: ignore[arg-type]
     assert total(stages, [s.nodes.tolist() for s in found]) <= total(stages, [n.tolist() for n in best]) + 1e-9
 
 
@@ -159,6 +159,6 @@ def test_quick_searches_end_where_a_time_limit_has_no_room_for_them(limit: float
 
     stages = stages_of([6, 7, 8], 1)
     given = SolveOptions(threads=1, time_limit=limit, bound=False)
-    found = solve_together(stages, search, given, quick, threading.Event())  # type: ignore[arg-type]
+    found = solve_linked_stages(stages, search, given, quick, threading.Event())  # type: ignore[arg-type]
     assert len(asked) == calls
     assert [sorted(s.nodes.tolist()) for s in found] == [list(range(n)) for n in (6, 7, 8)]

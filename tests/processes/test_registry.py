@@ -119,7 +119,7 @@ class Engraving(Process):
 
 def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer) -> None:
     install("toy", {"leafcut.processes": {"engrave": f"{__name__}:Engraving"}})
-    assert registry.process_words() == (
+    assert registry.all_process_values() == (
         "auto",
         "drill",
         "cut",
@@ -202,7 +202,17 @@ def test_a_broken_process_from_outside_is_told_by_name_and_stops_no_other(instal
             OptionError, match=f"the process '{name}' is a plug-in of toys that cannot be used .*{words}"
         ):
             registry.check_process_value(name)
-    assert registry.process_words() == ("auto", "drill", "cut", "pocket", "part", "reorder", "mill", "laser", "plasma")
+    assert registry.all_process_values() == (
+        "auto",
+        "drill",
+        "cut",
+        "pocket",
+        "part",
+        "reorder",
+        "mill",
+        "laser",
+        "plasma",
+    )
     assert chosen("auto", "dxf") == "drill"
     assert collect_settings({"machine": "haas-vf2"}).machine.machine == "haas-vf2"
 
@@ -263,7 +273,17 @@ def test_two_packages_that_have_the_same_are_both_told_of_and_neither_is_used(
             registry.check_process_value(one)
         assert str(refused.value) == f"the process '{one}' is a plug-in of {its} that cannot be used ({words})"
         assert (one, f"plug-in of {its} that cannot be used ({words})") in registry.PACKAGED.listed()
-    assert registry.process_words() == ("auto", "drill", "cut", "pocket", "part", "reorder", "mill", "laser", "plasma")
+    assert registry.all_process_values() == (
+        "auto",
+        "drill",
+        "cut",
+        "pocket",
+        "part",
+        "reorder",
+        "mill",
+        "laser",
+        "plasma",
+    )
     with pytest.raises(OptionError, match="unknown option 'loudness'"):
         collect_settings({"loudness": 3})
 
@@ -271,7 +291,7 @@ def test_two_packages_that_have_the_same_are_both_told_of_and_neither_is_used(
 def test_a_package_that_shares_nothing_with_another_is_used_beside_it(install: Installer) -> None:
     install("bells", {"leafcut.processes": {"sounding": f"{__name__}:Sounding"}})
     install("toy", {"leafcut.processes": {"engrave": f"{__name__}:Engraving"}})
-    assert {"sounding", "loud", "engrave"} <= set(registry.process_words())
+    assert {"sounding", "loud", "engrave"} <= set(registry.all_process_values())
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.part import Hole, Part
-from leafcut.processes.registry import machine_can_do, names, rate_works, work
+from leafcut.processes.registry import machine_can_do, process_names, rate_works, work
 from leafcut.processes.suitability import HOLES_PER_OUTLINE, WholeDrawing
 from leafcut.read import read_whole
 from leafcut.read.machine import load_machine, machine_names
@@ -152,7 +152,7 @@ def test_what_is_worked_is_told_by_contour() -> None:
     }
 
 
-@pytest.mark.parametrize("name_of_work", [*names(), "nest"])
+@pytest.mark.parametrize("name_of_work", [*process_names(), "nest"])
 def test_every_process_has_a_machine_that_does_it(name_of_work: str) -> None:
     assert any(machine_can_do(name_of_work, load_machine(name).head) for name in machine_names())
 
@@ -166,6 +166,6 @@ def test_beams_and_torches_do_not_drill_and_spindles_do_not_cut_sheet() -> None:
 
 
 def test_drill_files_have_a_machine_for_circuit_boards() -> None:
-    name = work("drill").machine_for("excellon")
+    name = work("drill").usual_machine("excellon")
     assert name in machine_names() and load_machine(name).spindle_max_rpm >= 40_000
-    assert work("drill").machine_for("dxf") == "" == work("solve").machine_for("excellon")
+    assert work("drill").usual_machine("dxf") == "" == work("solve").usual_machine("excellon")

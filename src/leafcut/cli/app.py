@@ -246,13 +246,16 @@ def _add(application: App, name: str, command: Callable[..., int], help: str | N
 
 
 def _working_names() -> tuple[str, ...]:
-    return ("optimize", *registry.commands(), *_WORKING)
+    return ("optimize", *registry.process_commands(), *_WORKING)
 
 
 def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
     if name in ("optimize", "filter"):
         kinds = list(registry.processes())
-        annotations = {"process": _process_flag("process", registry.process_words()), "sources": _inputs(_EVERY_INPUT)}
+        annotations = {
+            "process": _process_flag("process", registry.all_process_values()),
+            "sources": _inputs(_EVERY_INPUT),
+        }
         if name == "optimize":
             first = registry.process("drill").form[0][1]
             return resolve_name(_OPTIMIZE), kinds, {
@@ -275,7 +278,7 @@ def _process_command(process: Process) -> tuple[Callable[..., int], Sequence[Wor
     special: dict[str, Any] = {
         "first": process.form[0][1], "help": process.help, "helps": partial(_helps_of, process),
     }  # fmt: skip
-    words = [word for word in process.asked_as if word != process.command]
+    words = [word for word in process.process_values if word != process.command]
     flag = {"process": _process_flag("kind of program", ["auto", *words])} if words else {}
     report = {} if process.tabulates else {"report": _PAGE}
     special["annotations"] = {"sources": _inputs(process.takes), **report, **flag}
@@ -285,7 +288,7 @@ def _process_command(process: Process) -> tuple[Callable[..., int], Sequence[Wor
 
 def _helps_of(work: Work) -> dict[str, tuple[str, str]]:
     """Return the help texts and defaults that a kind of work replaces, such as its default machine."""
-    return {**work.helps, "machine": ("", work.usual(Settings()).machine.machine)}
+    return {**work.helps, "machine": ("", work.with_defaults(Settings()).machine.machine)}
 
 
 def _process_flag(summary: str, words: Iterable[str]) -> Any:

@@ -19,7 +19,7 @@ from leafcut.files.whole_files import check_is_there
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, typed_text
 from leafcut.processes import registry
 from leafcut.processes.base import Work
-from leafcut.processes.settings import PlacedOption, collect_settings, options_used_by, placed_options
+from leafcut.processes.settings import PlacedOption, collect_settings, options_used_by, read_options_with_lines
 
 #: Template of a defaults file with the settings of a shop. Each line is a commented example.
 TEMPLATE = f"""\
@@ -73,12 +73,12 @@ def shop_defaults(command: str | None, options_file: Path | None, defaults_file:
     """
     from_files: dict[str, tuple[PlacedOption, Path]] = {}
     for file in filter(None, (defaults_file, options_file)):
-        from_files.update({option.name: (option, file) for option in placed_options(file)})
+        from_files.update({option.name: (option, file) for option in read_options_with_lines(file)})
     if command is None:
         return [_file_row(option, file) for option, file in from_files.values()]
     work = _work_of(command)
     settings = collect_settings({}, options_file, defaults_file)
-    usual = work.usual(settings)
+    usual = work.with_defaults(settings)
     rows = []
     for group, name, spec in options_used_by(work):
         value = getattr(usual.of(group), name)

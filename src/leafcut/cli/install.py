@@ -119,7 +119,7 @@ def _choices() -> dict[str, Sequence[str]]:
     choices: dict[str, Sequence[str]] = {name: (*spec.all_choices, *spec.words) for _, name, spec in all_options()}
     choices |= {"machine": machine_names(), "dialect": [name for name, _ in dialect_list()], "shell": SHELLS}
     commands = [work.command for work in registry.works()]
-    return {**choices, "process": registry.process_words(), "command": commands}
+    return {**choices, "process": registry.all_process_values(), "command": commands}
 
 
 def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None) -> None:

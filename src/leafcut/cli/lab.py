@@ -17,7 +17,7 @@ from leafcut.cli.shared import print_json
 from leafcut.errors import OptionError, count_of
 from leafcut.files.whole_files import check_output, write_together
 from leafcut.options.option_spec import OptionSpec, convert_value
-from leafcut.processes.settings import options_of_file
+from leafcut.processes.settings import read_options_file
 
 if TYPE_CHECKING:
     from leafcut.lab.store import Store
@@ -245,7 +245,7 @@ def tune_parameters(
     from leafcut.lab.tuning import TuningTask, command_of, options_text, search_block, tune
 
     inputs, _ = expand_inputs(inputs_of(sources), "tune", folder=output)
-    shared = options_of_file(Path(options_file)) if options_file else {}
+    shared = read_options_file(Path(options_file)) if options_file else {}
     budget = {"iterations": iterations, "time_limit": time_limit}
     shared |= {name: value for name, value in budget.items() if value is not None}
     if shared.keys() >= budget.keys():

@@ -105,7 +105,7 @@ def _process(file: str, machine: str) -> str:
         return "auto"
     head = load_machine(machine).head
     processes = (process for process in registry.processes() if process.reads == "drawing" and process.name in kinds)
-    return next((process.asked_as[0] for process in processes if head in process.heads), "auto")
+    return next((process.process_values[0] for process in processes if head in process.heads), "auto")
 
 
 def check_file(words: Sequence[str]) -> str:

@@ -471,11 +471,11 @@ def nest(
         write_program(drawings[0].encode())
         outcome = replace(outcome, files=(("standard output",),))
     if as_json:
-        print_json(registry.command("nest_answer")(outcome))
+        print_json(registry.command_function("nest_answer")(outcome))
     elif quiet:
         print_issues(outcome.issues)
     else:
         from rich.console import Console
 
-        registry.command("nest_summary")(outcome, Console(stderr=to_standard_output))
+        registry.command_function("nest_summary")(outcome, Console(stderr=to_standard_output))
     return INCOMPLETE if outcome.missing else DONE

@@ -394,7 +394,7 @@ def _answer(
         return solved_as_json(solved), () if study is None else tuple(curve_of(solved.solution, study, MAX_POINTS))
     if task.command == "nest":
         nested = api.nest([str(task.input)], cancelled=cancelled, **task.options)
-        return registry.command("nest_answer")(nested), ()
+        return registry.command_function("nest_answer")(nested), ()
     word = "auto" if task.command == OPTIMIZE else task.command
     outcome = api.optimize(task.input, process=word, observe=study, cancelled=cancelled, **task.options)
     report = registry.report_of(outcome)

@@ -1,6 +1,6 @@
 """Enumerations: heads of machines, cutting methods, kinds of programs, work of rotating tools, and tool materials.
 
-The names of processes are not an enumeration, because plug-ins can add more names (`processes.registry.names`).
+The names of processes are not an enumeration, because plug-ins can add more names (`processes.registry.process_names`).
 """
 
 from __future__ import annotations

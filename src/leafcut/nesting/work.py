@@ -46,7 +46,7 @@ class Nesting(Work):
         ("solve", ("iterations", "seed", "threads")),
     )
 
-    def usual(self, settings: Settings) -> Settings:
+    def with_defaults(self, settings: Settings) -> Settings:
         """Return the settings of the process that will cut the nested sheets."""
         return with_cutting_machine(settings)
 

@@ -149,18 +149,18 @@ class Work(Protocol):
         own_options = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
         return own_options | dict(self.uses)
 
-    def usual(self, settings: Settings) -> Settings:
+    def with_defaults(self, settings: Settings) -> Settings:
         """Return the settings, completed with the defaults of this work.
 
         For example, a work may have a usual machine.
         """
         return settings
 
-    def machine_for(self, format_name: str) -> str:
+    def usual_machine(self, format_name: str) -> str:
         """Return the usual machine for files of a format. If the default machine is right for them, return ""."""
         return ""
 
-    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+    def rate_drawing(self, drawing: WholeDrawing) -> Suitability | None:
         """Rate how well a drawing suits this work. Return None if the work does not rate drawings."""
         return None
 
@@ -209,7 +209,7 @@ class Process(Work, Protocol):
     with_nearest: ClassVar[bool] = True
 
     @property
-    def asked_as(self) -> tuple[str, ...]:
+    def process_values(self) -> tuple[str, ...]:
         """The values of ``--process`` that select the process."""
         return (self.command,)
 
@@ -234,18 +234,18 @@ class Process(Work, Protocol):
         ...
 
     @property
-    def passes(self) -> Sequence[Pass]:
+    def order_passes(self) -> Sequence[Pass]:
         """The passes that improve the order after the search.
 
         They deal with costs that depend on neighbouring tasks.
         """
         return ()
 
-    def given(self, plan: Plan) -> Candidate:
+    def generate_input_order(self, plan: Plan) -> Candidate:
         """Return the motion in the order of the input."""
-        return self.generate(plan, plan.given)
+        return self.generate(plan, plan.input_order)
 
-    def nearest(self, plan: Plan) -> Candidate | None:
+    def generate_nearest_order(self, plan: Plan) -> Candidate | None:
         """Return the motion in the nearest-neighbour order.
 
         Return None if the process does not compare with this order.
@@ -284,7 +284,7 @@ class Process(Work, Protocol):
             reference, order=replace(order, solutions=tuple(solutions_of_order(plan.job, plan.stages, order)))
         )
 
-    def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
+    def write_and_verify(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Write the program of a candidate, read it back and verify it. Return the candidate with its program.
 
         Raises
@@ -312,13 +312,13 @@ class Process(Work, Protocol):
             best.path,
             plan.dialect,
             plan.job.settings.post,
-            [*header_lines(plan, given, best, self.command), *self.notes(plan, best)],
+            [*header_lines(plan, given, best, self.command), *self.header_notes(plan, best)],
             tool_names={tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools},
             rapid_velocity=max(plan.job.machine.rapid_velocity),
             preselect_tool=plan.job.machine.preselect_tool,
         )
 
-    def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
+    def header_notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
         """Return additional lines for the header of the program."""
         return ()
 
@@ -349,11 +349,11 @@ class Process(Work, Protocol):
         """Return the results that only this process has."""
         ...
 
-    def other_outputs(self, settings: Settings) -> list[Path]:
+    def extra_output_paths(self, settings: Settings) -> list[Path]:
         """Return the paths of all files that the process writes in addition to the program."""
         return []
 
-    def files(self, outcome: Outcome[Any], settings: Settings) -> dict[str, str]:
+    def extra_files(self, outcome: Outcome[Any], settings: Settings) -> dict[str, str]:
         """Return the texts of the files to write in addition to the program, keyed by file name."""
         return {}
 

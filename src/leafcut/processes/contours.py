@@ -26,7 +26,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions, SheetOptions
-from leafcut.processes.layers import kinds_of
+from leafcut.processes.layers import contour_kinds
 from leafcut.processes.placing import place_part
 from leafcut.read import read_contours
 
@@ -95,7 +95,7 @@ def prepare_sheet(
     """
     options = options or SheetOptions()
     issues = list(part.issues)
-    kinds = kinds_of(part.contours, options, issues)
+    kinds = contour_kinds(part.contours, options, issues)
     strokes = _strokes_by_kind(part.contours, kinds, issues)
     found = {k: _join_strokes(strokes.get(k, []), k, options, issues) for k in ("cut", "mark", "sheet", "maybe sheet")}
     outline, holes, price = _sheet_edge(found["sheet"])
@@ -141,14 +141,14 @@ def engraved_paths(contours: Sequence[Contour], options: SheetOptions, issues: l
     Lines are joined where they meet, and closed paths are counter-clockwise.
     """
     every = replace(options, cut_layers=(), mark_layers=("*",), sheet_layers=(), ignore_layers=())
-    strokes = _strokes_by_kind(contours, kinds_of(contours, every, issues), issues)
+    strokes = _strokes_by_kind(contours, contour_kinds(contours, every, issues), issues)
     return _join_strokes(strokes.get("mark", []), "mark", every, issues)
 
 
 def open_contours(contours: Sequence[Contour], options: SheetOptions) -> list[Contour]:
     """Return the contours on cut layers that are still open after strokes have been joined."""
     ignored: list[Issue] = []
-    strokes = _strokes_by_kind(contours, kinds_of(contours, options, ignored), ignored)
+    strokes = _strokes_by_kind(contours, contour_kinds(contours, options, ignored), ignored)
     joined = _join_strokes(strokes.get("cut", []), "cut", replace(options, open_paths="drop"), ignored)
     return [contour for contour in joined if not contour.path.closed]
 
@@ -258,10 +258,10 @@ def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline,
         )
     edge = closed[depth.index(0)]
     holes = tuple(m.path for m, deep in zip(closed, depth, strict=True) if deep)
-    return edge.path, holes, _price_in_name(edge.name)
+    return edge.path, holes, _price_in_sheet_name(edge.name)
 
 
-def _price_in_name(name: str) -> float:
+def _price_in_sheet_name(name: str) -> float:
     """Return the price in the name of a sheet, such as ``3000x1500@180``, or 0 if the name has no price."""
     _, found, text = name.rpartition("@")
     try:
@@ -466,7 +466,7 @@ def _select_bore_circles(
 
 def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
     """Group the circles of each bore, as indices. A bore is a round hole with nothing but concentric circles inside."""
-    widths = [round_diameter(m.path) for m in closed]
+    widths = [diameter_if_round(m.path) for m in closed]
     if sum(width is not None for width in widths) < 2:
         return []
     depth, parent = (column.tolist() for column in nesting_depths(shapes))
@@ -646,22 +646,22 @@ def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
     gone = {
         k
         for k, c in enumerate(sheet.contours)
-        if c.is_hole and (d := round_diameter(c.path)) is not None and not low - _SLACK <= d <= high + _SLACK
+        if c.is_hole and (d := diameter_if_round(c.path)) is not None and not low - _SLACK <= d <= high + _SLACK
     }
     if not gone:
         return sheet
-    _check_empty(sheet, gone)
+    _refuse_contours_in_excluded_holes(sheet, gone)
     places = {k: at for at, k in enumerate(k for k in range(len(sheet.contours)) if k not in gone)}
     kept = tuple(replace(sheet.contours[k], parent=places.get(sheet.contours[k].parent, -1)) for k in places)
     number = Message("1 hole") if len(gone) == 1 else Message("{} holes", len(gone))
-    first = ", ".join(_start_of(sheet.contours[k]) for k in sorted(gone)[:3]) + (" …" if len(gone) > 3 else "")
+    first = ", ".join(_start_text(sheet.contours[k]) for k in sorted(gone)[:3]) + (" …" if len(gone) > 3 else "")
     words = Message("{} outside the selected diameters left out", number)
     return replace(
         sheet, contours=kept, issues=(*sheet.issues, Issue("L205", words, Message("at {}", first), Severity.NOTE))
     )
 
 
-def round_diameter(path: Polyline) -> float | None:
+def diameter_if_round(path: Polyline) -> float | None:
     """Return the diameter of a circle, or of a polygon that approximates a circle, mm.
 
     Return None for all other shapes.
@@ -673,19 +673,19 @@ def round_diameter(path: Polyline) -> float | None:
     return wide
 
 
-def _check_empty(sheet: Sheet, gone: set[int]) -> None:
+def _refuse_contours_in_excluded_holes(sheet: Sheet, gone: set[int]) -> None:
     held = [c for c in sheet.contours if c.parent in gone]
     if held:
         around = sheet.contours[held[0].parent]
         raise PlanError(
             "the hole at {} of part {} is excluded by its diameter, but contains contours to cut or "
             "mark, at {}; change --min-diameter or --max-diameter",
-            _start_of(around),
+            _start_text(around),
             around.part,
-            _start_of(held[0]),
+            _start_text(held[0]),
         )
 
 
-def _start_of(contour: Contour) -> str:
+def _start_text(contour: Contour) -> str:
     x, y = contour.path.start
     return f"({x:g}, {y:g})"

@@ -10,7 +10,7 @@ from leafcut.kernels.compiling import announced_compilations
 from leafcut.model.outcome import Outcome
 from leafcut.model.plan import Candidate, Order
 from leafcut.model.toolpath import Kind
-from leafcut.processes.job import Job, assumed_machine_note, machine_issues, refuse_missing, refuse_too_large
+from leafcut.processes.job import Job, assumed_machine_note, machine_issues, refuse_missing_work, refuse_too_large
 from leafcut.processes.ordering import check_order, find_order
 from leafcut.processes.plan import OrderRefused, Plan
 
@@ -26,13 +26,13 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
     """
     with announced_compilations(job.report):
         plan = process.plan(job, sources, asked)
-        refuse_missing(plan.job.settings, sources[0], plan.issues)
-        given = process.given(plan)
+        refuse_missing_work(plan.job.settings, sources[0], plan.issues)
+        given = process.generate_input_order(plan)
         if process.reads == "drawing":
             _refuse_oversized_work(plan, given)
-        nearest = process.nearest(plan)
+        nearest = process.generate_nearest_order(plan)
         order = given.order if plan.keeps_given else _search_order(process, plan)
-        best = _prove_order(process, plan, order, given, nearest)
+        best = _write_verified_program(process, plan, order, given, nearest)
         best = process.finish(plan, best)
     return _build_outcome(process, plan, given, nearest, best)
 
@@ -42,7 +42,7 @@ def _search_order(process: Process, plan: Plan) -> Order:
 
     `find_order` divides its share of the time among the stages. The passes get the remaining time. The lower bounds of
     the stages have a separate deadline (`Job.bounds`), and verification has no time limit. Pockets are also ordered in
-    `Process.given`.
+    `Process.generate_input_order`.
     """
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
     for improve in process.passes:
@@ -58,8 +58,10 @@ def _refuse_oversized_work(plan: Plan, given: Candidate) -> None:
     refuse_too_large(check_envelope(given.path, plan.job.machine), plan.part, plan.job.settings)
 
 
-def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
-    """Write the program of an order, read it back and verify it (`Process.prove`). Return the candidate with its text.
+def _write_verified_program(
+    process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None
+) -> Candidate:
+    """Write the program of an order and verify it (`Process.write_and_verify`). Return the candidate with its text.
 
     A program from another CAM system may fail the verification. Then the next trial leaves the tasks at fault at their
     original position. In all other processes, VerifyError ends the job.
@@ -69,7 +71,7 @@ def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, n
         try:
             best = process.fastest(plan, process.generate(plan, order), given, nearest)
             order = best.order
-            return process.prove(plan, given, best)
+            return process.write_and_verify(plan, given, best)
         except OrderRefused as refused:
             trial += 1
             order = process.keep_in_place(plan, order, refused, trial)

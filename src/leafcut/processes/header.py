@@ -37,12 +37,12 @@ def header_lines(plan: Plan, given: Candidate, best: Candidate, command: str) ->
     if negative:
         lines.append(f"the part reaches the negative side of the zero in {negative}")
     for axis, minimum, maximum in zip("XYZ", *best.path.extents, strict=True):
-        lines.append(f"{axis} {_short(minimum / scale)} to {_short(maximum / scale)} {unit}")
+        lines.append(f"{axis} {_length_text(minimum / scale)} to {_length_text(maximum / scale)} {unit}")
     before, after = format_time(given.measure.time_s), format_time(best.measure.time_s)
     return [*lines, f"estimated time {after}, {plan.compared_with} {before}", DIGEST_LINE]
 
 
-def _short(length: float) -> str:
+def _length_text(length: float) -> str:
     return f"{round(length, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
 
 

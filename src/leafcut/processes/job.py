@@ -114,7 +114,7 @@ def plane_point(point: tuple[float, ...] | None) -> Point | None:
     return None if point is None else (point[0], point[1])
 
 
-def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
+def check_tool_change_options(machine: Machine, dialect: Dialect) -> None:
     """Raise OptionError if the machine changes tools in a way that the controller does not support."""
     for supported, reason in (
         (machine.tool_changer, Message("the tools of this machine are changed by hand")),
@@ -162,7 +162,7 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
         raise
 
 
-def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) -> None:
+def refuse_missing_work(settings: Settings, source: object, issues: Iterable[Issue]) -> None:
     """Raise PlanError if some work is missing and ``--strict`` is set."""
     missing = missing_work(issues) if settings.read.strict else ()
     if missing:

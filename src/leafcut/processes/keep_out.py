@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _FLAT = 1e-6
 
 
-def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles, list[Issue]]:
+def keep_out_obstacles(job: Job, program: Program, beam: bool) -> tuple[Obstacles, list[Issue]]:
     """Return the obstacles that ``--keep-out`` defines for a program, and the issues.
 
     Raises
@@ -49,7 +49,7 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles, lis
     known = None if beam else library_of(job.settings, job.machine)
     library = {} if known is None else known.by_number
     radii, unknown = ({}, []) if beam else _tool_radii(program, library)
-    lifts = _has_lifts(program.path)
+    lifts = _moves_z(program.path)
     heights = crossing_heights(settings.keep_out, settings.clearance_height)
     heights = heights if lifts else np.full(len(zones), math.inf)
     if not lifts and "clearance_height" in job.settings.asked:
@@ -109,7 +109,7 @@ def obstacle_hits(job: Job, obstacles: Obstacles, path: Toolpath) -> list[Differ
     )
 
 
-def _has_lifts(path: Toolpath) -> bool:
+def _moves_z(path: Toolpath) -> bool:
     if (path.kind == Kind.DRILL).any():
         return True
     z = path.end[np.isin(path.kind, [int(k) for k in MOTIONS]), 2]

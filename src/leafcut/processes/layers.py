@@ -13,7 +13,7 @@ from leafcut.options import SheetOptions
 from leafcut.options.drawings import MARK_NAMES, SHEET_NAMES
 
 
-def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[str]:
+def contour_kinds(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[str]:
     """Return the kind of each contour: ``cut``, ``mark``, ``sheet``, ``maybe sheet``, or "" for a contour to ignore.
 
     ``maybe sheet`` means that only the layer name suggests the outline of the sheet. If the drawing states a kind, only
@@ -41,10 +41,10 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
         )
         issues.append(Issue("L211", Message("not cut: {}", layers), severity=Severity.NOTE))
     kinds = ["" if k == "ignore" else k or "cut" for k in known]
-    return _resolve_texts(contours, kinds, issues)
+    return _resolve_text_kinds(contours, kinds, issues)
 
 
-def _resolve_texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
+def _resolve_text_kinds(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
     """Decide which texts are marked, and return the kinds of all contours.
 
     A text is marked if it is on a mark layer and its font has strokes. All other texts are ignored.

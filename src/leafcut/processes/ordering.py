@@ -105,9 +105,9 @@ def find_order(
         return part
 
     if options.algorithm != "nn" and any(len(stage.first) for stage in stages):
-        solutions = _order_after_first(job, stages, search, options)
+        solutions = _order_stages_with_first_choices(job, stages, search, options)
     else:
-        solutions = solve_together(stages, search, options, quick, job.cancelled, bounds)
+        solutions = solve_linked_stages(stages, search, options, quick, job.cancelled, bounds)
     order = Order(tuple(solution.nodes for solution in solutions), tuple(solutions))
     check_order(stages, order)
     return order
@@ -182,7 +182,9 @@ def _add_bound(job: Job, problem: RoutingProblem, solution: Solution, share: flo
     return certify(problem, solution, None, job.cancelled, deadline=job.bounds.part(share))
 
 
-def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
+def _order_stages_with_first_choices(
+    job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions
+) -> list[Solution]:
     """Order the stages one after another. Each stage starts with the choices that the user wants to come first."""
     from leafcut.order.solve import keep_better
 
@@ -192,7 +194,7 @@ def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, opt
         if not len(first):
             solution = keep_better(problem, search(number, problem, options), stage.given)
         else:
-            remaining, node_of = _remove_ends(problem, first, first[:0])
+            remaining, node_of = _without_end_clusters(problem, first, first[:0])
             solution = Solution(first, 0.0, problem.metric.unit, "given", 0)
             if len(node_of):
                 # The bound holds for the whole stage only.
@@ -205,7 +207,7 @@ def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, opt
     return solutions
 
 
-def solve_together(
+def solve_linked_stages(
     stages: Sequence[Stage],
     search: SearchOne,
     options: SolveOptions,
@@ -320,7 +322,7 @@ def _search_between(
     low, high = int(fixed[0]), len(known_path) - int(fixed[1])
     if high - low < 2:
         return _known_solution(problem, known_path, options)
-    inner, node_of = _remove_ends(problem, known_path[:low], known_path[high:])
+    inner, node_of = _without_end_clusters(problem, known_path[:low], known_path[high:])
     solution = search(number, inner, replace(options, bound=False) if low or high < len(known_path) else options)
     nodes = np.concatenate([known_path[:low], node_of[solution.nodes], known_path[high:]]).astype(np.int32)
     if path_cost(problem, known_path) < path_cost(problem, nodes):
@@ -332,7 +334,7 @@ def _known_solution(problem: RoutingProblem, nodes: Ints, options: SolveOptions)
     return Solution(nodes, 0.0, problem.metric.unit, "exact", options.seed)
 
 
-def _remove_ends(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:
+def _without_end_clusters(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:
     removed = np.isin(problem.cluster, problem.cluster[np.concatenate([first, last])])
     node_of = np.flatnonzero(~removed).astype(np.int32)
     clusters, cluster = np.unique(problem.cluster[node_of], return_inverse=True)

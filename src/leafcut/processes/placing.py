@@ -36,12 +36,12 @@ _SAME_ANGLE = 1e-9
 
 def place_part(part: Part, options: ReadOptions) -> Part:
     """Mirror, rotate and move a part according to the options, and record the program zero."""
-    matrix = _matrix(options)
+    matrix = _mirror_and_rotate_matrix(options)
     x, y = _origin(part, matrix, options)
     # The transpose of the matrix is its inverse: the zero in the original drawing.
     zero_in_drawing = (matrix.T @ (x, y)).tolist()
     zero = replace(
-        part.zero or ProgramZero(), place=_place_name(part, options), x=zero_in_drawing[0], y=zero_in_drawing[1]
+        part.zero or ProgramZero(), place=_zero_point_name(part, options), x=zero_in_drawing[0], y=zero_in_drawing[1]
     )
     moved = part
     if (x, y) != (0.0, 0.0) or not np.array_equal(matrix, np.eye(2)):
@@ -51,14 +51,14 @@ def place_part(part: Part, options: ReadOptions) -> Part:
 
 def place_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
     """Place the mesh of a part's surface in the same way as the part. `part` is the part before placing."""
-    matrix = _matrix(options)
+    matrix = _mirror_and_rotate_matrix(options)
     x, y = _origin(part, matrix, options)
     triangles = mesh.triangles.copy()
     triangles[:, :, :2] = triangles[:, :, :2] @ matrix.T - (x, y)
     return replace(mesh, triangles=triangles)
 
 
-def upright_mesh(mesh: Mesh, part: Part) -> Mesh:
+def turn_mesh_like_part(mesh: Mesh, part: Part) -> Mesh:
     """Rotate and shift a mesh in the same way as the solid of a part.
 
     If the part comes from a drawing, the mesh does not change.
@@ -81,10 +81,10 @@ def placement_text(file: str, part: Part, options: ReadOptions) -> str:
     texts = [Path(file).name]
     if part.zero is not None and part.zero.up:
         texts += [f"{part.zero.up} up"] if part.zero.up != "z" else []
-        texts += [f"Z0 at Z{_exact_length(part.zero.z)} mm"] if part.zero.z else []
+        texts += [f"Z0 at Z{_length_text(part.zero.z)} mm"] if part.zero.z else []
     if options.origin is not None:
-        x, y = _origin(part, _matrix(options), options)
-        texts.append(f"zero at X{_exact_length(x)} Y{_exact_length(y)} mm")
+        x, y = _origin(part, _mirror_and_rotate_matrix(options), options)
+        texts.append(f"zero at X{_length_text(x)} Y{_length_text(y)} mm")
     if options.mirror:
         texts.append(f"mirrored {options.mirror}")
     if options.rotate:
@@ -109,11 +109,11 @@ def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> s
     return " and ".join(axes)
 
 
-def _exact_length(length: float) -> str:
+def _length_text(length: float) -> str:
     return f"{length + 0.0:.6f}".rstrip("0").rstrip(".")
 
 
-def _matrix(options: ReadOptions) -> NDArray[np.float64]:
+def _mirror_and_rotate_matrix(options: ReadOptions) -> NDArray[np.float64]:
     """Return a matrix that first mirrors a point and then rotates it, float64[2, 2]."""
     mirror = np.diag([-1.0 if options.mirror == "x" else 1.0, -1.0 if options.mirror == "y" else 1.0])
     quarters = round(options.rotate / (0.5 * math.pi))
@@ -133,7 +133,7 @@ def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tu
     return box[0] + across * (box[2] - box[0]), box[1] + up * (box[3] - box[1])
 
 
-def _place_name(part: Part, options: ReadOptions) -> str:
+def _zero_point_name(part: Part, options: ReadOptions) -> str:
     """Return a name for the point that becomes the zero, such as "lower left corner of the part".
 
     If the user gave the point as coordinates, the name is empty.

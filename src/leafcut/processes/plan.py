@@ -75,7 +75,7 @@ class Plan:
     limits: Machine | None = None
 
     @property
-    def given(self) -> Order:
+    def input_order(self) -> Order:
         """The tasks in the order of the input."""
         return Order(tuple(stage.given for stage in self.stages))
 

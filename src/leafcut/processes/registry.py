@@ -81,7 +81,7 @@ def _create_plugin_process(name: str, entry: Any) -> Process:
         )
     if not re.fullmatch(r"[a-z][a-z0-9-]*", name):
         raise ValueError("its name must be lower-case letters, digits and -")
-    if reserved := sorted(_reserved_words() & set(instance.asked_as)):
+    if reserved := sorted(_reserved_words() & set(instance.process_values)):
         raise ValueError(f"leafcut already has a process '{reserved[0]}'")
     shared = [*SHARED, *(group for built_in in (*BUILT_IN, *OTHER_WORKS) for group in work(built_in).options)]
     for group in instance.options:
@@ -105,7 +105,7 @@ def _reserved_words() -> frozenset[str]:
         {
             *OTHER_COMMANDS,
             *BUILT_IN,
-            *(word for process_ in built_in for word in (process_.command, *process_.asked_as)),
+            *(word for process_ in built_in for word in (process_.command, *process_.process_values)),
         }
     )
 
@@ -114,7 +114,7 @@ def _unique_names(process_: Process) -> tuple[str, ...]:
     """Return the names that no two processes may share: values of ``--process``, tables of options, and flags."""
     tables = (f"[{group.section}]" for group in process_.options)
     flags = (flag_name(option) for group in process_.options for option in group.specs())
-    return (*(f"--process {word}" for word in process_.asked_as), *tables, *flags)
+    return (*(f"--process {word}" for word in process_.process_values), *tables, *flags)
 
 
 #: Processes from other packages. Each entry point is a class that inherits from `base.Process`.
@@ -130,11 +130,11 @@ PACKAGED = PluginKind(
 
 def process(name: str) -> Process:
     """Return the process with a name. Raises OptionError if the name is unknown, or if the plug-in cannot be used."""
-    return _built_in(name) if name in BUILT_IN else PACKAGED.load(name)
+    return _built_in_process(name) if name in BUILT_IN else PACKAGED.load(name)
 
 
 @cache
-def _built_in(name: str) -> Process:
+def _built_in_process(name: str) -> Process:
     instance: Process = resolve_name(BUILT_IN[name])()
     return instance
 
@@ -146,14 +146,14 @@ def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
     return process(outcome.made_by or usual).report(outcome)
 
 
-def names() -> tuple[str, ...]:
+def process_names() -> tuple[str, ...]:
     """Return the names of all processes. Built-in processes come first."""
     return (*BUILT_IN, *PACKAGED.names())
 
 
-def commands() -> tuple[str, ...]:
+def process_commands() -> tuple[str, ...]:
     """Return the commands of all processes. This does not load the processes."""
-    return tuple(_COMMAND_OF.get(name, name) for name in names())
+    return tuple(_COMMAND_OF.get(name, name) for name in process_names())
 
 
 def process_of_command(word: str) -> Process | None:
@@ -174,14 +174,18 @@ def drawing_process(word: str) -> Process | None:
     named = None if word == "auto" else process_of_command(word)
     candidates = [named] if named or word == "auto" else processes()
     return next(
-        (process_ for process_ in candidates if process_ and process_.reads == "drawing" and word in process_.asked_as),
+        (
+            process_
+            for process_ in candidates
+            if process_ and process_.reads == "drawing" and word in process_.process_values
+        ),
         None,
     )
 
 
 def processes() -> Iterator[Process]:
     """Yield all processes, but skip plug-ins that cannot be loaded. Call `process` to get the reason."""
-    for name in names():
+    for name in process_names():
         try:
             yield process(name)
         except OptionError:
@@ -189,7 +193,7 @@ def processes() -> Iterator[Process]:
                 raise
 
 
-def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
+def option_groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
     """Return the shared groups of options and the groups `own`.
 
     By default, `own` contains the groups of all types of work.
@@ -216,19 +220,19 @@ def _other_work(name: str) -> Work:
     return instance
 
 
-def command(name: str) -> Any:
+def command_function(name: str) -> Any:
     """Return the Python function that runs a command."""
     return resolve_name(COMMANDS[name])
 
 
-def process_words() -> tuple[str, ...]:
+def all_process_values() -> tuple[str, ...]:
     """Return all values of ``--process``. The values for drawings come before the values for programs."""
     words = [
         word
         for kind in ("drawing", "program")
         for process_ in processes()
         if process_.reads == kind
-        for word in process_.asked_as
+        for word in process_.process_values
     ]
     return ("auto", *dict.fromkeys(words))
 
@@ -244,7 +248,7 @@ def offered_works(works: Sequence[str], format_name: str) -> tuple[str, ...]:
 
 def rate_works(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
     """Rate a drawing for each type of work that rates drawings. The highest rating comes first."""
-    ratings = {name: work(name).suits(drawing) for name in works}
+    ratings = {name: work(name).rate_drawing(drawing) for name in works}
     given_ratings = {name: rating for name, rating in ratings.items() if rating is not None}
     return dict(sorted(given_ratings.items(), key=lambda pair: -pair[1].score))
 
@@ -269,9 +273,9 @@ def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -
 
     @cache
     def drawing() -> WholeDrawing | None:
-        return _whole_drawing(source, settings)
+        return _read_whole_drawing(source, settings)
 
-    names = _fitting_options(_fitting_machine(names, settings), settings)
+    names = _names_fitting_options(_names_fitting_machine(names, settings), settings)
     others = [name for name in names if name != _PART]
     if others != names and others:
         if _is_part_for_mill(names, drawing, settings):
@@ -282,11 +286,11 @@ def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -
         commands = [f"leafcut {_COMMAND_OF.get(name, name)} {source.path}" for name in names]
         choices = " or ".join(", ".join(commands).rsplit(", ", 1))
         raise OptionError("{}: several kinds of work are possible; use {}", source.path, choices)
-    chosen = names[0] if len(names) == 1 else _named_by_layers(names, source, drawing, settings) or usual_name
+    chosen = names[0] if len(names) == 1 else _process_named_by_layers(names, source, drawing, settings) or usual_name
     return "auto" if chosen == usual_name else _COMMAND_OF.get(chosen, chosen)
 
 
-def _fitting_machine(names: list[str], settings: Settings) -> list[str]:
+def _names_fitting_machine(names: list[str], settings: Settings) -> list[str]:
     if "machine" not in settings.given:
         return names
     from leafcut.read.machine import load_machine
@@ -295,13 +299,13 @@ def _fitting_machine(names: list[str], settings: Settings) -> list[str]:
     return [name for name in names if machine_can_do(name, head)] or names
 
 
-def _fitting_options(names: list[str], settings: Settings) -> list[str]:
+def _names_fitting_options(names: list[str], settings: Settings) -> list[str]:
     if len(names) < 2 or settings.asked <= process(names[0]).used().keys():
         return names
     return [name for name in names if settings.asked <= process(name).used().keys()] or names
 
 
-def _named_by_layers(
+def _process_named_by_layers(
     names: list[str], source: Source, drawing: Callable[[], WholeDrawing | None], settings: Settings
 ) -> str:
     """Return the process that the layer names of a drawing suggest. If the drawing has many holes, return ""."""
@@ -327,7 +331,7 @@ def _ratings(names: list[str], drawing: WholeDrawing | None) -> dict[str, Suitab
     return {} if drawing is None else rate_works(names, drawing)
 
 
-def _whole_drawing(source: Source, settings: Settings) -> WholeDrawing | None:
+def _read_whole_drawing(source: Source, settings: Settings) -> WholeDrawing | None:
     from leafcut.processes.suitability import WholeDrawing
     from leafcut.read import read_whole
 
@@ -340,8 +344,8 @@ def _whole_drawing(source: Source, settings: Settings) -> WholeDrawing | None:
 def check_process_value(word: str) -> None:
     """Raise OptionError if a value of ``--process`` is unknown."""
     named = None if word == "auto" else process_of_command(word)
-    if word != "auto" and not (named and word in named.asked_as) and word not in process_words():
-        raise OptionError("--process: unknown process '{}'; choose one of {}", word, ", ".join(process_words()))
+    if word != "auto" and not (named and word in named.process_values) and word not in all_process_values():
+        raise OptionError("--process: unknown process '{}'; choose one of {}", word, ", ".join(all_process_values()))
 
 
 def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
@@ -351,21 +355,21 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     cannot read the inputs.
     """
     if len(inputs) > 1:
-        return _joining_process(inputs, asked)
+        return _process_for_several_inputs(inputs, asked)
     if asked == "auto":
-        return process(_usual_name(inputs))
+        return process(_usual_process_name(inputs))
     kind = _input_kind(inputs)
     named = process_of_command(asked)
-    if named and named.reads == kind and asked in named.asked_as:
+    if named and named.reads == kind and asked in named.process_values:
         return named
     fitting = [process_ for process_ in processes() if process_.reads == kind]
     for process_ in fitting:
         if asked in process_.instead:
             raise OptionError("{}: {}: {}", inputs[0][1], asked, process_.instead[asked])
     for process_ in fitting:
-        if asked in process_.asked_as:
+        if asked in process_.process_values:
             return process_
-    words = " or ".join(", ".join(word for process_ in fitting for word in process_.asked_as).rsplit(", ", 1))
+    words = " or ".join(", ".join(word for process_ in fitting for word in process_.process_values).rsplit(", ", 1))
     raise OptionError("{}: {}: the input is a drawing, not a program; use {}", inputs[0][1], asked, words)
 
 
@@ -373,12 +377,12 @@ def _input_kind(inputs: Sequence[tuple[Format, Source]]) -> str:
     return "program" if "program" in inputs[0][0].processes else "drawing"
 
 
-def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
+def _usual_process_name(inputs: Sequence[tuple[Format, Source]]) -> str:
     if len(inputs) > 1:
-        return _joining_process(inputs, "auto").name
+        return _process_for_several_inputs(inputs, "auto").name
     format_, kind = inputs[0][0], _input_kind(inputs)
     name = format_.processes[0] if len(format_.processes) == 1 else ""
-    if name in names():
+    if name in process_names():
         with suppress(OptionError):  # a plug-in that cannot be used
             process_ = process(name)
             if process_.by_itself and process_.reads == kind:
@@ -391,14 +395,14 @@ def needed_process_value(inputs: Sequence[tuple[Format, Source]], asked: str, ch
 
     If the inputs alone determine the process, return "".
     """
-    implied = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
+    implied = asked in ("auto", chosen.command) and _usual_process_name(inputs) == chosen.name
     return "" if implied else asked
 
 
-def _joining_process(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
+def _process_for_several_inputs(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     for process_ in processes():
         other_files = [source for format_, source in inputs if format_.name != process_.joins]
-        if process_.joins and not other_files and asked in ("auto", *process_.asked_as):
+        if process_.joins and not other_files and asked in ("auto", *process_.process_values):
             return process_
         if process_.joins:
             reason = (

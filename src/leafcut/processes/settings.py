@@ -48,16 +48,16 @@ def collect_settings(
         If a name is unknown, or a value is out of bounds. For a file, the message names the line.
     """
     asked = frozenset(name for name, value in values.items() if value is not None)
-    groups = registry.groups(own)
+    groups = registry.option_groups(own)
     if file or defaults or not asked <= _groups_by_option(groups).keys():
-        groups = registry.groups()
+        groups = registry.option_groups()
     given: dict[type[OptionGroup], dict[str, Any]] = {group: {} for group in groups}
     from_defaults: set[str] = set()
     if defaults:
-        for group, table in _file_tables(defaults):
+        for group, table in _read_option_tables(defaults):
             given[group].update(resolve_files(defaults.parent, table))
             from_defaults.update(table)
-    for group, table in _file_tables(file) if file else ():
+    for group, table in _read_option_tables(file) if file else ():
         given[group].update(table)
         from_defaults.difference_update(table)
     for name in asked:
@@ -69,7 +69,7 @@ def collect_settings(
 
 def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
     """Yield every option as (group, name, specification), in the order of the documentation."""
-    for group in registry.groups():
+    for group in registry.option_groups():
         for name, spec in group.specs().items():
             yield group, name, spec
 
@@ -82,7 +82,7 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
     """
     if group := _groups_by_option(tuple(groups)).get(name):
         return group
-    names = _groups_by_option(registry.groups())
+    names = _groups_by_option(registry.option_groups())
     if name not in names:
         raise OptionError(why_removed(name) or Message("unknown option '{}'{}", name, name_suggestion(name, names)))
     return names[name]
@@ -97,19 +97,19 @@ def _groups_by_option(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[O
     return {name: group for group in groups for name in group.specs()}
 
 
-def options_of_file(file: Path) -> dict[str, Any]:
+def read_options_file(file: Path) -> dict[str, Any]:
     """Return the options of a TOML file as they are written.
 
     Raises OptionError if the file cannot be read, or if a name is unknown.
     """
-    return {name: value for _, table in _file_tables(file) for name, value in table.items()}
+    return {name: value for _, table in _read_option_tables(file) for name, value in table.items()}
 
 
 def options_used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
     """Yield each option that at least one of the given types of work uses, as (group, name, specification)."""
     used = {name for work in works for name in work.used()}
     own_groups = [group for work in works for group in work.options]
-    for group in registry.groups(own_groups):
+    for group in registry.option_groups(own_groups):
         for name, spec in group.specs().items():
             if name in used:
                 yield group, name, spec
@@ -126,11 +126,11 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
         if name in settings.asked:
             raise OptionError("{}: {}", flag_name(name), reason)
     used = without(settings, unused) if unused else settings
-    _check_files(used)
+    _check_input_files_exist(used)
     return used
 
 
-def _check_files(settings: Settings) -> None:
+def _check_input_files_exist(settings: Settings) -> None:
     """Raise OptionError if an option names a missing file. The readers report all other errors."""
     for name in sorted(settings.given):
         group = group_of(name, settings.groups)
@@ -138,7 +138,7 @@ def _check_files(settings: Settings) -> None:
             check_is_there(flag_name(name), getattr(settings.of(group), name))
 
 
-def files_read(settings: Settings) -> list[str]:
+def input_file_names(settings: Settings) -> list[str]:
     """Return the names of the input files in the given options."""
     groups = [(name, group_of(name, settings.groups)) for name in sorted(settings.given)]
     values = [(group.specs()[name], getattr(settings.of(group), name)) for name, group in groups]
@@ -199,7 +199,7 @@ def _groups_by_table() -> dict[str, dict[str, type[OptionGroup]]]:
 
     The table of a process also accepts the shared options that the process uses.
     """
-    sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.groups()}
+    sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.option_groups()}
     group_of_option = {name: group for group, name, _ in all_options()}
     for process in registry.processes():
         for own_group in process.options:
@@ -209,9 +209,9 @@ def _groups_by_table() -> dict[str, dict[str, type[OptionGroup]]]:
     return sections
 
 
-def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
+def _read_option_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
     tables: dict[type[OptionGroup], dict[str, Any]] = {}
-    for option in placed_options(file):
+    for option in read_options_with_lines(file):
         tables.setdefault(option.group, {})[option.name] = option.value
     yield from tables.items()
 
@@ -226,7 +226,7 @@ class PlacedOption:
     line: int | None
 
 
-def placed_options(file: Path) -> list[PlacedOption]:
+def read_options_with_lines(file: Path) -> list[PlacedOption]:
     """Return the options of a TOML file with their lines. Each option is checked separately.
 
     Raises OptionError if the file cannot be read, or if an option is unknown, invalid or given twice. The message names

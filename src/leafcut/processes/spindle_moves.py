@@ -96,7 +96,7 @@ def take_tool(
         builder.coolant(2)
 
 
-def rise(builder: ToolpathBuilder, machine: Machine, clearance: float) -> None:
+def retract(builder: ToolpathBuilder, machine: Machine, clearance: float) -> None:
     """Retract to the safe height of the machine.
 
     If the machine has no safe height, retract to the `clearance` height, mm.
@@ -114,12 +114,12 @@ def stop_spindle(builder: ToolpathBuilder, coolant: bool) -> None:
         builder.coolant(0)
 
 
-def leave_tool(builder: ToolpathBuilder, machine: Machine, height: float, *, coolant: bool) -> None:
+def move_to_tool_change(builder: ToolpathBuilder, machine: Machine, height: float, *, coolant: bool) -> None:
     """Retract, move to the position for tool changes, and stop the spindle.
 
     The tool retracts to the safe height. If there is no safe height, it retracts to `height`, mm.
     """
-    rise(builder, machine, height)
+    retract(builder, machine, height)
     if machine.tool_change_position is not None:
         builder.machine(*machine.tool_change_position)
     stop_spindle(builder, coolant)
@@ -133,6 +133,6 @@ def end_program(
     """Move to the end point, if the user gave one. Then retract, stop the spindle, and end the program."""
     if end is not None:
         builder.rapid(*end)
-    rise(builder, machine, clearance)
+    retract(builder, machine, clearance)
     stop_spindle(builder, coolant)
     builder.end()

@@ -58,53 +58,53 @@ class WholeDrawing:
         """The names of the layers that contain geometry."""
         return sorted({item.layer for items in (self.part.contours, self.part.holes) for item in items} - {""})
 
-    def layers_named(self, patterns: Sequence[str]) -> list[str]:
+    def layers_matching(self, patterns: Sequence[str]) -> list[str]:
         """Return the layers whose names match at least one of the patterns. Case is ignored."""
         return [layer for layer in self.layers if layer_matcher(patterns)(layer)]
 
-    def holes_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
+    def hole_mask_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
         """Return a mask of the holes on the given layers."""
         return np.array([h.layer in layers for h in self.part.holes], dtype=np.bool_)
 
-    def contours_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
+    def contour_mask_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
         """Return a mask of the contours on the given layers."""
         return np.array([c.layer in layers for c in self.part.contours], dtype=np.bool_)
 
     @property
-    def closed(self) -> NDArray[np.bool_]:
+    def closed_mask(self) -> NDArray[np.bool_]:
         """Mask of closed contours, bool[n]."""
         return np.array([c.path.closed for c in self.part.contours], dtype=np.bool_)
 
     @cached_property
-    def worked_mask(self) -> NDArray[np.bool_]:
+    def machined_mask(self) -> NDArray[np.bool_]:
         """Mask of the contours to machine, bool[n].
 
         Texts, marks, and contours on layers that are named for marks are excluded.
         """
         kinds = np.array([c.kind not in ("text", "mark") for c in self.part.contours], dtype=np.bool_)
-        plain = kinds & ~self.contours_on(self.layers_named(MARK_NAMES))
+        plain = kinds & ~self.contour_mask_on(self.layers_matching(MARK_NAMES))
         return plain if plain.any() else kinds
 
     @cached_property
     def drilled_mask(self) -> NDArray[np.bool_]:
         """Mask of the contours that are circles and small enough to drill, bool[n]."""
-        widths = np.array([_diameter(c) for c in self.part.contours], dtype=np.float64)
-        return self.worked_mask & (widths > 0.0) & (widths <= WIDEST_DRILLED)
+        widths = np.array([_circle_diameter(c) for c in self.part.contours], dtype=np.float64)
+        return self.machined_mask & (widths > 0.0) & (widths <= WIDEST_DRILLED)
 
     @cached_property
-    def narrow(self) -> NDArray[np.bool_]:
+    def narrow_hole_mask(self) -> NDArray[np.bool_]:
         """Mask of the holes that are small enough to drill, bool[n]. Points are included."""
         return self.part.diameters <= WIDEST_DRILLED
 
     @cached_property
     def n_holes(self) -> int:
         """Number of round holes, points and slots."""
-        return int(np.count_nonzero(self.drilled_mask) + np.count_nonzero(self.narrow)) + len(self.part.slots)
+        return int(np.count_nonzero(self.drilled_mask) + np.count_nonzero(self.narrow_hole_mask)) + len(self.part.slots)
 
     @cached_property
     def _outlines(self) -> list[Contour]:
         """The contours that are not drilled."""
-        return self._contours_of(self.worked_mask & ~self.drilled_mask)
+        return self._contours_of(self.machined_mask & ~self.drilled_mask)
 
     @cached_property
     def _open_lines(self) -> list[Contour]:
@@ -113,7 +113,7 @@ class WholeDrawing:
     @cached_property
     def n_outlines(self) -> int:
         """Number of outlines that are not drilled. Open lines that meet count as one outline."""
-        wide = int(np.count_nonzero(~self.narrow))
+        wide = int(np.count_nonzero(~self.narrow_hole_mask))
         return wide + sum(c.path.closed for c in self._outlines) + _count_chains(self._open_lines)
 
     @cached_property
@@ -123,9 +123,9 @@ class WholeDrawing:
         Open lines are joined first if they meet.
         """
         outlines: list[Any] = [_area(c) for c in self._outlines if c.path.closed]
-        outlines += _areas(self._open_lines)
+        outlines += _enclosed_areas(self._open_lines)
         inside = [(hole.x, hole.y) for hole in self.part.holes if hole.diameter > 0.0]
-        inside += [c.path.start for c in self._contours_of(self.worked_mask)]
+        inside += [c.path.start for c in self._contours_of(self.machined_mask)]
         if not outlines or not inside:
             return False
         # Joining moves the points of an outline, so areas are shrunk: no outline may contain its own points.
@@ -136,18 +136,18 @@ class WholeDrawing:
         return [c for c, chosen in zip(self.part.contours, mask, strict=True) if chosen]
 
     @property
-    def share_of_outlines(self) -> float:
+    def outline_share(self) -> float:
         """Share of the outlines in the weight of outlines and holes together, from 0 to 1."""
         weight = HOLES_PER_OUTLINE * self.n_outlines
         return weight / max(weight + self.n_holes, 1)
 
     @property
-    def figures(self) -> dict[str, int | str]:
+    def counts(self) -> dict[str, int | str]:
         """The numbers of holes and outlines, for messages."""
         return {"holes": self.n_holes, "outlines": self.n_outlines}
 
 
-def _diameter(contour: Contour) -> float:
+def _circle_diameter(contour: Contour) -> float:
     """Return the diameter of a circle, or 0 for any other contour. Readers store a circle as two half circles."""
     vertices = contour.path.vertices
     if not contour.path.closed or len(vertices) != 2 or not np.all(np.abs(np.abs(vertices[:, 2]) - 1.0) < 1e-6):
@@ -160,7 +160,7 @@ def _area(outline: Contour) -> shapely.Polygon:
     return shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
 
 
-def _areas(lines: Sequence[Contour]) -> list[shapely.Geometry]:
+def _enclosed_areas(lines: Sequence[Contour]) -> list[shapely.Geometry]:
     """Return the areas that open lines enclose. Ends that are closer than the tolerance are joined."""
     if not lines:
         return []

@@ -15,7 +15,7 @@ from leafcut.units import parse_quantity
 ABOVE = 1.0
 
 
-def _coordinate(text: str) -> float:
+def _parse_coordinate(text: str) -> float:
     try:
         return float(text)
     except ValueError:
@@ -28,7 +28,7 @@ def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
     Each number may have a unit, and the corners may be in any order. The result does not include the heights; use
     `crossing_heights` for them. Raises OptionError if a text does not have four or five finite numbers.
     """
-    rows = [(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) for x0, y0, x1, y1, _ in map(_zone, rectangles)]
+    rows = [(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) for x0, y0, x1, y1, _ in map(_parse_zone, rectangles)]
     return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
 
@@ -37,11 +37,11 @@ def crossing_heights(rectangles: Sequence[str], otherwise: float) -> NDArray[np.
 
     This is `ABOVE` mm above the zone. If a zone has no height, it is `otherwise`.
     """
-    tops = np.array([top for *_, top in map(_zone, rectangles)], dtype=np.float64)
+    tops = np.array([top for *_, top in map(_parse_zone, rectangles)], dtype=np.float64)
     return np.where(np.isnan(tops), otherwise, tops + ABOVE)
 
 
-def boxes_of(rectangles: Sequence[str], bottom: float) -> NDArray[np.float64]:
+def zone_boxes(rectangles: Sequence[str], bottom: float) -> NDArray[np.float64]:
     """Convert each zone that has a height to a box that starts at the height `bottom`.
 
     A box consists of its lower and upper corner, float64[k, 6], mm.
@@ -64,10 +64,10 @@ def refuse_higher_zones(rectangles: Sequence[str], clearance: float) -> None:
             )
 
 
-def _zone(text: str) -> tuple[float, float, float, float, float]:
+def _parse_zone(text: str) -> tuple[float, float, float, float, float]:
     """Return the corners and the height of a zone, mm. If the zone has no height, the height is NaN."""
     try:
-        numbers = [_coordinate(word) for word in text.split()]
+        numbers = [_parse_coordinate(word) for word in text.split()]
     except (OptionError, ValueError):
         numbers = []
     if len(numbers) not in (4, 5):

@@ -26,7 +26,7 @@ class NestResult(Result, NestOutcome):
         return f"{count_of(best.n_placed, 'part')} on {count_of(best.n_sheets, 'sheet')}, {used}, by {best.method}"
 
     def _answer(self) -> dict[str, Any]:
-        answer: dict[str, Any] = registry.command("nest_answer")(self)
+        answer: dict[str, Any] = registry.command_function("nest_answer")(self)
         return answer
 
     def _picture(self) -> str:

@@ -446,7 +446,7 @@ def test_pecks_go_back_into_the_hole_by_a_rapid(folder: Path, dialect: str) -> N
 def test_a_holder_that_is_planned_too_low_is_not_written(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("leafcut.processes.drilling.plan.work_surface.check_bodies", lambda *_: None)
+    monkeypatch.setattr("leafcut.processes.drilling.plan.work_surface.check_shank_and_holder", lambda *_: None)
     tools = library(tmp_path / "tools.toml", BODIES[0][0])
     with pytest.raises(VerifyError, match="the tool hits the surface above its flutes"):
         drilled(folder, tools=tools)

@@ -10,7 +10,7 @@ from leafcut.errors import LeafcutError, PlanError
 from leafcut.model.issue import Severity
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.options import JobOptions, MillingOptions
-from leafcut.processes.milling.mill import library_mill, milling_data
+from leafcut.processes.milling.mill import milling_data, select_library_mill
 from leafcut.read.machine import load_machine
 
 DRILL = Tool(3, 6.0, feed=5.0, spindle_rpm=2000)
@@ -25,7 +25,7 @@ MACHINE = load_machine("linuxcnc-mill")
 def mill(
     library: ToolLibrary = SHOP, depth: float = 4.0, tool_number: int | None = None, tool_diameter: float | None = None
 ) -> Tool:
-    return library_mill(library, tool_number, tool_diameter, 0.05, depth)
+    return select_library_mill(library, tool_number, tool_diameter, 0.05, depth)
 
 
 def test_the_mill_is_that_of_the_number_or_of_the_diameter_or_the_only_one() -> None:

@@ -16,7 +16,7 @@ from leafcut.processes.job import Job, machine_of
 from leafcut.processes.ordering import find_order
 from leafcut.processes.plan import Plan
 from leafcut.processes.settings import collect_settings
-from leafcut.processes.sheet.passes import PASSES, cached_motion, cuts_in_order, keep_given
+from leafcut.processes.sheet.order_passes import PASSES, cached_motion, cuts_in_order, keep_given
 from leafcut.processes.sheet.plan.cutting import CutSequence, drawing_order
 from leafcut.processes.sheet.spec import plan_sheet
 from leafcut.read.format import load

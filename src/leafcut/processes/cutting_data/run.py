@@ -93,7 +93,7 @@ def cutting_data(
         raise OptionError(f"--machine {machine.name}: has no spindle; speeds and feeds are for drills and mills")
     material = load_material(settings.job.material)
     issues: list[Issue] = []
-    works = list(_tool_works(drawing, settings, machine, material, issues, progress))
+    works = list(_plan_tool_works(drawing, settings, machine, material, issues, progress))
     if not works:
         reasons = Message.joined("; ", (issue.message for issue in issues[:3]))
         raise PlanError(f"no tool remains to choose speeds for{f': {reasons}' if reasons else ''}")
@@ -126,8 +126,8 @@ def _tool_fronts(
     refused: list[PlanError] = []
     for work, kind in works:
         try:
-            _check_known(work.tool, kind, work.work, material)
-            _check_tool(work)
+            _check_tool_life_known(work.tool, kind, work.work, material)
+            _check_flutes_and_teeth(work)
             fronts.append(_tool_front(work, settings, machine, material, objective, kind))
         except PlanError as problem:
             refused.append(problem)
@@ -139,7 +139,7 @@ def _tool_fronts(
     return fronts
 
 
-def _tool_works(
+def _plan_tool_works(
     drawing: Input | None,
     settings: Settings,
     machine: Machine,
@@ -153,9 +153,9 @@ def _tool_works(
     """
     options = settings.of(SpeedOptions)
     if drawing is None:
-        tool_works = list(_tools_from_options(settings, machine))
+        tool_works = list(_tool_works_from_options(settings, machine))
     else:
-        tool_works = work_of_drawing(drawing, settings, machine, issues, progress)
+        tool_works = tool_works_from_drawing(drawing, settings, machine, issues, progress)
     left_out: list[str] = []
     for tool, holes, fed, cut, idle in tool_works:
         kind = tool.material or ToolMaterial(options.tool_material)
@@ -172,7 +172,7 @@ def _tool_works(
         issues.append(Issue("L440", message, severity=Severity.NOTE))
 
 
-def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
+def _check_tool_life_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
     """Raise PlanError if a tool has no tool life equation. The message names the tools that have one."""
     if material.lives_of(work, kind):
         return
@@ -185,7 +185,7 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
     )
 
 
-def _check_tool(work: ToolWork) -> None:
+def _check_flutes_and_teeth(work: ToolWork) -> None:
     """Raise PlanError if the flutes of a drill are shorter than its holes, or if a mill states no number of teeth."""
     if not work.teeth:
         raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
@@ -197,7 +197,7 @@ def _check_tool(work: ToolWork) -> None:
         )
 
 
-def _tools_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
+def _tool_works_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
     """Yield each tool with the work that the options describe.
 
     This is the number of holes, and for one hole, the distances at feed and in the material, mm, and the time of other
@@ -250,7 +250,7 @@ def _tool_front(
         candidates += len(rpm)
         if len(rpm):
             results = cutting_results(work, material, prices, rpm, feed, DRIVE_EFFICIENCY)
-            allowed_results = results.select(within_limits(limits, results))
+            allowed_results = results.select(mask_within_limits(limits, results))
             allowed += len(allowed_results.rpm)
             fronts.append(_pareto_front(allowed_results))  # candidates dominated within a batch are dominated overall
     if not candidates:
@@ -450,7 +450,7 @@ class CuttingLimit:
     alone: bool = False
     nearest: float = field(default=math.nan)
 
-    def holds(self, results: CuttingResults) -> Mask:
+    def mask_within(self, results: CuttingResults) -> Mask:
         """Return a mask of the candidates within the limit.
 
         The method also records which value comes closest to the limit.
@@ -462,11 +462,11 @@ class CuttingLimit:
         return within
 
 
-def within_limits(limits: list[CuttingLimit], results: CuttingResults) -> Mask:
+def mask_within_limits(limits: list[CuttingLimit], results: CuttingResults) -> Mask:
     """Return a mask of the candidates that are within all limits. Each limit records its effect."""
     allowed = np.ones(len(results.rpm), dtype=bool)
     for limit in limits:
-        mask = limit.holds(results)
+        mask = limit.mask_within(results)
         limit.alone |= bool(mask.any())
         allowed &= mask
     return allowed
@@ -491,7 +491,7 @@ def limit_error(label: str, limits: list[CuttingLimit]) -> PlanError:
 # -- work of a drawing -----------------------------------------------------------------------------------------------
 
 
-def work_of_drawing(
+def tool_works_from_drawing(
     drawing: Input, settings: Settings, machine: Machine, issues: list[Issue], progress: OnProgress | None
 ) -> list[tuple[Tool, int, float, float, float]]:
     """Return the work of each tool that drills a drawing, in order.

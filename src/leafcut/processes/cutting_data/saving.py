@@ -50,7 +50,7 @@ def _updated_library_text(library: Path, chosen: dict[int, CuttingPoint]) -> str
     for table in document.get("tool", []):
         point = chosen.get(int(table["number"]))
         if point is not None:
-            for key, value in _speeds(point).items():
+            for key, value in _cutting_data_entries(point).items():
                 table[key] = value
     return tomlkit.dumps(document)
 
@@ -63,7 +63,7 @@ def _new_library_text(tools: list[Tool], chosen: dict[int, CuttingPoint]) -> str
         row = tomlkit.table()
         for key, value in _library_entries(tool):
             row.add(key, value)
-        for key, value in _speeds(chosen[tool.number]).items() if tool.number in chosen else ():
+        for key, value in _cutting_data_entries(chosen[tool.number]).items() if tool.number in chosen else ():
             row[key] = value
         rows.append(row)
     document.add(TOOLS.key, TOOLS.current)
@@ -71,7 +71,7 @@ def _new_library_text(tools: list[Tool], chosen: dict[int, CuttingPoint]) -> str
     return tomlkit.dumps(document)
 
 
-def _speeds(point: CuttingPoint) -> dict[str, str]:
+def _cutting_data_entries(point: CuttingPoint) -> dict[str, str]:
     return {
         "feed": f"{point.feed * SECONDS_PER_MINUTE:.10g} mm/min",
         "spindle_speed": f"{point.rpm:.10g} rpm",

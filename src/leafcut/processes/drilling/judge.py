@@ -112,32 +112,32 @@ class DrillingRequest:
     def zero(self) -> complex:
         """The program zero as a complex number x + iy, mm, in the drawing after mirroring and rotation."""
         origin = self.reading.origin
-        if origin is None or not len(self.drawn_points):
+        if origin is None or not len(self.rotated_points):
             return 0j
         if not isinstance(origin, str):
             return complex(*origin)
-        bounds = self.drawn_points if self.part.reference is None else self._bounds(self.part.reference)
+        bounds = self.rotated_points if self.part.reference is None else self._bounding_points(self.part.reference)
         (x0, x1), (y0, y1) = ((float(axis.min()), float(axis.max())) for axis in (bounds.real, bounds.imag))
         if origin == "centre":
             return complex(x0 + 0.5 * (x1 - x0), y0 + 0.5 * (y1 - y0))
         return complex(x0 if "left" in origin else x1, y0 if "lower" in origin else y1)
 
-    def _bounds(self, outline: Part) -> NDArray[np.complex128]:
+    def _bounding_points(self, outline: Part) -> NDArray[np.complex128]:
         """Return points that span the bounding box of an outline, complex128[n], mm.
 
         The outline is mirrored and rotated first.
         """
         corners = [complex(hole.x, hole.y) for hole in outline.holes]
-        points = [self.rotated(np.array(corners, dtype=np.complex128))]
+        points = [self.mirror_and_rotate(np.array(corners, dtype=np.complex128))]
         side = 1.0 if self.reading.mirror is None else -1.0
         for path in (contour.path for contour in outline.contours):
             x, y, bulge = path.vertices.T
-            rotated = self.rotated(x + 1j * y)
+            rotated = self.mirror_and_rotate(x + 1j * y)
             x0, y0, x1, y1 = Polyline(np.column_stack([rotated.real, rotated.imag, side * bulge]), path.closed).extents
             points.append(np.array([complex(x0, y0), complex(x1, y1)]))
         return np.concatenate(points)
 
-    def rotated(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def mirror_and_rotate(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Mirror points of the drawing, and then rotate them. The points are complex numbers x + iy, mm."""
         if self.reading.mirror == "x":
             points = -points.conj()
@@ -149,24 +149,24 @@ class DrillingRequest:
         return np.asarray(points * complex(math.cos(self.reading.rotate), math.sin(self.reading.rotate)))
 
     @cached_property
-    def drawn_points(self) -> NDArray[np.complex128]:
+    def rotated_points(self) -> NDArray[np.complex128]:
         """Positions of the holes and then both ends of each slot, after mirroring and rotation, complex128[n], mm."""
         points = [complex(hole.x, hole.y) for hole in self.part.holes]
         points += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
-        return self.rotated(np.array(points, dtype=np.complex128))
+        return self.mirror_and_rotate(np.array(points, dtype=np.complex128))
 
     @cached_property
     def points(self) -> NDArray[np.float64]:
         """Positions of the holes, followed by both ends of each slot, in program coordinates, float64[n, 2], mm."""
-        shifted = self.drawn_points - self.zero
+        shifted = self.rotated_points - self.zero
         return np.column_stack([shifted.real, shifted.imag])
 
     @cached_property
-    def triangles(self) -> NDArray[np.float64]:
+    def surface_triangles(self) -> NDArray[np.float64]:
         """Triangles of the surface in program coordinates, float64[n, 3, 3], mm."""
         assert self.surface is not None
         triangles = self.surface.triangles.copy()
-        shifted = self.rotated(triangles[:, :, 0] + 1j * triangles[:, :, 1]) - self.zero
+        shifted = self.mirror_and_rotate(triangles[:, :, 0] + 1j * triangles[:, :, 1]) - self.zero
         triangles[:, :, 0], triangles[:, :, 1] = shifted.real, shifted.imag
         return triangles
 
@@ -184,7 +184,7 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
         [(motion.x, motion.y, motion.tool) for motion in plunges]
         + [(*motion.start[:2], motion.tool) for motion in passes],
     )
-    holes, slots = list(_required_holes(request, tools)), list(_required_slots(request, tools))
+    holes, slots = list(_required_plunges(request, tools)), list(_required_slots(request, tools))
     unmatched, hole_differences = _compare_holes(request.part.holes, holes, plunges, tolerance)
     differences += hole_differences + _compare_slots(slots, passes, tolerance)
     drawn = _PointIndex([(cut.x, cut.y) for cut in holes])
@@ -206,10 +206,10 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
 # Cuts that the drawing needs.
 
 
-def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
+def _required_plunges(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
     """For each hole, yield the plunges that it requires, in the order of its tools."""
     part, job = request.part, request.job
-    steps = [_tools_of(request, used, hole, k) for k, hole in enumerate(part.holes)]
+    steps = [_hole_tools(request, used, hole, k) for k, hole in enumerate(part.holes)]
     tops, underside = _hole_tops(request, steps)
     for k, (hole, tools) in enumerate(zip(part.holes, steps, strict=True)):
         x, y = request.points[k].tolist()
@@ -233,7 +233,7 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
                 tip = hole.depth + below + _point_length(tool) - (drill_point if hole.flat else 0.0)
             yield _Cut(x, y, tops[k] - tip, _tool_name(request, tool), k)
         for wide in hole.steps:
-            wider = _tool_of_wide_part(request, wide, (x, y, hole.z))
+            wider = _counterbore_tool(request, wide, (x, y, hole.z))
             if wider is not None:
                 flat = 0.5 * wider.tip_diameter / math.tan(0.5 * wide.angle) if wide.angle < math.pi else 0.0
                 yield _Cut(x, y, tops[k] - wide.tip + flat, _tool_name(request, wider), k)
@@ -274,13 +274,13 @@ def _hole_tops(
     from leafcut.material.surface import hole_rims  # loads a kernel, and most plates are flat
 
     points, radii = request.points[: len(holes)], [0.5 * max(tool.diameter for tool in tools) for tools in steps]
-    rims = hole_rims(request.triangles, points, np.array(radii, dtype=np.float64))
+    rims = hole_rims(request.surface_triangles, points, np.array(radii, dtype=np.float64))
     above = np.maximum(rims.top - drawn, 0.0) if use_drawn else np.zeros(len(holes))
     cut_radii = [
         max(min(tool_radius, 0.5 * hole.diameter), *(_cut_radius(tool, height) for tool in tools))
         for hole, tools, tool_radius, height in zip(holes, steps, radii, above.tolist(), strict=True)
     ]
-    inner = hole_rims(request.triangles, points, np.array(cut_radii, dtype=np.float64))
+    inner = hole_rims(request.surface_triangles, points, np.array(cut_radii, dtype=np.float64))
     tops = drawn if use_drawn else np.maximum(rims.top, inner.top)
     return tops, (inner.under if request.job.is_through else None)
 
@@ -321,7 +321,7 @@ class _ToolsUsed:
         self._points = _PointIndex([(x, y) for x, y, _ in known])
         self._tools = [name for _, _, name in known]
 
-    def assumed(self, kind: ToolKind, diameter: float, *points: tuple[float, float]) -> Tool:
+    def assumed_tool(self, kind: ToolKind, diameter: float, *points: tuple[float, float]) -> Tool:
         """Return the assumed tool for a hole or a slot of the given diameter or width, mm.
 
         The program's tool is returned if it cuts at one of the positions and its diameter is within the tolerance.
@@ -336,7 +336,7 @@ class _ToolsUsed:
         return _assumed_tool(kind, min(widths[1:] or widths, key=lambda width: abs(width - diameter)))
 
 
-def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
+def _hole_tools(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
     """Return the tools that make a hole, in order.
 
     These are the tools of its recipe, or the drill whose diameter is closest. If the library has no suitable drill, the
@@ -345,7 +345,7 @@ def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: in
     library, tolerance = request.library, request.job.diameter_tolerance
     if library is None:
         x, y = request.points[number].tolist()
-        return [used.assumed(ToolKind.DRILL, hole.diameter if hole.diameter > 0.0 else _BARE_POINT, (x, y))]
+        return [used.assumed_tool(ToolKind.DRILL, hole.diameter if hole.diameter > 0.0 else _BARE_POINT, (x, y))]
     drills = [tool for tool in library.tools if tool.kind is ToolKind.DRILL]
     diameter = hole.diameter
     if diameter <= 0.0:
@@ -371,13 +371,13 @@ def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: in
 def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tuple[float, float]) -> Tool:
     """Return the slot mill whose diameter is closest to the width of the slot."""
     if request.library is None:
-        return used.assumed(ToolKind.SLOT_MILL, slot.width, *ends)
+        return used.assumed_tool(ToolKind.SLOT_MILL, slot.width, *ends)
     mills = [tool for tool in request.library.tools if tool.kind is ToolKind.SLOT_MILL]
     candidates = [(abs(tool.diameter - slot.width), k) for k, tool in enumerate(mills)]
     return mills[min(candidates)[1]] if candidates else _assumed_tool(ToolKind.SLOT_MILL, slot.width)
 
 
-def _tool_of_wide_part(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
+def _counterbore_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
     """Return the tool for a counterbore or countersink.
 
     Return None if no tool fits, or if the tool would hit the material around the top of the hole.
@@ -405,7 +405,7 @@ def _tool_of_wide_part(request: DrillingRequest, wide: HoleStep, top: tuple[floa
         from leafcut.proof.surface import surface_meets_area
 
         x, y, z = top
-        if surface_meets_area(request.triangles, shapely.Point(x, y), 0.5 * best.diameter, z + SAME_HEIGHT):
+        if surface_meets_area(request.surface_triangles, shapely.Point(x, y), 0.5 * best.diameter, z + SAME_HEIGHT):
             return None
     return best
 

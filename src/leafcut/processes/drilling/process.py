@@ -81,41 +81,42 @@ class Drilling(Process):
         ("solve", SEARCH_MORE),
     )
 
-    def machine_for(self, format_name: str) -> str:
+    def usual_machine(self, format_name: str) -> str:
         """Return the machine for circuit boards if the input is a drill file, otherwise ""."""
         return "pcb-drill" if format_name == self.joins else ""
 
-    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+    def rate_drawing(self, drawing: WholeDrawing) -> Suitability | None:
         """Rate a drawing by the names of its layers. If the names give no hint, rate it by its share of round holes."""
         from leafcut.processes.suitability import COUNTED, Suitability
 
         if not drawing.n_holes:
             return None
-        named = drawing.layers_named(self.layer_names)
-        masks = drawing.drilled_mask, drawing.narrow
+        named = drawing.layers_matching(self.layer_names)
+        masks = drawing.drilled_mask, drawing.narrow_hole_mask
         if named and (
-            drawing.contours_on(named)[drawing.drilled_mask].any() or drawing.holes_on(named)[drawing.narrow].any()
+            drawing.contour_mask_on(named)[drawing.drilled_mask].any()
+            or drawing.hole_mask_on(named)[drawing.narrow_hole_mask].any()
         ):
             layers = ", ".join(named)
-            return Suitability(_SUITED_BY_NAME, "drill_layers", {**drawing.figures, "layers": layers}, *masks)
+            return Suitability(_SUITED_BY_NAME, "drill_layers", {**drawing.counts, "layers": layers}, *masks)
         reason = "holes" if drawing.n_outlines else "only_holes"
-        return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *masks)
+        return Suitability(COUNTED * (1.0 - drawing.outline_share), reason, drawing.counts, *masks)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Plan the drilling of a part, with one stage for each tool.
 
         A hole has one choice, and a slot has two, one for each direction.
         """
-        from leafcut.processes.drilling.plan.drill_toolpath import stages_of
+        from leafcut.processes.drilling.plan.drill_toolpath import build_stages
         from leafcut.processes.drilling.spec import nodes_to_visit_first, prepare_drilling
-        from leafcut.processes.job import check_dialect_options, check_tool_changes, dialect_of
+        from leafcut.processes.job import check_dialect_options, check_tool_change_options, dialect_of
         from leafcut.processes.plan import Plan
 
         drill_plan, request = prepare_drilling(job, sources, everything=asked == "auto")
         post_dialect = dialect_of(job)
         job = job.for_dialect(post_dialect)
         check_dialect_options(job.settings, post_dialect)
-        check_tool_changes(job.machine, post_dialect)
+        check_tool_change_options(job.machine, post_dialect)
         first_nodes = nodes_to_visit_first(drill_plan, job.settings.job.plan)
         return Plan(
             job=job,
@@ -123,7 +124,7 @@ class Drilling(Process):
             dialect=post_dialect,
             work=drill_plan,
             spec=request,
-            stages=stages_of(drill_plan, job.machine, job.settings.solve.objective, first_nodes),
+            stages=build_stages(drill_plan, job.machine, job.settings.solve.objective, first_nodes),
             tools=drill_plan.tools,
             box=drill_plan.part.extents,
             made_for=drill_plan.made_for,

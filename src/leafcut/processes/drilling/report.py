@@ -31,13 +31,13 @@ class DrillingReport(PathReport[DrillingDetail]):
         """Return facts about tools, heights, saved time, and the depth of the holes in a plate."""
         return [
             *tool_facts(self.outcome.operations),
-            *self._depth(),
-            *self._heights(),
+            *self._depth_facts(),
+            *self._height_facts(),
             *time_facts(self.outcome),
             *self.savings(),
         ]
 
-    def _depth(self) -> list[Fact]:
+    def _depth_facts(self) -> list[Fact]:
         thickness, lowest = self.outcome.detail.thickness, float(self.outcome.path_after.extents[0][2])
         if self.outcome.detail.surface is not None or not self.outcome.operations:
             return []
@@ -49,7 +49,7 @@ class DrillingReport(PathReport[DrillingDetail]):
             words = Message("Z0 is the top; the lowest point is Z{}, {} mm below the plate", z, to_fixed(below, 2))
         return [Fact(sentence=words, name=Message("Depth"))]
 
-    def _heights(self) -> list[Fact]:
+    def _height_facts(self) -> list[Fact]:
         planes = self.outcome.detail.retract
         if planes is None:
             return []

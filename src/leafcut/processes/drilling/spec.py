@@ -23,7 +23,7 @@ from leafcut.processes.drilling.judge import DrillingRequest
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
 from leafcut.processes.job import Job, library_of
-from leafcut.processes.placing import place_mesh, place_part, placement_text, upright_mesh
+from leafcut.processes.placing import place_mesh, place_part, placement_text, turn_mesh_like_part
 from leafcut.read import Match, read
 from leafcut.read.format import SNIFF_BYTES
 from leafcut.read.order_file import drawing_of, load_order
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
-def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) -> Part:
+def _with_omitted_work_issues(part: Part, job: Job, source: Source, everything: bool) -> Part:
     """Add issues about work that the drilling program does not do.
 
     If the user asked for drilling (`everything` is false), contours only cause a note. If the user chose which of
@@ -50,11 +50,11 @@ def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) ->
         besides += work_besides_holes(source, job.settings.read)
     issues += besides if everything else [issue.as_note() for issue in besides]
     if not job.settings.read.layers:
-        issues += _issues_of_layers(part)
+        issues += _pocket_layer_issues(part)
     return replace(part, issues=tuple(issues), besides=())
 
 
-def _issues_of_layers(part: Part) -> list[Issue]:
+def _pocket_layer_issues(part: Part) -> list[Issue]:
     """Warn about each layer of holes whose name suggests pockets."""
     is_other = layer_matcher((*POCKET_NAMES, *ISLAND_NAMES))
     issues = []
@@ -91,8 +91,8 @@ def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[M
         job.report(Message("reading the fixture"))
         fixture = load_mesh(drill_options.fixture, drill_options.surface_unit, which="all")
     return (
-        None if surface is None else upright_mesh(surface, part),
-        None if fixture is None else upright_mesh(fixture, part),
+        None if surface is None else turn_mesh_like_part(surface, part),
+        None if fixture is None else turn_mesh_like_part(fixture, part),
     )
 
 
@@ -122,7 +122,7 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
         from leafcut.read.joining import read_drill_files
 
         part = read_drill_files(sources, reading, on_progress)
-    part = _with_work_issues(part, job, sources[0], everything)
+    part = _with_omitted_work_issues(part, job, sources[0], everything)
     surface, fixture = _load_meshes(job, sources[0], part, of_step)
     mesh, fixture = (
         None if loaded is None else place_mesh(loaded, part, job.settings.read) for loaded in (surface, fixture)

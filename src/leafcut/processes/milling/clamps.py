@@ -25,13 +25,13 @@ class Clamp(NamedTuple):
     height: float
 
 
-def clamps_of(keep_out: Sequence[str], clearance: float) -> list[Clamp]:
+def parse_clamps(keep_out: Sequence[str], clearance: float) -> list[Clamp]:
     """Parse the clamps of ``--keep-out``. A zone without its own height gets the height `clearance`, mm."""
     areas = [shapely.box(*zone) for zone in parse_zones(keep_out).tolist()]
     return [*map(Clamp, keep_out, areas, crossing_heights(keep_out, clearance).tolist())]
 
 
-def refuse_clamped(
+def refuse_clamp_collisions(
     name: str, centres: shapely.Geometry, floor: float, tool: Tool, radius: float, clamps: Sequence[Clamp]
 ) -> None:
     """Raise PlanError if a tool, its shank or its holder would hit a clamp.

@@ -80,7 +80,7 @@ def enter_level(
     ramps = legs is not None or turns > 0
     # The search for a helix is slow, so it is run only if a helix may be used.
     wanted = asked == "helix" or (asked == "ramp" and not ramps)
-    circle = _helix_place(start, 0.5 * data.tool.diameter, allowed) if wanted else None
+    circle = _widest_helix(start, 0.5 * data.tool.diameter, allowed) if wanted else None
     possible = {"ramp": ramps, "helix": circle is not None}
     kind = next((k for k in _FALLBACKS[asked] if possible[k]), "plunge" if asked in possible else asked)
     feed = data.ramp_feed(top - bottom)
@@ -91,7 +91,7 @@ def enter_level(
     elif kind == "ramp" and legs is not None:
         _ramp(builder, path, legs, (high, bottom), feed)
     else:
-        builder.feed(z=bottom, feed=data.straight_feed)
+        builder.feed(z=bottom, feed=data.limited_plunge_feed)
     return Descent(kind, asked, start, high, bottom)
 
 
@@ -120,7 +120,7 @@ def _follow_turns(
     high, low = heights
     for turn in range(turns):
         start, end = (high + (low - high) * (turn + k) / turns for k in (0, 1))
-        follow(builder, loop, feed, (start, end))
+        cut_along(builder, loop, feed, (start, end))
 
 
 def _descent_turns(length: float, drop: float, angle: float) -> int:
@@ -159,13 +159,13 @@ def _ramp(
     high, low = heights
     for leg in range(count):
         start, end = (high + (low - high) * (leg + k) / count for k in (0, 1))
-        follow(builder, back if leg % 2 else forth, feed, (start, end))
+        cut_along(builder, back if leg % 2 else forth, feed, (start, end))
 
 
 # -- helix -----------------------------------------------------------------------------------------------------------
 
 
-def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
+def _widest_helix(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
     """Return the centre and radius, mm, of the widest helix that passes through `start` and fits into `allowed`.
 
     Return None if no helix fits.
@@ -204,7 +204,9 @@ def _helix(
 # -- moves -----------------------------------------------------------------------------------------------------------
 
 
-def follow(builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
+def cut_along(
+    builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple[float, float] | None = None
+) -> None:
     """Cut along an open path at the current height.
 
     With `heights` (start, end), mm, cut at a constant slope instead.

@@ -70,20 +70,20 @@ class MillingData:
         return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
 
     @property
-    def straight_feed(self) -> float:
+    def limited_plunge_feed(self) -> float:
         """Feed for a plunge into material, mm/s. The spindle power may limit it."""
         return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
 def library_mill_for(library: ToolLibrary | None, settings: Settings, depth: float | None) -> Tool | None:
-    """Return the end mill that the settings select (see `library_mill`), or None without a library."""
+    """Return the end mill that the settings select (see `select_library_mill`), or None without a library."""
     if library is None:
         return None
     job, number = settings.job, settings.of(MillingOptions).tool_number
-    return library_mill(library, number, job.tool_diameter, job.diameter_tolerance, depth)
+    return select_library_mill(library, number, job.tool_diameter, job.diameter_tolerance, depth)
 
 
-def assumed_number(options: MillingOptions, mill: Tool | None, tool: Tool) -> list[Issue]:
+def assumed_number_issues(options: MillingOptions, mill: Tool | None, tool: Tool) -> list[Issue]:
     """Return a note if the number of the end mill is neither in the tool library nor given as an option."""
     if mill is not None or options.tool_number is not None:
         return []
@@ -91,7 +91,7 @@ def assumed_number(options: MillingOptions, mill: Tool | None, tool: Tool) -> li
     return [Issue("L401", words, severity=Severity.NOTE)]
 
 
-def library_mill(
+def select_library_mill(
     library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
 ) -> Tool:
     """Select an end mill from a library.

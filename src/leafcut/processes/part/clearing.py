@@ -108,12 +108,12 @@ def drawn_areas(
     Shapes inside a shape are its islands. Raises PlanError or ReadError if a shape is open or crosses another shape.
     """
     from leafcut.processes.contours import open_contours
-    from leafcut.processes.layers import kinds_of
+    from leafcut.processes.layers import contour_kinds
     from leafcut.read.pocket_outlines import as_pockets
 
     every = replace(settings.sheet, cut_layers=("*",), mark_layers=(), ignore_layers=(), sheet_layers=())
     drawn = tuple(contour for contour in contours if contour.kind != "text")
-    kinds_of(contours, every, issues)  # reports the texts that are left out
+    contour_kinds(contours, every, issues)  # reports the texts that are left out
     for contour in open_contours(drawn, every):
         raise open_shape(rule, contour)
     part = as_pockets(Part(rule.layer, contours=drawn), [EITHER] * len(drawn), every, rule.place, POCKET)

@@ -15,7 +15,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
 from leafcut.options import Settings
-from leafcut.processes.layers import kinds_of
+from leafcut.processes.layers import contour_kinds
 from leafcut.processes.part.options import PartOptions
 
 #: Maximum total number of shapes in all copies.
@@ -80,7 +80,7 @@ def _pitch(part: Part, options: PartOptions) -> Point:
 
 
 def _refuse_unclear_sheet(part: Part, copied: Sequence[Contour], settings: Settings) -> None:
-    kinds = kinds_of(copied, settings.sheet, [])
+    kinds = contour_kinds(copied, settings.sheet, [])
     layers = {contour.layer for contour, kind in zip(copied, kinds, strict=True) if kind == "maybe sheet"}
     if layers:
         raise PlanError(

@@ -90,7 +90,7 @@ class PartMilling(Process):
         ("solve", SEARCH_MORE),
     )
 
-    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+    def rate_drawing(self, drawing: WholeDrawing) -> Suitability | None:
         """Rate the suitability of a drawing for this process. Return None unless an outline surrounds holes or
         openings.
 
@@ -101,8 +101,8 @@ class PartMilling(Process):
 
         if not drawing.has_openings:
             return None
-        works = drawing.worked_mask, drawing.part.diameters > 0.0
-        return Suitability(_AFTER_CUTTING * COUNTED * drawing.share_of_outlines, "openings", drawing.figures, *works)
+        works = drawing.machined_mask, drawing.part.diameters > 0.0
+        return Suitability(_AFTER_CUTTING * COUNTED * drawing.outline_share, "openings", drawing.counts, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Plan a stage for each tool.

@@ -25,15 +25,22 @@ from leafcut.model.tool import Tool, ToolLibrary
 from leafcut.options import MillingOptions, Settings
 from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
 from leafcut.processes.contours import (
+    diameter_if_round,
     open_contours,
     prepare_sheet,
     read_placed_contours,
-    round_diameter,
     without_excluded_holes,
 )
-from leafcut.processes.job import Job, check_dialect_options, check_tool_changes, dialect_of, library_of, plane_point
-from leafcut.processes.milling.clamps import clamps_of, refuse_clamped
-from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
+from leafcut.processes.job import (
+    Job,
+    check_dialect_options,
+    check_tool_change_options,
+    dialect_of,
+    library_of,
+    plane_point,
+)
+from leafcut.processes.milling.clamps import parse_clamps, refuse_clamp_collisions
+from leafcut.processes.milling.mill import assumed_number_issues, library_mill_for, milling_data
 from leafcut.processes.part.carving import carvings_of
 from leafcut.processes.part.chamfering import chamfers_of
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks, with_pockets
@@ -147,11 +154,11 @@ def plan_part(job: Job, source: Source) -> Plan:
         raise PlanError("{}: nothing to mill: --operations ignores all layers", part.name)
     if not (cuts or groups or engravings or faces):
         raise OptionError("{}: nothing can be milled: {}", part.name, next(one for one in issues if one.missing))
-    issues += [*assumed_number(milling, mill, data.tool), *of_data, *of_mills, *of_carvings]
+    issues += [*assumed_number_issues(milling, mill, data.tool), *of_data, *of_mills, *of_carvings]
     post_dialect = dialect_of(job)
     job = job.for_dialect(post_dialect)
     check_dialect_options(settings, post_dialect)
-    check_tool_changes(job.machine, post_dialect)
+    check_tool_change_options(job.machine, post_dialect)
     request = PartRequest(
         edges=_with_tabs(edges, cuts),
         holes=tuple(PartHole(hole.x, hole.y, hole.drill.number, bottom - hole.drill.point_length) for hole in drilled),
@@ -341,7 +348,7 @@ def _mill_stages(
 def _refuse_clamps(
     request: PartRequest, cuts: Sequence[OutlineCut], tools: Mapping[int, Tool], settings: Settings
 ) -> None:
-    clamps = clamps_of(settings.job.keep_out, settings.job.clearance_height)
+    clamps = parse_clamps(settings.job.keep_out, settings.job.clearance_height)
     if not clamps:
         return
     mill, radius = request.tool, request.radius
@@ -362,7 +369,7 @@ def _refuse_clamps(
     ]
     for name, centres, floor, tool in works:
         wide = radius if tool == mill else 0.5 * tools[tool].diameter
-        refuse_clamped(name, centres, floor, tools[tool], wide, clamps)
+        refuse_clamp_collisions(name, centres, floor, tools[tool], wide, clamps)
 
 
 def part_candidate(plan: Plan, order: Order) -> Candidate:
@@ -464,7 +471,7 @@ def _split_holes(
     milled: dict[int, Edge] = {}
     for number, edge in enumerate(edges):
         operation = divided.operation(edge.layer)
-        diameter = round_diameter(edge.path) if edge.inside or operation is Operation.BORE else None
+        diameter = diameter_if_round(edge.path) if edge.inside or operation is Operation.BORE else None
         is_round = diameter is not None and _is_circle(edge.path, diameter)
         if operation is Operation.BORE and (not is_round or number in around):
             raise not_a_bore(divided.rules[edge.layer], edge.path.start, is_round=is_round)

@@ -143,17 +143,17 @@ class Pocketing(Process):
         ("solve", SEARCH_MORE),
     )
 
-    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+    def rate_drawing(self, drawing: WholeDrawing) -> Suitability | None:
         """Return a high suitability if layer names suggest pockets or islands, otherwise a low suitability."""
         from leafcut.processes.suitability import Suitability
 
-        named = drawing.layers_named(self.layer_names)
+        named = drawing.layers_matching(self.layer_names)
         if named:
             words = ", ".join(named)
-            on = drawing.contours_on(named) & drawing.worked_mask, drawing.holes_on(named)
-            return Suitability(_BY_NAME, "pocket_layers", {**drawing.figures, "layers": words}, *on)
-        closed = drawing.worked_mask & drawing.closed, drawing.part.diameters > 0.0
-        return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
+            on = drawing.contour_mask_on(named) & drawing.machined_mask, drawing.hole_mask_on(named)
+            return Suitability(_BY_NAME, "pocket_layers", {**drawing.counts, "layers": words}, *on)
+        closed = drawing.machined_mask & drawing.closed_mask, drawing.part.diameters > 0.0
+        return Suitability(_UNNAMED, "outlines", drawing.counts, *closed) if drawing.n_outlines else None
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Clear each pocket with the best strategy.
@@ -195,7 +195,7 @@ class Pocketing(Process):
             may_fall_back=False,
         )
 
-    def given(self, plan: Plan) -> Candidate:
+    def generate_input_order(self, plan: Plan) -> Candidate:
         """Return the motion of the most common strategy in its best order. It serves as a comparison."""
         from leafcut.model.plan import Order, Stage
         from leafcut.processes.ordering import find_order
@@ -223,7 +223,7 @@ class Pocketing(Process):
         motion = clearing_motion(work.job, [recipes[node] for node in order.choices[0].tolist()])
         return Candidate(order, motion.path, motion.measure, motion)
 
-    def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
+    def write_and_verify(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Compare the program with the planned motion, and simulate the program to find gouges and uncut areas."""
         from leafcut.processes.pocket.proving import prove_pockets
 
@@ -231,7 +231,7 @@ class Pocketing(Process):
         written, left, chips = prove_pockets(plan.work.job, best.detail, text)
         return replace(best, text=text, written=written, detail=replace(best.detail, left=left, chips=chips))
 
-    def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
+    def header_notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
         """Return a line for the program header for each hole that must be drilled before milling."""
         from leafcut.processes.pocket.proving import required_hole_lines
 

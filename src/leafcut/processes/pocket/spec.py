@@ -26,11 +26,11 @@ from leafcut.processes.job import (
     dialect_of,
     library_of,
     plane_point,
-    refuse_missing,
+    refuse_missing_work,
     refuse_too_large,
 )
-from leafcut.processes.milling.clamps import Clamp, clamps_of, refuse_clamped
-from leafcut.processes.milling.mill import assumed_number, library_mill_for, milling_data
+from leafcut.processes.milling.clamps import Clamp, parse_clamps, refuse_clamp_collisions
+from leafcut.processes.milling.mill import assumed_number_issues, library_mill_for, milling_data
 from leafcut.processes.placing import place_mesh, place_part, placement_text
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raise_path
 from leafcut.processes.pocket.options import PocketOptions
@@ -85,7 +85,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         for depth, over, top in zip(depths, around, tops, strict=True)
     )
     data, issues = milling_data(milling, settings.job, rules.tool_diameter, run.machine, mill, options.entry)
-    issues = [*assumed_number(milling, mill, data.tool), *issues]
+    issues = [*assumed_number_issues(milling, mill, data.tool), *issues]
     limits = None
     if settings.of(FeedOptions).feeds:
         limits, limit_issues = feed_limits(settings, run.machine, levels, data, mill, _material(settings))
@@ -109,7 +109,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         zones=widen_zones(parse_zones(keep_out), beside)[high],
     )
     floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
-    _refuse_clamps(part.pockets, floors, rules, data.tool, clamps_of(keep_out, clearance))
+    _refuse_clamps(part.pockets, floors, rules, data.tool, parse_clamps(keep_out, clearance))
     post_dialect = dialect_of(run)
     run = run.for_dialect(post_dialect)
     check_dialect_options(settings, post_dialect)
@@ -128,7 +128,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         solid,
         made_for,
     )
-    refuse_missing(settings, source, (*part.issues, *left))
+    refuse_missing_work(settings, source, (*part.issues, *left))
     refuse_too_large(check_envelope(_extent_moves(job), run.machine), part, settings)
     return job, [*part.issues, *left, *issues, *_lower_top_issues(part.pockets, tops)]
 
@@ -207,4 +207,4 @@ def _refuse_clamps(
     for pocket, floor in zip(pockets, floors, strict=True) if clamps else ():
         centres = tool_centres(pocket.region(rules.tolerance), rules.radius + rules.stock, rules.tolerance)
         if not centres.is_empty:
-            refuse_clamped(pocket.label, centres, floor, tool, rules.radius, clamps)
+            refuse_clamp_collisions(pocket.label, centres, floor, tool, rules.radius, clamps)

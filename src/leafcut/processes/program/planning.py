@@ -133,9 +133,9 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     sequence = _sections(job, original, read.process)
     obstacles, noticed = None, list[Issue]()
     if job.settings.job.keep_out:
-        from leafcut.processes.keep_out import obstacles_of
+        from leafcut.processes.keep_out import keep_out_obstacles
 
-        obstacles, noticed = obstacles_of(job, original, sequence.process in BEAMS)
+        obstacles, noticed = keep_out_obstacles(job, original, sequence.process in BEAMS)
     stands, starts = _tool_start(job.settings.job.start_point, original, sequence)
     work = ForeignWork(
         source=source,

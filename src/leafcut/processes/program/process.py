@@ -140,17 +140,17 @@ class ForeignProgram(Process):
         return plan_program(job, source.path, source.data, "auto" if asked == self.command else asked)
 
     @property
-    def passes(self) -> Sequence[Pass]:
+    def order_passes(self) -> Sequence[Pass]:
         """The pass that keeps the spindle speed from changing more often than in the input."""
         from leafcut.processes.program.planning import with_few_speed_changes
 
         return (with_few_speed_changes,)
 
-    def given(self, plan: Plan) -> Candidate:
+    def generate_input_order(self, plan: Plan) -> Candidate:
         """Return the unchanged program as a candidate."""
         from leafcut.processes.program.proving import rewrite_program
 
-        return rewrite_program(plan, replace(plan.given, unchanged=True))
+        return rewrite_program(plan, replace(plan.input_order, unchanged=True))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Return the program with its tasks in the given order."""
@@ -167,16 +167,16 @@ class ForeignProgram(Process):
         objective = plan.job.settings.solve.objective
         if best.order.unchanged or best.cost(objective) <= given.cost(objective):
             return best
-        if all(map(np.array_equal, best.order.choices, plan.given.choices)):
+        if all(map(np.array_equal, best.order.choices, plan.input_order.choices)):
             return best
         try:
-            own = self.generate(plan, replace(best.order, choices=plan.given.choices))
+            own = self.generate(plan, replace(best.order, choices=plan.input_order.choices))
         except OrderRefused:
             return best
         # With obstacles, the costs are comparable only after both programs avoid them.
         return own if plan.work.obstacles is None or own.cost(objective) <= best.cost(objective) else best
 
-    def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
+    def write_and_verify(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Prove that the new program does the same work as the original."""
         from leafcut.processes.program.proving import prove_program
 

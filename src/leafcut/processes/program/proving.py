@@ -164,7 +164,7 @@ def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: 
     sections = plan.work.sequence.sections if plan.stages else ()
     free = {(n, k) for n, section in enumerate(sections) for k in range(len(section.pieces))} - order.kept.keys()
     if not free:
-        return replace(order, choices=plan.given.choices, unchanged=True)
+        return replace(order, choices=plan.input_order.choices, unchanged=True)
     faulty = set[tuple[int, int]]()
     if trial < _MOST_TRIALS:
         faulty = refused.faulty & free or {one for one in free if one[0] in refused.stages}

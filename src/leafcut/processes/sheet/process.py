@@ -85,25 +85,25 @@ class SheetCutting(Process):
         ("solve", SEARCH_MORE),
     )
 
-    def usual(self, settings: Settings) -> Settings:
+    def with_defaults(self, settings: Settings) -> Settings:
         """Return the settings with a cutting machine, unless the user chose a machine."""
         return with_cutting_machine(settings)
 
-    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+    def rate_drawing(self, drawing: WholeDrawing) -> Suitability | None:
         """Rate how well a drawing suits sheet cutting.
 
         The rating is high if the name of a layer suggests a sheet. Otherwise, it depends on the share of outlines.
         """
         from leafcut.processes.suitability import COUNTED, Suitability
 
-        works = drawing.worked_mask, drawing.part.diameters > 0.0
+        works = drawing.machined_mask, drawing.part.diameters > 0.0
         if not any(mask.any() for mask in works):
             return None
-        named = drawing.layers_named(self.layer_names)
+        named = drawing.layers_matching(self.layer_names)
         if named and drawing.n_outlines > 1:
             words = ", ".join(named)
-            return Suitability(_BY_NAME, "sheet_layers", {**drawing.figures, "layers": words}, *works)
-        return Suitability(COUNTED * drawing.share_of_outlines, "outlines", drawing.figures, *works)
+            return Suitability(_BY_NAME, "sheet_layers", {**drawing.counts, "layers": words}, *works)
+        return Suitability(COUNTED * drawing.outline_share, "outlines", drawing.counts, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Plan the cutting of a sheet.
@@ -115,30 +115,30 @@ class SheetCutting(Process):
         return plan_sheet(job, sources[0])
 
     @property
-    def passes(self) -> Sequence[Pass]:
-        """The passes that adjust the order after the search (`passes.PASSES`)."""
-        from leafcut.processes.sheet.passes import PASSES
+    def order_passes(self) -> Sequence[Pass]:
+        """The passes that adjust the order after the search (`order_passes.PASSES`)."""
+        from leafcut.processes.sheet.order_passes import PASSES
 
         return PASSES
 
-    def given(self, plan: Plan) -> Candidate:
+    def generate_input_order(self, plan: Plan) -> Candidate:
         """Return the motion in the order that the drawing or the plan file gives."""
         from leafcut.model.plan import Order
 
         return self.generate(plan, Order((plan.work.given,)))
 
-    def nearest(self, plan: Plan) -> Candidate:
+    def generate_nearest_order(self, plan: Plan) -> Candidate:
         """Return the motion in nearest-neighbour order.
 
         It avoids detached parts in the same way as the order from the search.
         """
-        from leafcut.processes.sheet.passes import detached_nearest
+        from leafcut.processes.sheet.order_passes import detached_nearest
 
         return self.generate(plan, detached_nearest(plan))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Generate the motion for an order of cuts."""
-        from leafcut.processes.sheet.passes import cached_motion
+        from leafcut.processes.sheet.order_passes import cached_motion
 
         return cached_motion(plan, order)
 
@@ -184,7 +184,7 @@ class SheetCutting(Process):
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
         """Report starts in hot metal or beyond the sheet, and parts that the head may hit."""
-        from leafcut.processes.sheet.passes import order_issues
+        from leafcut.processes.sheet.order_passes import order_issues
 
         return order_issues(plan, best)
 
@@ -197,12 +197,12 @@ class SheetCutting(Process):
 
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
-    def other_outputs(self, settings: Settings) -> list[Path]:
+    def extra_output_paths(self, settings: Settings) -> list[Path]:
         """Return the path of the plan file if the user asked for a plan file, otherwise an empty list."""
         plan = settings.of(CutOptions).save_plan
         return [plan] if plan else []
 
-    def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
+    def extra_files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
         """Return the text of the plan file, keyed by its path, if the user asked for a plan file."""
         plan = settings.of(CutOptions).save_plan
         if not plan:

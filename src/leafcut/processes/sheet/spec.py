@@ -25,16 +25,23 @@ from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.contours import SAME_THICKNESS, prepare_sheet, read_placed_contours, without_excluded_holes
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
-from leafcut.processes.job import Job, check_dialect_options, dialect_of, plane_point, refuse_missing, refuse_too_large
+from leafcut.processes.job import (
+    Job,
+    check_dialect_options,
+    dialect_of,
+    plane_point,
+    refuse_missing_work,
+    refuse_too_large,
+)
 from leafcut.processes.ordering import nearest_order
 from leafcut.processes.plan import Plan
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.passes import (
+from leafcut.processes.sheet.order_passes import (
     SEARCH_SHARE,
     SheetWork,
+    build_stages,
     cached_motion,
     sequence_of,
-    stages_of,
 )
 from leafcut.processes.sheet.plan.cut_rules import resolve_rules
 from leafcut.processes.sheet.plan.cutting import (
@@ -113,7 +120,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
         issues += _plan_issues(file, data)
     issues += _register_issues(post_dialect, data, options)
     issues = [*sheet.issues, *issues, *cutting.issues]
-    refuse_missing(settings, source, issues)
+    refuse_missing_work(settings, source, issues)
     head = HeadTravel(
         travel_metric(job.machine, settings.solve.objective),
         _lowering_time(job.machine, torch) if post_dialect.moves_z else 0.0,
@@ -155,13 +162,13 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     )
     # The area that leads require does not depend on the order, so it is checked before the searches.
     refuse_too_large(check_envelope(cached_motion(plan, Order((given,))).path, job.machine), part, settings)
-    nearest = nearest_order(job, stages_of(job, cutting, head, known))
+    nearest = nearest_order(job, build_stages(job, cutting, head, known))
     joined = _with_best_chains(job, cutting, file, head.overhead)
     if joined is not cutting:
         known = sorted_by_band(joined, drawing_order(joined), options)
     by_nearest = with_leads_apart(clear_pierces_of_kerfs(sequence_of(job, cutting, nearest.choices), head), head)
     work = replace(work, cutting=joined, nearest=by_nearest)
-    return replace(plan, work=work, stages=stages_of(job, joined, head, known))
+    return replace(plan, work=work, stages=build_stages(job, joined, head, known))
 
 
 def _load_plan(path: Path) -> PlanFile:

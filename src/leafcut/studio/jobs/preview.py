@@ -123,7 +123,7 @@ def _drawing(
     background, zero = whole.background(work, source, part, settings)
     if background is not None:
         scenes["whole"] = part_scene(background)
-    travel = machine_travel_around(registry.work(work).usual(settings), part.extents)
+    travel = machine_travel_around(registry.work(work).with_defaults(settings), part.extents)
     return Preview(name, (work,), _facts(part), issues, scenes, work=work, whole=whole, zero=zero, travel=travel)
 
 
@@ -198,7 +198,7 @@ def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
 
     _, loaded = read_source(source, heartbeat_for_step(link.report, Message("reading")))
     simulation = api.simulate(loaded, progress=link.report, **_used("simulate", options))
-    stock = registry.command("shown_stock")(loaded, collect_settings(_used("stock", options)))
+    stock = registry.command_function("shown_stock")(loaded, collect_settings(_used("stock", options)))
     return solid_scene(simulation.run, simulation.machine, stock, simulation.measure)
 
 

@@ -104,7 +104,7 @@ def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
     used = registry.work("stock").used()
     settings = collect_settings({name: value for name, value in call.options.items() if name in used})
     # `verify` has no options for tools and stock. Comments in the programs name the tools.
-    stocks = [registry.command("shown_stock")(source, settings, by_options=False) for source in call.sources]
+    stocks = [registry.command_function("shown_stock")(source, settings, by_options=False) for source in call.sources]
     if CUT_THROUGH in stocks:
         return {}
     first, second = ((run.run, run.machine, stock) for run, stock in zip(runs, stocks, strict=True))
@@ -171,7 +171,7 @@ def _optimize(
 
 
 def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, cancelled: threading.Event) -> JobResult:
-    from leafcut.processes.registry import command
+    from leafcut.processes.registry import command_function
     from leafcut.read.nest_list import WantedDrawing
     from leafcut.studio.drawing.scene import nest_scene
 
@@ -193,7 +193,7 @@ def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, canc
     if needs_list(call.parts):
         names = unique_names([Path(source).name for source in call.sources])  # names of all inputs, without the sheets
         artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
-    return JobResult(command("nest_answer")(outcome), _nest_figures(outcome), artefacts)
+    return JobResult(command_function("nest_answer")(outcome), _nest_figures(outcome), artefacts)
 
 
 def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:

@@ -67,7 +67,7 @@ def read_whole_input(format_: Format, source: Source, kinds: Sequence[str], sett
 
     `WholeInput.part` is None if files of this format contain only the part to be machined.
     """
-    machine = next(filter(None, (registry.work(work).machine_for(format_.name) for work in kinds)), "")
+    machine = next(filter(None, (registry.work(work).usual_machine(format_.name) for work in kinds)), "")
     if format_.whole is None and format_.contours is None and not _filtered(settings.read):
         return WholeInput(machine=machine)
     try:

@@ -43,7 +43,7 @@ def program_processes() -> tuple[str, ...]:
         word
         for process in registry.processes()
         if process.reads == "program"
-        for word in process.asked_as
+        for word in process.process_values
         if word != process.command
     )
     return ("auto", *names)
@@ -57,7 +57,7 @@ def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, 
     groups = registry.work(work).form
     parameters = "aco" if algorithm in ANT_ALGORITHMS else algorithm
     if any("algorithm" in names for _, names in groups) and parameters in ("aco", "firefly"):
-        group = next(g for g in registry.groups() if g.section == parameters)
+        group = next(g for g in registry.option_groups() if g.section == parameters)
         return (*groups, (parameters, tuple(group.specs())))
     return groups
 

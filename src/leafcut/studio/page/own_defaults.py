@@ -12,7 +12,13 @@ from leafcut.errors import LeafcutError
 from leafcut.files.user_files import defaults_file
 from leafcut.files.whole_files import decode_text, toml_bytes
 from leafcut.processes import registry
-from leafcut.processes.settings import collect_settings, group_of, placed_options, resolve_files, unused_options
+from leafcut.processes.settings import (
+    collect_settings,
+    group_of,
+    read_options_with_lines,
+    resolve_files,
+    unused_options,
+)
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.task import OWN_KINDS
 
@@ -46,7 +52,7 @@ def own_defaults(folder: Folder) -> OwnDefaults:
         file = defaults_file()
         if file is None:
             return defaults
-        for entry in placed_options(file):
+        for entry in read_options_with_lines(file):
             name, value = entry.name, entry.value
             if group_of(name).specs()[name].names_file(str(value)):
                 path = Path(resolve_files(file.parent, {name: value})[name])

@@ -13,7 +13,7 @@ from leafcut.message import Message
 from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
-from leafcut.processes.settings import all_options, group_of, options_of_file
+from leafcut.processes.settings import all_options, group_of, read_options_file
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.preview import Preview, preview, stock_scene
@@ -192,7 +192,7 @@ class View:
     def take_options(self, input_id: str) -> None:
         """Load an options file that was opened. Raises `OptionError` if its content is invalid or names other files."""
         try:
-            options = options_of_file(self.studio.folder.input_path(input_id))
+            options = read_options_file(self.studio.folder.input_path(input_id))
         except OptionError as problem:
             raise OptionError(self.studio.folder.without_paths(str(problem))) from None
         for name, value in options.items():

@@ -429,7 +429,7 @@ def _add_lists(routes: APIRouter) -> None:
                 "default": spec.default_words,
                 "help": spec.help,
             }
-            for group in registry.groups()
+            for group in registry.option_groups()
             for name, spec in group.specs().items()
         ]
         return {"options": rows}

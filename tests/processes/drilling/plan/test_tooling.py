@@ -81,7 +81,7 @@ def test_holes_of_one_diameter_share_a_drill_and_bare_points_are_as_wide_as_the_
     chooser = ToolChooser(None, MILL, *drilling())
     drawn = [chooser.steps_for_hole(Hole(x, 0, d)) for x, d in enumerate((3.0, 0.0, 3.0, 1.0))]
     assert [steps[0].tool.diameter for steps in drawn] == [3.0, 1.0, 3.0, 1.0]
-    assert len(chooser.sequences) == 2
+    assert len(chooser.tool_sequences) == 2
     assert ToolChooser(ToolLibrary((FIVE, TAP), (), ""), MILL, *drilling()).point_diameter == 5.0
     assert ToolChooser(SHOP, MILL, *drilling()).point_diameter == 1.0
     assert any("1 points have no diameter" in issue.message for issue in chooser.issues())

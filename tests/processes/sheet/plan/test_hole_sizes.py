@@ -13,7 +13,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions
-from leafcut.processes.contours import prepare_sheet, round_diameter, without_excluded_holes
+from leafcut.processes.contours import diameter_if_round, prepare_sheet, without_excluded_holes
 
 
 def sheet(*paths: Polyline) -> Sheet:
@@ -60,8 +60,8 @@ def test_a_hole_with_a_part_in_it_is_not_left_out_but_refused() -> None:
 
 
 def test_only_circles_are_round() -> None:
-    assert round_diameter(Polyline.circle(3, 4, 5)) == pytest.approx(10.0)
-    assert round_diameter(circle_in_chords(0, 0, 5, 24)) == pytest.approx(10.0)
-    assert round_diameter(circle_in_chords(0, 0, 5, 8)) is None
-    assert round_diameter(square(0, 0, 10)) is None
-    assert round_diameter(rectangle(0, 0, 10, 4)) is None
+    assert diameter_if_round(Polyline.circle(3, 4, 5)) == pytest.approx(10.0)
+    assert diameter_if_round(circle_in_chords(0, 0, 5, 24)) == pytest.approx(10.0)
+    assert diameter_if_round(circle_in_chords(0, 0, 5, 8)) is None
+    assert diameter_if_round(square(0, 0, 10)) is None
+    assert diameter_if_round(rectangle(0, 0, 10, 4)) is None

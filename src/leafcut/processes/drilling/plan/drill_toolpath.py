@@ -19,13 +19,13 @@ from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
-from leafcut.processes.spindle_moves import end_program, leave_tool, take_tool
+from leafcut.processes.spindle_moves import end_program, move_to_tool_change, take_tool
 from leafcut.timing.travel import travel_heights, travel_metric
 
 _SAME_HEIGHT = 1e-6
 
 
-def stages_of(
+def build_stages(
     plan: DrillPlan,
     machine: Machine,
     objective: Literal["time", "distance"],
@@ -104,7 +104,7 @@ def generate_toolpath(
         builder.machine(z=machine.safe_z)
     for number, (operation, nodes) in enumerate(zip(plan.operations, orders, strict=True)):
         if number:
-            leave_tool(builder, machine, max(plan.clearance_height, plan.tool_change_height), coolant=coolant)
+            move_to_tool_change(builder, machine, max(plan.clearance_height, plan.tool_change_height), coolant=coolant)
         take_tool(builder, machine, operation.tool, plan.clearance_height, coolant=coolant, pause=pause)
         if operation.slots:
             _cut_slots(builder, plan, machine, operation, nodes)

@@ -30,7 +30,7 @@ from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.job import plane_point
 from leafcut.processes.spindle_moves import check_speeds, check_spindle_heights
-from leafcut.processes.zones import boxes_of, crossing_heights, parse_zones, refuse_higher_zones
+from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones, zone_boxes
 
 if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
@@ -205,7 +205,7 @@ def plan_drilling(
             deeper = thickness - thickness.min()
         elif part.has_hole_depths and job.depth is None and job.thickness is None:
             job, deeper = _depths_of_solid(part, work, job)
-    wide, wide_issues = _add_wide_tools(part, chooser, work, work_surface)
+    wide, wide_issues = _add_counterbore_tools(part, chooser, work, work_surface)
     highest = float(tops.max(initial=0.0)) if work_surface is None else max(work_surface.highest, 0.0)
     raised_job = replace(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
@@ -215,18 +215,18 @@ def plan_drilling(
     # Without a surface, the space between holes of different heights is unknown: travel above the highest hole.
     initial = job.retract == "initial" or (work_surface is None and bool(len(tops) and np.ptp(tops)))
     rule = depth_rule(job, options)
-    groups = _order_tools(list(work), chooser.sequences)
+    groups = _order_tools(list(work), chooser.tool_sequences)
     operations = tuple(
-        _wide_operation(step, work[step], wide[step], job, initial)
+        _build_counterbore_operation(step, work[step], wide[step], job, initial)
         if step.wide
-        else _operation(step, work[step], rule, job, options, initial)
+        else _build_operation(step, work[step], rule, job, options, initial)
         for step in groups
     )
     for operation in operations:
         check_speeds(operation.tool, machine, job.spindle_speed)
     _check_flutes(operations, tops, deeper)
     if work_surface is not None:
-        _check_surface(part, operations, tops, deeper, work_surface)
+        _check_tools_on_surface(part, operations, tops, deeper, work_surface)
     plan = DrillPlan(
         part=part,
         operations=operations,
@@ -246,7 +246,7 @@ def plan_drilling(
             *wide_issues,
             *chooser.issues(),
             *_tap_lead_issues(operations, rule),
-            *_exit_issues(part, operations, rule, tops, deeper, underside),
+            *_break_through_issues(part, operations, rule, tops, deeper, underside),
             *_stroke_issues(part, operations, tops, deeper, underside),
         ),
         work_surface=work_surface,
@@ -255,7 +255,7 @@ def plan_drilling(
     if work_surface is None or initial:
         return plan
     return replace(
-        plan, reliefs=tuple(_travel_relief(plan, work_surface, machine, operation) for operation in operations)
+        plan, reliefs=tuple(_safe_travel_heights(plan, work_surface, machine, operation) for operation in operations)
     )
 
 
@@ -305,11 +305,11 @@ def _work_surface(
         raise PlanError(
             "{}: slots cannot be milled on an uneven surface; leave out --surface, or the slots (--layers)", part.name
         )
-    from leafcut.processes.drilling.plan.work_surface import WorkSurface, checked_fixture
+    from leafcut.processes.drilling.plan.work_surface import WorkSurface, validate_fixture
 
-    boxes, issues = boxes_of(job.keep_out, float(mesh.low[2])), list[Issue]()
+    boxes, issues = zone_boxes(job.keep_out, float(mesh.low[2])), list[Issue]()
     if fixture is not None:
-        fixture, issues = checked_fixture(fixture, mesh)
+        fixture, issues = validate_fixture(fixture, mesh)
     return WorkSurface(mesh, boxes, SURFACE_CLEARANCE, fixture, tuple(issues))
 
 
@@ -321,7 +321,7 @@ def _widest_radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64
     return radii
 
 
-def _check_surface(
+def _check_tools_on_surface(
     part: Part,
     operations: Sequence[DrillOperation],
     tops: NDArray[np.float64],
@@ -329,15 +329,19 @@ def _check_surface(
     work_surface: WorkSurface,
 ) -> None:
     """Raise PlanError if a tool would hit a fixture or cut into the finished surface."""
-    from leafcut.processes.drilling.plan.work_surface import check_bodies, check_fixture, check_wide_tool
+    from leafcut.processes.drilling.plan.work_surface import (
+        check_fixture_collisions,
+        check_shank_and_holder,
+        check_tool_width,
+    )
 
     widths = np.array([max([hole.diameter, *(step.diameter for step in hole.steps)]) for hole in part.holes])
     for operation in operations:
         points, lowest = part.hole_xy[operation.targets], operation.bottoms(tops, deeper)
-        check_bodies(operation.tool, points, tops[operation.targets], lowest, work_surface)
-        check_fixture(points, lowest, 0.5 * operation.tool.diameter, work_surface)
+        check_shank_and_holder(operation.tool, points, tops[operation.targets], lowest, work_surface)
+        check_fixture_collisions(points, lowest, 0.5 * operation.tool.diameter, work_surface)
         if part.has_hole_depths:
-            check_wide_tool(
+            check_tool_width(
                 operation.tool, points, widths[operation.targets], tops[operation.targets], lowest, work_surface
             )
 
@@ -367,8 +371,10 @@ def _cut_radius_function(
     return widest
 
 
-def _travel_relief(plan: DrillPlan, work_surface: WorkSurface, machine: Machine, operation: DrillOperation) -> Relief:
-    return work_surface.relief(
+def _safe_travel_heights(
+    plan: DrillPlan, work_surface: WorkSurface, machine: Machine, operation: DrillOperation
+) -> Relief:
+    return work_surface.safe_travel_heights(
         machine,
         operation.tool,
         plan.part.hole_xy[operation.targets].round(6),
@@ -378,7 +384,7 @@ def _travel_relief(plan: DrillPlan, work_surface: WorkSurface, machine: Machine,
     )
 
 
-def _add_wide_tools(
+def _add_counterbore_tools(
     part: Part, chooser: ToolChooser, work: dict[Step, list[int]], work_surface: WorkSurface | None
 ) -> tuple[dict[Step, list[float]], list[Issue]]:
     """Add the tools for counterbores and countersinks to `work`.
@@ -390,12 +396,12 @@ def _add_wide_tools(
     unmade = []
     for index, hole in enumerate(part.holes):
         for wide_part in hole.steps:
-            step = chooser.step_for_wide_part(hole, wide_part)
+            step = chooser.step_for_counterbore(hole, wide_part)
             radius = 0.0 if step is None else 0.5 * step.tool.diameter
             if (
                 step is not None
                 and work_surface is not None
-                and not work_surface.is_free(hole.x, hole.y, radius, hole.z)
+                and not work_surface.is_clear(hole.x, hole.y, radius, hole.z)
             ):
                 step = None
             if step is None:
@@ -428,7 +434,7 @@ def _add_wide_tools(
     return wide, [issue]
 
 
-def _wide_operation(
+def _build_counterbore_operation(
     step: Step, targets: list[int], tips: list[float], job: JobOptions, initial: bool
 ) -> DrillOperation:
     tool = step.tool
@@ -490,7 +496,7 @@ def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) ->
     return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
 
 
-def _exit_issues(
+def _break_through_issues(
     part: Part,
     operations: tuple[DrillOperation, ...],
     rule: DepthRule,
@@ -671,7 +677,7 @@ def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list
     return order
 
 
-def _operation(
+def _build_operation(
     step: Step, targets: list[int], rule: DepthRule, job: JobOptions, options: DrillOptions, initial: bool
 ) -> DrillOperation:
     tool = step.tool
@@ -682,7 +688,7 @@ def _operation(
             tool.label,
             tool.flute_length,
             -bottom,
-            "" if tool.kind is ToolKind.CENTRE_DRILL else rule.given,
+            "" if tool.kind is ToolKind.CENTRE_DRILL else rule.option_text,
         )
     cycle = DrillCycle(
         name=_cycle_name(tool, options),
@@ -754,7 +760,7 @@ class DepthRule:
     thickness: float | None = None
 
     @property
-    def given(self) -> str:
+    def option_text(self) -> str:
         """The option that determines the depth, as text for a message, for example `` for --thickness 80 mm``."""
         return f" for {'--thickness' if self.through else '--depth'} {self.depth:g} mm"
 

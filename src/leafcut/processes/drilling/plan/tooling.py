@@ -111,11 +111,11 @@ class ToolChooser:
         self._widened = set[tuple[Step, ...]]()
 
     @property
-    def sequences(self) -> list[tuple[Step, ...]]:
+    def tool_sequences(self) -> list[tuple[Step, ...]]:
         """The different sequences of tools that holes require, for example centre drill, drill, tap."""
         return list(dict.fromkeys((*self._chosen.values(), *sorted(self._widened, key=repr))))
 
-    def step_for_wide_part(self, hole: Hole, part: HoleStep) -> Step | None:
+    def step_for_counterbore(self, hole: Hole, part: HoleStep) -> Step | None:
         """Return the step for a counterbore or countersink, or None if no tool fits.
 
         It follows the other steps of the hole.
@@ -146,7 +146,7 @@ class ToolChooser:
         if key not in self._chosen:
             self._chosen[key] = tuple(Step(tool) for tool in self._tools_for(diameter, hole))
         if self.library is None:
-            self._note_size(self._chosen[key][0].tool, diameter)
+            self._record_size_difference(self._chosen[key][0].tool, diameter)
         return self._chosen[key]
 
     @property
@@ -165,7 +165,7 @@ class ToolChooser:
         """
         if self.library is None:
             assumed = self._assumed_tool(ToolKind.SLOT_MILL, slot.width)
-            self._note_size(assumed, slot.width)
+            self._record_size_difference(assumed, slot.width)
             return Step(assumed, slots=True)
         tool = self._nearest_tool(slot.width, ToolKind.SLOT_MILL)
         if tool is None:
@@ -312,7 +312,7 @@ class ToolChooser:
             self._assumed[kind, diameter] = replace(tool, feed=feed, spindle_rpm=rpm)
         return self._assumed[kind, diameter]
 
-    def _note_size(self, tool: Tool, diameter: float) -> None:
+    def _record_size_difference(self, tool: Tool, diameter: float) -> None:
         if abs(tool.diameter - diameter) > EQUAL:
             self._approximated.setdefault(tool, []).append(diameter)
 

@@ -96,7 +96,7 @@ class WorkSurface:
         fixture_top = [] if self.fixture is None else [float(self.fixture.high[2])]
         return float(max([float(self.mesh.high[2]), *self.boxes[:, 5].tolist(), *fixture_top]))
 
-    def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
+    def is_clear(self, x: float, y: float, radius: float, z: float) -> bool:
         """Return whether the surface within `radius` of a point is nowhere higher than `z`, mm."""
         import shapely  # imported here because most drawings have no surface
 
@@ -112,7 +112,7 @@ class WorkSurface:
             len(piece) and shapely.dwithin(point, shapely.MultiPoint(piece).convex_hull, radius) for piece in pieces
         )
 
-    def relief(
+    def safe_travel_heights(
         self,
         machine: Machine,
         tool: Tool,
@@ -152,7 +152,7 @@ class WorkSurface:
         )
 
 
-def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
+def validate_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
     """Check the mesh of a fixture and return it with the issues.
 
     If the mesh is not closed, return its bounding box instead.
@@ -229,7 +229,9 @@ def _plausible_unit(fixture: Mesh, mesh: Mesh, fixture_length: float, length: fl
     return ""
 
 
-def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, surface: WorkSurface) -> None:
+def check_fixture_collisions(
+    xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, surface: WorkSurface
+) -> None:
     """Raise PlanError if, at any hole, the fixture rises above the tool tip within the radius of the tool."""
     if surface.fixture is None or not len(xy):
         return
@@ -246,12 +248,12 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
         )
 
 
-def check_bodies(
+def check_shank_and_holder(
     tool: Tool, xy: NDArray[np.float64], tops: NDArray[np.float64], tips: NDArray[np.float64], surface: WorkSurface
 ) -> None:
     """Raise PlanError if a shank or holder would hit the surface, a fixture or the rim of the hole during drilling.
 
-    Collisions between holes are avoided by the travel heights (`WorkSurface.relief`).
+    Collisions between holes are avoided by the travel heights (`WorkSurface.safe_travel_heights`).
     """
     triangles = surface.triangles
     for disc in discs_of(tool):
@@ -280,7 +282,7 @@ def check_bodies(
         )
 
 
-def check_wide_tool(
+def check_tool_width(
     tool: Tool,
     xy: NDArray[np.float64],
     widths: NDArray[np.float64],

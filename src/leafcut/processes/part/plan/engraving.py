@@ -13,7 +13,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.toolpath import ToolpathBuilder
-from leafcut.processes.milling.entries import ABOVE, enter_level, follow
+from leafcut.processes.milling.entries import ABOVE, cut_along, enter_level
 from leafcut.processes.part.model import Edge, Engraving
 from leafcut.processes.part.plan.task import Mill, PartHeights
 
@@ -55,14 +55,14 @@ class EngravingTask:
             level = -self.engraving.depth * (number + 1) / self.passes
             forth = path if path.closed or number % 2 == 0 else path.reversed()
             if top - level <= _DEEPEST_PLUNGE:
-                builder.feed(z=level, feed=data.straight_feed)
+                builder.feed(z=level, feed=data.limited_plunge_feed)
             elif enter_level(builder, forth, top, level, data, shapely.Polygon(), mill.climb).kind == "plunge":
                 raise PlanError(
                     "{}: too short for a ramp of {:.3g} degrees; give a larger --entry-angle or a smaller --step-down",
                     self.engraving.name,
                     math.degrees(data.entry_angle),
                 )
-            follow(builder, forth, data.tool.feed)
+            cut_along(builder, forth, data.tool.feed)
             top = level
 
 

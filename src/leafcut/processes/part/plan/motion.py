@@ -13,7 +13,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.part.plan.holes import HoleGroup
 from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
-from leafcut.processes.spindle_moves import end_program, leave_tool, take_tool
+from leafcut.processes.spindle_moves import end_program, move_to_tool_change, take_tool
 
 
 def part_motion(
@@ -35,7 +35,7 @@ def part_motion(
     works: list[HoleGroup | tuple[Mill, Sequence[tuple[MillTask, int]]]] = [*drilled, *milled]
     for number, work in enumerate(works):
         if number:
-            leave_tool(builder, machine, heights.clearance, coolant=coolant)
+            move_to_tool_change(builder, machine, heights.clearance, coolant=coolant)
         tool = work.tool if isinstance(work, HoleGroup) else work[0].data.tool
         take_tool(builder, machine, tool, heights.clearance, coolant=coolant, pause=pause)
         if isinstance(work, HoleGroup):

@@ -20,7 +20,7 @@ from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.toolpath import ToolpathBuilder
-from leafcut.processes.milling.entries import ABOVE, MOST_LEGS, enter_level, follow
+from leafcut.processes.milling.entries import ABOVE, MOST_LEGS, enter_level, cut_along
 from leafcut.processes.part.model import Edge, TabRules
 from leafcut.processes.part.plan.finishing import (
     TOLERANCE,
@@ -487,11 +487,11 @@ def _ramp_down_along(
     entry, first = ((start - back) % path.length for back in (cut.lead, ramp))
     ramp_feed = data.ramp_feed(levels[0] - levels[1])
     builder.feed(z=ABOVE, feed=data.tool.feed)
-    follow(builder, path.piece(entry, entry + cut.lead - ramp), ramp_feed, (ABOVE, levels[0]))
+    cut_along(builder, path.piece(entry, entry + cut.lead - ramp), ramp_feed, (ABOVE, levels[0]))
     for high, low in pairwise(levels):
-        follow(builder, path.piece(first, first + ramp), ramp_feed, (high, low))
-        follow(builder, path.piece(first + ramp, first + path.length), data.tool.feed)
-    follow(builder, path.piece(first, first + ramp), data.tool.feed)
+        cut_along(builder, path.piece(first, first + ramp), ramp_feed, (high, low))
+        cut_along(builder, path.piece(first + ramp, first + path.length), data.tool.feed)
+    cut_along(builder, path.piece(first, first + ramp), data.tool.feed)
 
 
 def _spiral_down(builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: Mill, heights: PartHeights) -> None:
@@ -507,8 +507,8 @@ def _spiral_down(builder: ToolpathBuilder, cut: OutlineCut, start: float, mill: 
     slope = math.atan2(drop / turns, length)
     for turn in range(turns):
         high, low = (ABOVE - drop * (turn + k) / turns for k in (0, 1))
-        follow(builder, loop, min(feed, data.plunge_feed / math.sin(slope)), (high, low))
-    follow(builder, loop, feed)
+        cut_along(builder, loop, min(feed, data.plunge_feed / math.sin(slope)), (high, low))
+    cut_along(builder, loop, feed)
 
 
 def _cut_between_tabs(
@@ -525,7 +525,7 @@ def _cut_between_tabs(
                 builder.feed(z=heights.tab_top, feed=mill.data.tool.feed)
             else:
                 _ramp_down(builder, piece, top, level, mill)
-            follow(builder, piece, mill.data.tool.feed)
+            cut_along(builder, piece, mill.data.tool.feed)
 
 
 def _finish_outline(builder: ToolpathBuilder, finishing: FinishingPass, mill: Mill, heights: PartHeights) -> None:
@@ -536,7 +536,7 @@ def _finish_outline(builder: ToolpathBuilder, finishing: FinishingPass, mill: Mi
         elif builder.position[2] > heights.bottom + _EXACT:
             for top, level in pairwise(_levels(heights.tab_top, mill, heights)):
                 _ramp_down(builder, piece, top, level, mill)
-        follow(builder, piece, mill.data.tool.feed)
+        cut_along(builder, piece, mill.data.tool.feed)
 
 
 def _levels(top: float, mill: Mill, heights: PartHeights) -> list[float]:

@@ -24,7 +24,7 @@ from leafcut.material.removal import cleared_area, steps_near
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, SAME_PLACE, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.milling.entries import ABOVE, TOUCH, Descent, descend_along_loop, enter_level, follow
+from leafcut.processes.milling.entries import ABOVE, TOUCH, Descent, cut_along, descend_along_loop, enter_level
 from leafcut.processes.milling.mill import MillingData
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rules import finishing_levels
@@ -268,7 +268,7 @@ class ClearingMotion:
             if opened is not DescentClearance.NO:
                 if builder.position[2] > z + ABOVE:
                     builder.feed(z=z + ABOVE, feed=data.tool.feed)
-                builder.feed(z=z, feed=data.straight_feed)
+                builder.feed(z=z, feed=data.limited_plunge_feed)
             else:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb
@@ -282,7 +282,7 @@ class ClearingMotion:
         if self.rounded and not walls:
             builder.blending(640)
         for piece in run.pieces:
-            follow(
+            cut_along(
                 builder, piece.path, data.air_feed if piece.kind == "air" else rounded_feed(piece.feed, data.tool.feed)
             )
         if self.rounded and not walls:

@@ -143,7 +143,7 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
         if plan.job.deadline.left <= 0.0:
             break
         cutting, known = without_meeting_starts(plan.work.cutting, best.choices[0].starts), best.choices[0].starts
-        again = replace(plan, stages=stages_of(plan.job, cutting, plan.work.head, known))
+        again = replace(plan, stages=build_stages(plan.job, cutting, plan.work.head, known))
         found = find_order(plan.job, again.stages, deadline=plan.job.deadline.part(SEARCH_SHARE))
         spent += sum(s.seconds for s in found.solutions)
         other = Order((sequence_of(plan.job, cutting, found.choices),), found.solutions)
@@ -250,7 +250,7 @@ PASSES: tuple[Pass, ...] = (
 # -- orders and their motion -----------------------------------------------------------------------------------------
 
 
-def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutStart]) -> tuple[Stage, ...]:
+def build_stages(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutStart]) -> tuple[Stage, ...]:
     """Create one stage for each band of the sweep. Each stage starts where the previous band ends.
 
     `known` is an order of all cuts. Each stage uses its part of this order as the given order.
