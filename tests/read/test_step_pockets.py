@@ -24,7 +24,7 @@ from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.options import ReadOptions
 from leafcut.processes.contours import check_thickness
-from leafcut.processes.pocket.plan.rules import milled_pockets
+from leafcut.processes.pocket.plan.rules import select_pockets
 from leafcut.processes.pocket.proof.pocket import check_pockets
 from leafcut.read import read_contours, read_pockets
 from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, rounded, saved
@@ -88,7 +88,7 @@ def test_round_openings_wider_than_the_tool_are_missing_work_and_narrower_ones_a
         cylinder((20, 65, 0), UP, 2.5, 20),
     )
     part = read_pockets(saved(tmp_path / "windows.step", solid))
-    milled, issues = milled_pockets(part, None, 8.0)
+    milled, issues = select_pockets(part, None, 8.0)
     assert [one.depth for one in milled.pockets] == [6.0]
     wide, narrow = issues
     assert wide.missing is not None

@@ -45,7 +45,7 @@ def _search_order(process: Process, plan: Plan) -> Order:
     `Process.generate_input_order`.
     """
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
-    for improve in process.passes:
+    for improve in process.order_passes:
         order = improve(plan, order)
     check_order(plan.stages, order)
     return order

@@ -160,7 +160,7 @@ def test_a_search_that_finds_less_than_the_drawing_has_gives_the_better_order_at
         return [replace(one, nodes=stage.given[::-1].copy()) for one, stage in zip(found, stages, strict=True)]
 
     real = ordering.solve_linked_stages
-    monkeypatch.setattr(ordering, "solve_together", poor)
+    monkeypatch.setattr(ordering, "solve_linked_stages", poor)
     row = tmp_path / "row.csv"
     row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,{2 + (k > 3)}\n" for k in (0, 1, 2, 3, 4, 5, 6, 7)))
     found = leafcut.optimize(row, units="mm", depth=3, objective="distance", preset="fast")

@@ -542,7 +542,7 @@ def test_a_strategy_that_gouges_is_never_written(
 
 def test_what_stays_uncut_is_a_warning_with_its_places(drawing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Lines without a pass along the walls leave cusps between their ends."""
-    monkeypatch.setattr("leafcut.processes.pocket.plan.zigzag.rings", lambda region: [])
+    monkeypatch.setattr("leafcut.processes.pocket.plan.zigzag.offset_rings", lambda region: [])
     outcome = api.optimize(drawing, strategy="zigzag", **FAST)
     [left] = [i for i in outcome.issues if i.code == "L711"]
     assert "remain uncut" in left.message and left.place.startswith("near (")

@@ -241,10 +241,10 @@ def _pocket_of(area: PocketArea) -> Pocket:
 
 
 def _rules(job: Job, diameter: float, stock: float = 0.0) -> PocketRules:
-    from leafcut.processes.pocket.plan.rules import rules_of
+    from leafcut.processes.pocket.plan.rules import clearing_rules
 
     milling, step_over = job.settings.of(MillingOptions).milling, job.settings.job.step_over
-    return rules_of(PocketOptions(stock=stock), milling, step_over, diameter)
+    return clearing_rules(PocketOptions(stock=stock), milling, step_over, diameter)
 
 
 def _tasks_of(
@@ -261,7 +261,7 @@ def _tasks_of(
         return [], []
     from leafcut.processes.pocket.clearing import clear_pocket
     from leafcut.processes.pocket.job import PocketJob
-    from leafcut.processes.pocket.plan.rules import levels_of
+    from leafcut.processes.pocket.plan.rules import divide_into_levels
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import SearchTime
 
@@ -270,7 +270,7 @@ def _tasks_of(
         run=job,
         part=replace(part, contours=(), pockets=tuple(work.pocket for work in works)),
         rules=_rules(job, tool.diameter, stock),
-        levels=tuple(levels_of(work.area.depth, mill.step, tool.diameter) for work in works),
+        levels=tuple(divide_into_levels(work.area.depth, mill.step, tool.diameter) for work in works),
         around=(None,) * len(works),
         heights=PocketHeights(asked.clearance_height, asked.retract_height),
         data=mill.data,

@@ -30,7 +30,7 @@ class PartOptions(OptionGroup):
         "text",
         None,
         "columns and rows of copies on the plate, such as 3x2; the first has the place of the drawing, the others "
-        "cut_along in X and Y",
+        "follow in X and Y",
         default_words="the drawing once",
         needs=(when_input_is_not("step"),),
         of_file=True,

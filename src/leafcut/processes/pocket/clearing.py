@@ -38,7 +38,7 @@ from leafcut.model.pocket import (
     PocketRules,
 )
 from leafcut.model.problem import RoutingProblem
-from leafcut.processes.pocket.feeds import MIN_LENGTH, divide_section, with_varied_feeds
+from leafcut.processes.pocket.feeds import MIN_LENGTH, divide_section, with_load_dependent_feeds
 from leafcut.processes.pocket.job import PocketJob, PocketMotion, raise_path
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
@@ -75,7 +75,7 @@ class ClearedPocket:
     even: dict[str, list[Clearing]]
 
     @property
-    def usual(self) -> list[Clearing]:
+    def usual_clearings(self) -> list[Clearing]:
         """The regions of the pocket, cleared with the strategy that most shops use."""
         return self.clearings[self.plan.usual.strategy]
 
@@ -88,7 +88,7 @@ class PocketWork:
     cleared: tuple[ClearedPocket, ...]
 
     @property
-    def regions(self) -> list[Clearing]:
+    def chosen_clearings(self) -> list[Clearing]:
         """The regions of all pockets, cleared with the chosen strategy of each pocket."""
         return [clearing for pocket in self.cleared for clearing in pocket.clearings[pocket.plan.result.strategy]]
 
@@ -114,7 +114,7 @@ def clear_pocket(
     issues
         Issues about areas that the tool cannot reach.
     """
-    regions, issues = centre_regions(pocket, job.exact)
+    regions, issues = centre_regions(pocket, job.finish_rules)
     roughed = centre_regions(pocket, job.rules)[0] if job.rules.stock > 0.0 else regions
     results_of: dict[str, PocketResult] = {}
     clearings: dict[str, list[Clearing]] = {}
@@ -165,14 +165,14 @@ def _try_strategy(
     if job.run.cancelled.is_set() and strategy.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
         return PocketResult(strategy.name, refused=Message("not tried before the search was stopped")), [], []
     try:
-        clearings = [_cleared_region(job, job.levels[number], strategy, region, roughed, time) for region in regions]
+        clearings = [_clear_region(job, job.levels[number], strategy, region, roughed, time) for region in regions]
     except (PlanError, SolveError) as problem:
         return PocketResult(strategy.name, refused=str(problem)), [], []
     path = PocketPath(strategy.name, tuple(piece for c in clearings for piece in c.path.pieces))
-    steps, engaged = engaged_tool_path(path, job.exact)
-    measures = measure_path(job.part.pockets[number], path, job.exact, (steps, engaged))
+    steps, engaged = engaged_tool_path(path, job.finish_rules)
+    measures = measure_path(job.part.pockets[number], path, job.finish_rules, (steps, engaged))
     if job.data.air_feed > job.data.tool.feed:
-        divided = iter(divide_at_air_cuts(path.pieces, steps, engaged, job.exact))
+        divided = iter(divide_at_air_cuts(path.pieces, steps, engaged, job.finish_rules))
         clearings = [_with_divided_pieces(clearing, divided) for clearing in clearings]
     fitted, time_s = _with_fastest_feeds(job, clearings)
     return PocketResult(strategy.name, path, measures, program_s=time_s), clearings, fitted
@@ -194,7 +194,12 @@ def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list
         divided = [
             # Measure each region separately, because the order of the regions is not known yet.
             _with_divided_pieces(
-                c, iter(with_varied_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere))
+                c,
+                iter(
+                    with_load_dependent_feeds(
+                        c.path.pieces, job.limits, job.finish_rules, acceleration, anywhere=anywhere
+                    )
+                ),
             )
             for c in clearings
         ]
@@ -215,7 +220,7 @@ def _with_divided_pieces(clearing: Clearing, divided: Iterator[list[PocketPiece]
     return replace(clearing, rough=rough or clearing.rough, walls=walls)
 
 
-def _cleared_region(
+def _clear_region(
     job: PocketJob,
     levels: PocketLevels,
     strategy: ClearingStrategy,
@@ -224,17 +229,17 @@ def _cleared_region(
     time: SearchTime,
 ) -> Clearing:
     tolerance = job.rules.tolerance
-    if region.middle is not None:
+    if region.slot_centre_line is not None:
         # In a slot as wide as the tool, there is only one possible path.
-        along = _slot_path(strategy.name, region.middle)
+        along = _slot_path(strategy.name, region.slot_centre_line)
         return Clearing(region, region.polygon, fit_arcs_to_path(along, tolerance), levels)
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # A region too narrow to leave stock is cleared up to the wall.
         return Clearing(
-            region, region.polygon, fit_arcs_to_path(time.path(strategy, region, job.run), tolerance), levels
+            region, region.polygon, fit_arcs_to_path(time.plan_path(strategy, region, job.run), tolerance), levels
         )
-    rough = [fit_arcs_to_path(time.path(strategy, r, job.run), tolerance) for r in inside]
+    rough = [fit_arcs_to_path(time.plan_path(strategy, r, job.run), tolerance) for r in inside]
     allowed = shapely.union_all([r.polygon for r in inside])
     whole = PocketPath(strategy.name, tuple(piece for path in rough for piece in path.pieces))
     return Clearing(region, allowed, whole, levels, fit_arcs_to_path(wall_passes(region, allowed), tolerance))
@@ -308,7 +313,7 @@ def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: 
 
 def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
     """Return a message if the step-over or the engagement exceeds its limit, otherwise ""."""
-    rules, limit = job.exact, job.exact.max_engagement
+    rules, limit = job.finish_rules, job.finish_rules.max_engagement
     if not rules.allows_step_over(measures.max_step_over):
         return Message(
             "has passes {:.2f} mm apart, more than the step-over of {:.4g} mm", measures.max_step_over, rules.step_over
@@ -329,7 +334,7 @@ def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str
     excess = _exceeded_limit_text(job, strategy, measures)
     if not excess:
         return ""
-    if not job.exact.allows_step_over(measures.max_step_over):
+    if not job.finish_rules.allows_step_over(measures.max_step_over):
         return Message("{}; choose another --strategy, or a larger --step-over", excess)
     if strategy != "adaptive":
         remedy = Message("use --strategy adaptive")
@@ -386,7 +391,7 @@ def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
         coolant=coolant,
         pause=pause,
         corner_tolerance=corner,
-        rounded=job.dialect.rounding and job.rounding <= job.rules.stock,
+        rounded=job.dialect.rounding and job.max_corner_rounding <= job.rules.stock,
     )
     path = raise_path(path, job.top)
     return PocketMotion(path, descents, measure_toolpath(path, machine, start=job.start))

@@ -35,7 +35,7 @@ WIDTH_MARGIN = 2.0
 MIN_LENGTH = 1e-3
 
 
-def with_varied_feeds(
+def with_load_dependent_feeds(
     pieces: Sequence[PocketPiece], limits: FeedLimits, rules: PocketRules, acceleration: float, *, anywhere: bool
 ) -> list[list[PocketPiece]]:
     """Divide each section of a path wherever its feed changes. Feeds are relative to the feed of the tool.
@@ -56,12 +56,12 @@ def with_varied_feeds(
     places = [_PieceSteps.of(piece, path, number) for number, piece in enumerate(pieces)]
     if not anywhere:
         for place in places:
-            shares[place.steps] = place.least_by_segment(shares[place.steps])
+            shares[place.steps] = place.lowest_share_by_segment(shares[place.steps])
     for stretch in _cutting_stretches(pieces, path):
         shares[stretch] = _merge_short_stretches(shares[stretch], path.step[stretch], limits.feed, acceleration, rules)
     snap = SNAP * rules.tool_diameter if anywhere else math.inf
     return [
-        [piece] if piece.kind == "air" else place.divided(piece, shares[place.steps], snap)
+        [piece] if piece.kind == "air" else place.divide(piece, shares[place.steps], snap)
         for piece, place in zip(pieces, places, strict=True)
     ]
 
@@ -203,7 +203,7 @@ class _PieceSteps:
         lifted = bool(last > first and np.isnan(path.back[first, 0]))
         return cls(np.arange(first, last), ends * scale, np.cumsum(piece.path.lengths), lifted)
 
-    def least_by_segment(self, shares: Floats) -> Floats:
+    def lowest_share_by_segment(self, shares: Floats) -> Floats:
         if not len(self.vertices):
             return shares
         middle = self.ends - 0.5 * np.diff(self.ends, prepend=0.0)
@@ -212,7 +212,7 @@ class _PieceSteps:
         np.minimum.at(least, segment, shares)
         return np.asarray(least[segment])
 
-    def divided(self, piece: PocketPiece, shares: Floats, snap: float) -> list[PocketPiece]:
+    def divide(self, piece: PocketPiece, shares: Floats, snap: float) -> list[PocketPiece]:
         length = piece.path.length
         if not len(shares) or not length > MIN_LENGTH:
             return [piece]

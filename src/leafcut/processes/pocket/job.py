@@ -77,12 +77,12 @@ class PocketJob:
     made_for: str = ""
 
     @property
-    def exact(self) -> PocketRules:
+    def finish_rules(self) -> PocketRules:
         """The rules of the job without stock on the walls. They apply to the finished pocket."""
         return replace(self.rules, stock=0.0)
 
     @property
-    def floor(self) -> float:
+    def deepest_floor(self) -> float:
         """Height of the floor of the deepest pocket, mm."""
         return min(levels.floor for levels in self.levels)
 
@@ -92,7 +92,7 @@ class PocketJob:
         return self.part.pockets[0].top or 0.0
 
     @property
-    def rounding(self) -> float:
+    def max_corner_rounding(self) -> float:
         """Maximum distance between the tool path and a corner when the machine rounds the corner, mm."""
         return corner_rounding(self.run.machine, self.limits.most if self.limits else self.data.tool.feed)
 

@@ -204,11 +204,11 @@ class Pocketing(Process):
         work, job = plan.work, plan.job
         (stage,) = plan.stages
         usual = Stage(
-            order_problem(work.job, [pocket.usual for pocket in work.cleared]), False, stage.given, stage.name
+            order_problem(work.job, [pocket.usual_clearings for pocket in work.cleared]), False, stage.given, stage.name
         )
         options = replace(job.settings.solve, bound=False)
         order = find_order(job.quiet(), [usual], options, job.deadline.part(0.5))
-        return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
+        return self.generate(plan, Order((order.choices[0] + len(work.chosen_clearings),)))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Generate the motion that clears the regions in the given order.
@@ -219,7 +219,10 @@ class Pocketing(Process):
         from leafcut.processes.pocket.clearing import clearing_motion
 
         work = plan.work
-        recipes = [*work.regions, *(clearing for pocket in work.cleared for clearing in pocket.usual)]
+        recipes = [
+            *work.chosen_clearings,
+            *(clearing for pocket in work.cleared for clearing in pocket.usual_clearings),
+        ]
         motion = clearing_motion(work.job, [recipes[node] for node in order.choices[0].tolist()])
         return Candidate(order, motion.path, motion.measure, motion)
 
@@ -251,9 +254,9 @@ class Pocketing(Process):
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
         """Return issues about changed entries, holes to drill first, stops after every move, and uncut areas."""
-        from leafcut.processes.pocket.proving import entry_issues, stop_notes
+        from leafcut.processes.pocket.proving import entry_issues, exact_stop_notes
 
-        return (*entry_issues(best.detail.descents), *stop_notes(plan.work.job), *best.detail.left)
+        return (*entry_issues(best.detail.descents), *exact_stop_notes(plan.work.job), *best.detail.left)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
         """Collect the results of all strategies, the time saved by load-dependent feeds, the stock, and the entries."""

@@ -70,7 +70,7 @@ def prove_pockets(
         depth_differences,
         fast_cut_differences,
         gouge_differences,
-        simulated_levels,
+        simulate_levels,
         step_over_differences,
         stock_top_differences,
     )
@@ -99,23 +99,25 @@ def prove_pockets(
             stock_top_differences(job.solid.milled, job.tops, job.solid.pockets, job.solid.triangles, job.rules.radius)
         )
     refuse_differences(
-        check_pockets(written, pockets, job.exact, [-one.floor for one in job.levels], heights.retract, job.tops)
+        check_pockets(written, pockets, job.finish_rules, [-one.floor for one in job.levels], heights.retract, job.tops)
     )
-    refuse_differences(depth_differences(written, job.exact, max(one.step for one in job.levels), pockets, job.tops))
+    refuse_differences(
+        depth_differences(written, job.finish_rules, max(one.step for one in job.levels), pockets, job.tops)
+    )
     finishing = [finishing_levels(one, tool.diameter) if job.rules.stock else () for one in job.levels]
-    simulated = simulated_levels(written, pockets, job.exact, levels, finishing)
+    simulated = simulate_levels(written, pockets, job.finish_rules, levels, finishing)
     chips = None
     if job.limits is None:
-        refuse_differences(fast_cut_differences(written, job.exact, tool.feed))
+        refuse_differences(fast_cut_differences(written, job.finish_rules, tool.feed))
     else:
-        from leafcut.processes.pocket.proof.chips import measured_chips
+        from leafcut.processes.pocket.proof.chips import measure_chips
 
-        chips = measured_chips(
-            written, job.exact, job.limits, tool, sorted({z for one in (*levels, *finishing) for z in one})
+        chips = measure_chips(
+            written, job.finish_rules, job.limits, tool, sorted({z for one in (*levels, *finishing) for z in one})
         )
         refuse_differences(chips.wrong)
     refuse_differences(gouge_differences(simulated, pockets))
-    refuse_differences(step_over_differences(simulated, pockets, job.exact))
+    refuse_differences(step_over_differences(simulated, pockets, job.finish_rules))
     lowest = [(level.number, level.removal) for level in simulated if level.z == job.levels[level.number].floor]
     return whole, _uncut_area_issues(job, lowest), chips
 
@@ -141,15 +143,15 @@ def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> li
     return issues
 
 
-def stop_notes(job: PocketJob) -> list[Issue]:
+def exact_stop_notes(job: PocketJob) -> list[Issue]:
     """Return a note if the tool stops after every move, but would keep moving with enough stock on the walls."""
-    if not job.dialect.rounding or job.rounding <= job.rules.stock:
+    if not job.dialect.rounding or job.max_corner_rounding <= job.rules.stock:
         return []
     words = Message(
         "{} stops after every move (G61): with G64 it would round corners by up to {:.2g} "
         "mm at this feed, into the walls; set --stock to this value to rough without stops",
         job.dialect.name,
-        job.rounding,
+        job.max_corner_rounding,
     )
     return [Issue("L704", words, severity=Severity.NOTE)]
 

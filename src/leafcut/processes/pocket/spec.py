@@ -35,7 +35,7 @@ from leafcut.processes.placing import place_mesh, place_part, placement_text
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raise_path
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.feed_limits import feed_limits
-from leafcut.processes.pocket.plan.rules import enclosing_pockets, levels_of, milled_pockets, rules_of
+from leafcut.processes.pocket.plan.rules import clearing_rules, divide_into_levels, enclosing_pockets, select_pockets
 from leafcut.processes.pocket.plan.stock_top import fill_pockets, stock_tops
 from leafcut.processes.pocket.plan.toolpath import PocketHeights
 from leafcut.processes.pocket.strategies import check_algorithm
@@ -65,16 +65,16 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     whole, library = part, library_of(settings, run.machine)
     mill = library_mill_for(library, settings, settings.job.blind_depth)
     diameter = settings.job.tool_diameter if mill is None else mill.diameter
-    part, left = milled_pockets(part, settings.job.blind_depth, diameter)
+    part, left = select_pockets(part, settings.job.blind_depth, diameter)
     depths = [one.depth or 0.0 for one in part.pockets]
     if mill is not None:
         # The depths of a solid were not known before, so the mill may be too short.
         mill = library_mill_for(library, settings, max(depths))
-    rules = rules_of(options, milling.milling, settings.job.step_over, diameter)
+    rules = clearing_rules(options, milling.milling, settings.job.step_over, diameter)
     around = enclosing_pockets(part.pockets, rules.tolerance)
-    solid, tops = _solid(run, source, whole, part, rules.radius)
+    solid, tops = _load_solid(run, source, whole, part, rules.radius)
     levels = tuple(
-        levels_of(
+        divide_into_levels(
             depth,
             settings.job.step_down,
             rules.tool_diameter,
@@ -88,7 +88,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     issues = [*assumed_number_issues(milling, mill, data.tool), *issues]
     limits = None
     if settings.of(FeedOptions).feeds:
-        limits, limit_issues = feed_limits(settings, run.machine, levels, data, mill, _material(settings))
+        limits, limit_issues = feed_limits(settings, run.machine, levels, data, mill, _load_material(settings))
         issues = [*issues, *limit_issues]
         data = replace(data, limits=limits)
     made_for = "" if part.pockets[0].top is None else placement_text(source.path, part, settings.read)
@@ -109,7 +109,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         zones=widen_zones(parse_zones(keep_out), beside)[high],
     )
     floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
-    _refuse_clamps(part.pockets, floors, rules, data.tool, parse_clamps(keep_out, clearance))
+    _refuse_clamp_collisions(part.pockets, floors, rules, data.tool, parse_clamps(keep_out, clearance))
     post_dialect = dialect_of(run)
     run = run.for_dialect(post_dialect)
     check_dialect_options(settings, post_dialect)
@@ -133,7 +133,9 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     return job, [*part.issues, *left, *issues, *_lower_top_issues(part.pockets, tops)]
 
 
-def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
+def _load_solid(
+    run: Job, source: Source, whole: Part, part: Part, radius: float
+) -> tuple[PocketSolid | None, list[float]]:
     """Return the solid, and the height of the material above each pocket, mm.
 
     Without --pocket-top surface, the function returns None and zeros. Raises OptionError if the input is not a
@@ -167,7 +169,7 @@ def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[
     return [Issue("L706", words)]
 
 
-def _material(settings: Settings) -> WorkMaterial | None:
+def _load_material(settings: Settings) -> WorkMaterial | None:
     """Return the material of the workpiece, or None if no material is given or its cutting force is unknown.
 
     Raises OptionError if a material file is invalid.
@@ -200,7 +202,7 @@ def _extent_moves(job: PocketJob) -> Toolpath:
     return raise_path(builder.build(), job.top)
 
 
-def _refuse_clamps(
+def _refuse_clamp_collisions(
     pockets: Sequence[Pocket], floors: Sequence[float], rules: PocketRules, tool: Tool, clamps: Sequence[Clamp]
 ) -> None:
     """Raise PlanError if the tool would hit a clamp in any pocket. `floors` contains the height of each floor, mm."""

@@ -103,7 +103,7 @@ def check_algorithm(settings: Settings) -> None:
         )
 
 
-def _grid(name: str) -> Strategy:
+def _grid_strategy(name: str) -> Strategy:
     def path(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
         from leafcut.order.solve import solve
         from leafcut.processes.pocket.plan.grid import grid_path, grid_problem
@@ -148,8 +148,10 @@ STRATEGIES = (
     ClearingStrategy("zigzag", _zigzag),  # back-and-forth lines, then along the walls
     ClearingStrategy("contour", _contour, searches=False),  # rings, linked from the inside out
     ClearingStrategy("connected", _connected),  # one connected path, never lifted
-    ClearingStrategy("firefly", _grid("firefly")),  # a grid of points ordered by fireflies, then along the walls
-    ClearingStrategy("ants", _grid("ants")),  # a grid of points ordered by ants, then along the walls
+    ClearingStrategy(
+        "firefly", _grid_strategy("firefly")
+    ),  # a grid of points ordered by fireflies, then along the walls
+    ClearingStrategy("ants", _grid_strategy("ants")),  # a grid of points ordered by ants, then along the walls
     ClearingStrategy("adaptive", _adaptive, searches=False),  # arcs with limited engagement, then along the walls
 )
 
@@ -164,7 +166,7 @@ class SearchTime:
         self.deadline, self.to_come = deadline, 1
         self.grids: Grids = {}
 
-    def path(self, strategy: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
+    def plan_path(self, strategy: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
         """Plan the path of a strategy through a region. If the strategy searches, it gets its share of the time."""
         if strategy.searches:
             run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))

@@ -34,7 +34,7 @@ def some(seed: int, n: int = 12) -> list[tuple[float, float, float]]:
 @pytest.mark.parametrize("seed", range(10))
 def test_the_arcs_of_a_circle_outside_of_all_discs_are_as_long_as_shapely_says(turn: int, seed: int) -> None:
     ground = fronts(*some(seed), turn=turn)
-    arcs = ground.arcs(1.0, 2.0, 8.0)
+    arcs = ground.uncut_arcs(1.0, 2.0, 8.0)
     ring = shapely.Point(1.0, 2.0).buffer(8.0, quad_segs=512).exterior
     outside = ring.difference(cleared(ground.discs))
     assert 8.0 * sum(sweep for _, sweep in arcs) == pytest.approx(outside.length, abs=0.05)
@@ -42,7 +42,7 @@ def test_the_arcs_of_a_circle_outside_of_all_discs_are_as_long_as_shapely_says(t
         for share in (0.02, 0.5, 0.98):
             angle = start + turn * share * sweep
             place = np.array([[1.0 + 8.0 * math.cos(angle), 2.0 + 8.0 * math.sin(angle)]])
-            assert ground.distances_outside(place)[0] > -1e-9
+            assert ground.distances_to_union(place)[0] > -1e-9
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -50,7 +50,7 @@ def test_how_far_places_lie_outside_is_their_distance_to_what_is_cleared(seed: i
     ground, dice = fronts(*some(seed, 300)[:290]), np.random.default_rng(seed)
     places = dice.uniform(-60, 60, (50, 2))
     whole = cleared(ground.discs)
-    for place, gap in zip(places, ground.distances_outside(places), strict=True):
+    for place, gap in zip(places, ground.distances_to_union(places), strict=True):
         assert max(gap, 0.0) == pytest.approx(shapely.distance(whole, shapely.Point(place)), abs=0.01)
 
 
@@ -104,7 +104,7 @@ def test_the_engagement_is_the_share_of_the_leading_edge_in_uncleared_ground(see
     ground = fronts(*some(seed, 8), turn=turn)
     x, y, radius = 2.0, -1.0, 9.0
     worst = 0.0
-    for start, sweep in ground.arcs(x, y, radius):
+    for start, sweep in ground.uncut_arcs(x, y, radius):
         for share in np.linspace(0.0, 1.0, 60):
             angle = start + turn * share * sweep
             px, py = x + radius * math.cos(angle), y + radius * math.sin(angle)

@@ -24,7 +24,7 @@ from leafcut.processes.pocket.plan.grid import (
     grid_path,
     grid_points,
     grid_problem,
-    length_of,
+    path_length,
 )
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.strategies import STRATEGIES, Grids
@@ -89,8 +89,8 @@ def test_no_path_is_shorter_than_the_bound_of_colours_and_spurs(cells: set[int])
     colour = (places.sum(axis=1) / 6.0).round().astype(int) % 2
     longer = max(abs(len(places) - 2 * int(colour.sum())) - 1, spurs)
     grid = pocket_grid.Grid(places, 6.0, longer)
-    shortest = min(length_of(places[list(order)]) for order in itertools.permutations(range(len(places))))
-    assert shortest >= grid.bound - 1e-9
+    shortest = min(path_length(places[list(order)]) for order in itertools.permutations(range(len(places))))
+    assert shortest >= grid.path_length_bound - 1e-9
 
 
 def test_the_colours_of_a_grid_are_counted_by_hand() -> None:
@@ -99,7 +99,7 @@ def test_the_colours_of_a_grid_are_counted_by_hand() -> None:
     plus = shapely.box(0, 5.5, 12.5, 6.5).union(shapely.box(5.5, 0, 6.5, 12.5))
     grid = grid_points(region(plus))
     assert (len(grid.points), grid.longer) == (5, 2)
-    assert grid.bound == pytest.approx(6.0 * (4 + 2 * (math.sqrt(2) - 1)))
+    assert grid.path_length_bound == pytest.approx(6.0 * (4 + 2 * (math.sqrt(2) - 1)))
 
 
 def test_the_way_round_an_island_is_the_string_pulled_tight() -> None:
@@ -108,16 +108,16 @@ def test_the_way_round_an_island_is_the_string_pulled_tight() -> None:
     ways = RegionPaths(RING, CentreRegion(RING, RULES).rings, points, 6.0)
     by_hand = 2 * math.hypot(7, 3) + 14
     node, way = ways.path_to_nearest(0, [1]) or (-1, points)
-    assert node == 1 and length_of(way) == pytest.approx(by_hand)
-    lengths = ways.between_points()
+    assert node == 1 and path_length(way) == pytest.approx(by_hand)
+    lengths = ways.shortest_lengths()
     assert by_hand - 1e-6 <= lengths[0, 1] < 1.02 * by_hand
     assert lengths[0, 2] == pytest.approx(math.hypot(15, 5))
-    assert ways.straight(points[[0, 0]], points[[1, 2]]).tolist() == [False, True]
+    assert ways.straight_move_mask(points[[0, 0]], points[[1, 2]]).tolist() == [False, True]
 
 
 def test_lengths_between_points_are_a_metric_no_shorter_than_the_straight_line() -> None:
     grid = best_grid(region(RING))
-    d = RegionPaths(RING, region(RING).rings, grid.points, 6.0).between_points()
+    d = RegionPaths(RING, region(RING).rings, grid.points, 6.0).shortest_lengths()
     x, y = grid.points.T
     assert np.isfinite(d).all() and np.array_equal(d, d.T)
     assert (d >= np.hypot(x[:, None] - x, y[:, None] - y) - 1e-9).all()

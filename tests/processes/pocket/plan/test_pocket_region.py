@@ -44,18 +44,18 @@ def test_a_slot_as_wide_as_the_tool_has_its_middle_as_region() -> None:
     [region], issues = centre_regions(
         Pocket(as_polyline(smooth.buffer(5.0, quad_segs=64).exterior.coords, True)), RULES
     )
-    assert region.middle is not None and not issues
-    path = shapely.LineString(region.middle)
+    assert region.slot_centre_line is not None and not issues
+    path = shapely.LineString(region.slot_centre_line)
     assert path.length == pytest.approx(30.0 + 20.0 * math.pi, abs=0.02)
     assert path.hausdorff_distance(smooth) < 0.01
     [region], _ = centre_regions(Pocket(as_polyline(bent.buffer(5.0, quad_segs=64).exterior.coords, True)), RULES)
-    assert region.middle is None
+    assert region.slot_centre_line is None
 
 
 def test_a_slot_as_wide_as_the_tool_that_leads_out_of_a_pocket_belongs_to_its_region() -> None:
     shape = shapely.union_all([shapely.box(0, -20, 40, 20), shapely.box(30, -5, 80, 5)])
     [region], issues = centre_regions(Pocket(as_polyline(shape.exterior.coords, True)), RULES)
-    assert region.middle is None
+    assert region.slot_centre_line is None
     assert region.polygon.bounds[2] == pytest.approx(75.0, abs=0.01)
     assert all(issue.severity is Severity.NOTE for issue in issues)  # corners only
 

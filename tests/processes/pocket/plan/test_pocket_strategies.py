@@ -19,7 +19,7 @@ from leafcut.model.pocket import Pocket, PocketPath
 from leafcut.processes.pocket.clearing import measure_path
 from leafcut.processes.pocket.plan.connected_rings import connected_path
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
-from leafcut.processes.pocket.plan.rings import contour_parallel_path, rings
+from leafcut.processes.pocket.plan.rings import contour_parallel_path, offset_rings
 from leafcut.processes.pocket.plan.spurs import add_spurs
 from leafcut.processes.pocket.plan.zigzag import zigzag
 
@@ -48,7 +48,7 @@ def test_the_connected_path_has_no_retract_and_is_at_most_a_percent_longer_than_
 
 def test_rings_of_a_rectangle_are_as_long_as_by_hand() -> None:
     """Centres of 90 × 50: rings at 0, 6, … 24 mm from the wall are 2·(90 − 12k) + 2·(50 − 12k) long."""
-    found = rings(only_region(Pocket(box(0, 0, 100, 60))))
+    found = offset_rings(only_region(Pocket(box(0, 0, 100, 60))))
     assert [ring.level for ring in found] == [0, 1, 2, 3, 4]
     assert [ring.length for ring in found] == pytest.approx([280 - 48 * k for k in range(5)], abs=0.1)
 
@@ -64,7 +64,7 @@ def test_contour_links_the_rings_of_a_rectangle_by_one_step_over_each() -> None:
 @pytest.mark.parametrize("climb", [True, False])
 def test_walls_are_passed_with_the_material_on_the_right_when_climbing(climb: bool) -> None:
     region = only_region(plate(), dataclasses.replace(RULES, climb=climb))
-    for ring in rings(region):
+    for ring in offset_rings(region):
         if ring.level == 0:
             start, end = ring.points[0], ring.points[1]
             ahead = (end - start) / np.hypot(*(end - start))

@@ -23,10 +23,10 @@ from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
 from leafcut.processes.pocket.plan.rings import contour_parallel_path
 from leafcut.processes.pocket.plan.rules import (
+    clearing_rules,
+    divide_into_levels,
     finishing_levels,
-    levels_of,
-    milled_pockets,
-    rules_of,
+    select_pockets,
 )
 from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
 from leafcut.processes.pocket.plan.walls import wall_passes
@@ -73,10 +73,10 @@ def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ram
 
 
 def test_levels_are_equal_and_none_is_deeper_than_the_step_down() -> None:
-    assert levels_of(5.0, 2.0, 10.0).levels == pytest.approx([-5 / 3, -10 / 3, -5.0])
-    assert levels_of(4.0, 2.0, 10.0).levels == pytest.approx([-2.0, -4.0])
-    assert levels_of(4.0, None, 10.0) == PocketLevels(0.0, (-4.0,))
-    assert levels_of(9.0, 2.0, 10.0, begin=-4.0).levels == pytest.approx([-4 - 5 / 3, -4 - 10 / 3, -9.0])
+    assert divide_into_levels(5.0, 2.0, 10.0).levels == pytest.approx([-5 / 3, -10 / 3, -5.0])
+    assert divide_into_levels(4.0, 2.0, 10.0).levels == pytest.approx([-2.0, -4.0])
+    assert divide_into_levels(4.0, None, 10.0) == PocketLevels(0.0, (-4.0,))
+    assert divide_into_levels(9.0, 2.0, 10.0, begin=-4.0).levels == pytest.approx([-4 - 5 / 3, -4 - 10 / 3, -9.0])
 
 
 def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
@@ -89,14 +89,14 @@ def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
 )
 def test_rules_say_in_one_line_what_is_missing_or_wrong(diameter: float | None, strategy: str, words: str) -> None:
     with pytest.raises(OptionError, match=words):
-        rules_of(PocketOptions(strategy=strategy), "climb", None, diameter)
+        clearing_rules(PocketOptions(strategy=strategy), "climb", None, diameter)
 
 
 def test_depth_is_needed_and_levels_are_counted() -> None:
     with pytest.raises(OptionError, match="--depth"):
-        milled_pockets(Part("part", pockets=(Pocket(box(0, 0, 60, 60)),)), None, 10.0)
+        select_pockets(Part("part", pockets=(Pocket(box(0, 0, 60, 60)),)), None, 10.0)
     with pytest.raises(OptionError, match="levels"):
-        levels_of(100.0, 0.01, 10.0)
+        divide_into_levels(100.0, 0.01, 10.0)
 
 
 def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None:

@@ -10,15 +10,15 @@ import pytest
 import shapely
 from pocket_shapes import RULES, l_shape, only_region, plate
 
-from leafcut.processes.pocket.plan.ring_links import RingLinks, children_of, tree_of
-from leafcut.processes.pocket.plan.rings import Ring, rings
+from leafcut.processes.pocket.plan.ring_links import RingLinks, joint_spanning_tree, tree_children
+from leafcut.processes.pocket.plan.rings import Ring, offset_rings
 
 STEP = RULES.step_over
 
 
 def circle(x: float, y: float, radius: float, level: int) -> Ring:
     turn = np.linspace(0.0, math.tau, 240, endpoint=False)
-    return Ring.through(np.column_stack([x + radius * np.cos(turn), y + radius * np.sin(turn)]), level)
+    return Ring.from_open_points(np.column_stack([x + radius * np.cos(turn), y + radius * np.sin(turn)]), level)
 
 
 def some(seed: int) -> list[Ring]:
@@ -34,7 +34,7 @@ def weight(a: Ring, b: Ring) -> float:
 @pytest.mark.parametrize("seed", range(6))
 def test_the_rings_are_joined_by_the_cheapest_tree_of_all(seed: int) -> None:
     cut = some(seed)
-    tree = tree_of(cut, STEP)
+    tree = joint_spanning_tree(cut, STEP)
     assert len(tree) == len(cut) - 1
     pairs = list(itertools.combinations(range(len(cut)), 2))
     costs = {(a, b): weight(cut[a], cut[b]) for a, b in pairs}
@@ -55,20 +55,20 @@ def test_the_rings_are_joined_by_the_cheapest_tree_of_all(seed: int) -> None:
 
 def test_every_ring_beside_the_spine_is_visited_in_passing_from_one_that_it_is_joined_to() -> None:
     edges = [(0, 1), (1, 2), (1, 3), (3, 4), (0, 5)]
-    assert children_of([0, 1, 2], edges, 6) == {0: [5], 1: [3], 2: [], 3: [4], 4: [], 5: []}
+    assert tree_children([0, 1, 2], edges, 6) == {0: [5], 1: [3], 2: [], 3: [4], 4: [], 5: []}
 
 
 def test_rings_of_concentric_circles_are_joined_each_to_the_next() -> None:
     cut = [circle(0, 0, 40 - STEP * level, level) for level in range(5)]
-    assert {tuple(sorted(edge)) for edge in tree_of(cut, STEP)} == {(k, k + 1) for k in range(4)}
+    assert {tuple(sorted(edge)) for edge in joint_spanning_tree(cut, STEP)} == {(k, k + 1) for k in range(4)}
 
 
 @pytest.mark.parametrize("pocket", [plate(), l_shape()], ids=["plate", "l-shape"])
 def test_one_way_goes_through_all_rings_at_depth_and_leaves_neither_the_region_nor_a_wall_out(pocket) -> None:
     region = only_region(pocket)
-    cut = rings(region)
+    cut = offset_rings(region)
     layout = RingLinks(region, cut)
-    ways = layout.paths(np.zeros((0, 2)))
+    ways = layout.joined_paths(np.zeros((0, 2)))
     assert len(ways) == 1 + len(layout.apart) == 1
     line = shapely.LineString(ways[0])
     assert region.polygon.buffer(1e-3).covers(line)

@@ -13,7 +13,7 @@ from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
-from leafcut.processes.pocket.proof.chips import MeasuredChips, measured_chips
+from leafcut.processes.pocket.proof.chips import MeasuredChips, measure_chips
 from leafcut.read.work_materials import load_material
 
 #: 10 mm/s at 6000 rpm are 0.1 mm a revolution.
@@ -38,7 +38,7 @@ def path_of(*moves: Move, rpm: float = 6000.0) -> Toolpath:
 def measured(
     *moves: Move, limits: FeedLimits = LIMITS, levels: tuple[float, ...] = (-2.0,), rpm: float = 6000.0
 ) -> MeasuredChips:
-    return measured_chips(path_of(*moves, rpm=rpm), RULES, limits, MILL, levels)
+    return measure_chips(path_of(*moves, rpm=rpm), RULES, limits, MILL, levels)
 
 
 def found(*moves: Move, limits: FeedLimits = LIMITS, levels: tuple[float, ...] = (-2.0,)) -> list[tuple[int, str]]:
@@ -150,7 +150,7 @@ def test_a_helix_is_a_ramp_as_long_as_its_arcs() -> None:
     for z in (-0.75, -2.0):
         builder.arc(True, (0.0, 0.0, z), Arc((4.0, 0.0, 0.0)), feed=5.0)
     builder.arc(True, (0.0, 0.0, -1.0), Arc((4.0, 0.0, 0.0)), feed=9.0)
-    found = measured_chips(builder.build(), RULES, limits, MILL, (-2.0,))
+    found = measure_chips(builder.build(), RULES, limits, MILL, (-2.0,))
     across, fall = 16.0 * math.pi, 2.5
     by_feed = 5.0 / math.hypot(across, fall)
     needed = power_on_ramp(limits, by_feed * across, by_feed * fall, 2.0)
@@ -200,7 +200,7 @@ def test_a_plunge_needs_power_only_in_uncleared_material() -> None:
     builder.rapid(z=0.5)
     builder.rapid(x=15.0)
     builder.feed(z=-2.0, feed=9.0, line=4)
-    assert measured_chips(builder.build(), RULES, weak, MILL, (-2.0,)).wrong == ()
+    assert measure_chips(builder.build(), RULES, weak, MILL, (-2.0,)).wrong == ()
 
 
 def test_the_power_of_a_slot_grows_with_its_feed_and_is_limited() -> None:

@@ -18,10 +18,10 @@ from leafcut.processes.pocket.proof.pocket import (
     depth_differences,
     fast_cut_differences,
     gouge_differences,
-    simulated_levels,
+    max_ignored_film,
+    simulate_levels,
     step_over_differences,
     stock_top_differences,
-    thickest_film,
 )
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
@@ -149,7 +149,7 @@ def test_a_film_of_a_hundredth_of_the_tool_is_no_material(aside: float, found: i
         (5, 5, None, 0), (None, None, -2, 5), (35, 5, -2, 10), (35, 5 + aside, -2, 5), (10, 5 + aside, -2, 40)
     )
     assert len(fast_cut_differences(path, RULES, 10.0)) == found
-    assert thickest_film(RULES) == 0.1 and thickest_film(replace(RULES, tolerance=0.02)) == 0.12
+    assert max_ignored_film(RULES) == 0.1 and max_ignored_film(replace(RULES, tolerance=0.02)) == 0.12
 
 
 def test_a_level_that_is_too_deep_has_its_place() -> None:
@@ -172,7 +172,7 @@ def around(x: float, y: float, wide: float, high: float, z: float) -> list[Step]
 
 def test_a_gouge_and_a_wide_step_over_have_their_level() -> None:
     pocket = Pocket(WALL, name="1")
-    (level,) = simulated_levels(path_of(*around(4, 5, 31, 20, -2)), (pocket,), RULES, [(-2.0,)])
+    (level,) = simulate_levels(path_of(*around(4, 5, 31, 20, -2)), (pocket,), RULES, [(-2.0,)])
     # The tool goes 1 mm into the left wall, at both ends with the corners of a circle.
     assert 20 <= level.removal.gouges.area <= 30
     (found,) = gouge_differences([level], (pocket,))
@@ -181,7 +181,7 @@ def test_a_gouge_and_a_wide_step_over_have_their_level() -> None:
         f"{level.removal.gouges.area:.3g} mm² are cut beyond the wall near X-0."
     )
     rows = [(x, 7.0 * k, -2, 10) for k, ends in enumerate(((0, 50), (50, 0), (0, 50))) for x in ends]
-    (level,) = simulated_levels(path_of((0, 0, None, 0), (None, None, -2, 5), *rows), WIDE, RULES, [(-2.0,)])
+    (level,) = simulate_levels(path_of((0, 0, None, 0), (None, None, -2, 5), *rows), WIDE, RULES, [(-2.0,)])
     (found,) = step_over_differences([level], WIDE, RULES)
     assert str(found) == "step-over: pocket 1 at Z-2.000: passes are 7.000 mm apart, 6 mm are allowed"
 
@@ -193,7 +193,7 @@ def test_each_pocket_is_simulated_with_its_own_moves() -> None:
     )
     steps = [(5, 5, None, 0), (5, 5, -1, 5), (35, 5, -1, 10), (35, 5, 2, 0), (65, 5, 2, 0), (65, 5, -1, 5),
              (95, 5, -1, 10), (95, 5, -2, 5), (80, 5, -2, 10)]  # fmt: skip
-    found = simulated_levels(path_of(*steps), pockets, RULES, [(-1.0,), (-2.0, -1.0)])
+    found = simulate_levels(path_of(*steps), pockets, RULES, [(-1.0,), (-2.0, -1.0)])
     assert [(level.number, level.z) for level in found] == [(0, -1.0), (1, -2.0), (1, -1.0)]
     strip = 30 * 10 + math.pi * 25
     assert [level.removal.swept.area for level in found] == pytest.approx([strip, strip - 150, strip], rel=1e-3)
@@ -216,7 +216,7 @@ def test_only_a_whole_circle_within_the_tool_clears_its_inside(
         end = (radius * math.cos(math.radians(turned)), radius * math.sin(math.radians(turned)), -2.0)
         builder.arc(False, end, Arc((0.0, 0.0, -2.0)), feed=5.0)
     rules = replace(RULES, step_over=2.0)
-    (level,) = simulated_levels(builder.build(), WIDE, rules, [(-2.0,)])
+    (level,) = simulate_levels(builder.build(), WIDE, rules, [(-2.0,)])
     assert (level.step_over == 0) is (step_over == 0)
 
 
@@ -224,11 +224,15 @@ def test_earlier_cuts_are_those_before_a_row_and_as_low() -> None:
     cuts = list(cutting_moves(path_of((5, 5, None, 0), (5, 5, -2, 5), (35, 5, -2, 10), (35, 5, -3, 5)), 0.01))
     earlier = EarlierCuts(cuts, RULES)
     place, up = np.array([20.0, 5.0]), np.array([0.0, 1.0])
-    assert earlier.passed(place, 4, -2.0) and not earlier.passed(place, 3, -2.0) and not earlier.passed(place, 4, -2.1)
-    assert earlier.passed(place + 0.0009 * up, 4, -2.0) and not earlier.passed(place + 0.0011 * up, 4, -2.0)
-    assert earlier.cleared(place, 4, 0.0).bounds == pytest.approx((0, 0, 40, 10), abs=0.01)
-    assert earlier.cleared(place, 3, 0.0).is_empty and earlier.cleared(place + 10.1 * up, 4, 0.0).is_empty
-    assert not earlier.cleared(place + 9.9 * up, 4, 0.0).is_empty
+    assert (
+        earlier.has_passed(place, 4, -2.0)
+        and not earlier.has_passed(place, 3, -2.0)
+        and not earlier.has_passed(place, 4, -2.1)
+    )
+    assert earlier.has_passed(place + 0.0009 * up, 4, -2.0) and not earlier.has_passed(place + 0.0011 * up, 4, -2.0)
+    assert earlier.cleared_area(place, 4, 0.0).bounds == pytest.approx((0, 0, 40, 10), abs=0.01)
+    assert earlier.cleared_area(place, 3, 0.0).is_empty and earlier.cleared_area(place + 10.1 * up, 4, 0.0).is_empty
+    assert not earlier.cleared_area(place + 9.9 * up, 4, 0.0).is_empty
 
 
 TRIANGLE = np.array([[(50, 0, 3), (60, 0, 3), (50, 10, 3)]], dtype=float)
@@ -263,5 +267,5 @@ def test_a_finishing_pass_below_all_levels_is_measured_alone() -> None:
     """Three passes 7 mm apart at -2, and nothing at -1."""
     rows = [(x, 7.0 * k, -2, 10) for k, ends in enumerate(((0, 50), (50, 0), (0, 50))) for x in ends]
     path = path_of((0, 0, None, 0), (0, 0, -2, 5), *rows)
-    levels = simulated_levels(path, WIDE, RULES, [(-1.0,)], [(-2.0,)])
+    levels = simulate_levels(path, WIDE, RULES, [(-1.0,)], [(-2.0,)])
     assert [(level.z, level.step_over) for level in levels] == [(-2.0, pytest.approx(7.0)), (-1.0, 0.0)]

@@ -16,7 +16,7 @@ from leafcut.processes.pocket.proof.pocket import (
     depth_differences,
     fast_cut_differences,
     gouge_differences,
-    simulated_levels,
+    simulate_levels,
     step_over_differences,
 )
 
@@ -148,7 +148,7 @@ def test_a_rapid_goes_down_below_the_r_plane_only_where_all_of_the_tool_is_over_
 
 @pytest.mark.hazard
 def test_what_a_level_leaves_is_found_by_simulation_of_the_program() -> None:
-    levels = simulated_levels(laid(*RING), POCKETS, RULES, [(-2.0,)])
+    levels = simulate_levels(laid(*RING), POCKETS, RULES, [(-2.0,)])
     [level] = levels
     assert (level.z, level.number) == (-2.0, 0)
     # The tool's centre can go round the island on all of 30 × 20 mm but a disc of 7 mm; the ring's inner edge leaves
@@ -158,17 +158,17 @@ def test_what_a_level_leaves_is_found_by_simulation_of_the_program() -> None:
 
 
 def test_where_the_tool_only_comes_down_to_a_level_its_disc_is_cleared() -> None:
-    [level] = simulated_levels(laid(), POCKETS, RULES, [(-2.0,)])
+    [level] = simulate_levels(laid(), POCKETS, RULES, [(-2.0,)])
     assert level.removal.swept.area == pytest.approx(math.pi * 25.0, rel=1e-3)
 
 
 def test_the_moves_of_another_level_do_not_count_for_a_level() -> None:
-    [level] = simulated_levels(laid(*RING), POCKETS, RULES, [(-1.0,)])
+    [level] = simulate_levels(laid(*RING), POCKETS, RULES, [(-1.0,)])
     assert level.removal.swept.is_empty
 
 
 def test_a_gouge_is_found_by_simulation_too() -> None:
-    levels = simulated_levels(laid((4.0, 25.0, -2.0)), POCKETS, RULES, [(-2.0,)])
+    levels = simulate_levels(laid((4.0, 25.0, -2.0)), POCKETS, RULES, [(-2.0,)])
     assert [d.what for d in gouge_differences(levels, POCKETS)] == ["gouge"]
     assert levels[0].removal.gouges.area > 1.0
 
@@ -187,7 +187,7 @@ def test_levels_that_are_alike_are_simulated_once(monkeypatch: pytest.MonkeyPatc
     calls = []
     real = room.removal
     monkeypatch.setattr(room, "removal", lambda *a: calls.append(1) or real(*a))
-    rows = simulated_levels(builder.build(), POCKETS, RULES, [(-1.0, -2.0)])
+    rows = simulate_levels(builder.build(), POCKETS, RULES, [(-1.0, -2.0)])
     assert len(rows) == 2 and len(calls) == 1
     assert np.isclose(rows[0].removal.swept.area, rows[1].removal.swept.area)
 
@@ -198,7 +198,7 @@ def test_lines_further_apart_than_the_stated_step_over_are_found_in_the_text(apa
     """Three lines over a field without walls nearby, to and fro."""
     field = (Pocket(Polyline.of_points([(-90, -90), (90, -90), (90, 90), (-90, 90)], closed=True), name="1"),)
     rows = [(x, k * apart, -2.0) for k, ends in enumerate(((0, 50), (50, 0), (0, 50))) for x in ends]
-    levels = simulated_levels(laid(*rows, start=(0.0, 0.0)), field, RULES, [(-2.0,)])
+    levels = simulate_levels(laid(*rows, start=(0.0, 0.0)), field, RULES, [(-2.0,)])
     assert levels[0].step_over == pytest.approx(apart, abs=1e-6)
     assert [d.what for d in step_over_differences(levels, field, RULES)] == said
 
@@ -213,14 +213,14 @@ def test_what_a_helix_clears_within_its_circle_is_no_gap_between_passes() -> Non
         builder.arc(False, (24.5, 15.0, z), Arc((20.0, 15.0, builder.position[2])), feed=5.0)
     builder.end()
     rules, pocket = replace(RULES, step_over=2.0), (Pocket(WALL, name="1"),)
-    assert simulated_levels(builder.build(), pocket, rules, [(-2.0,)])[0].step_over == 0.0
+    assert simulate_levels(builder.build(), pocket, rules, [(-2.0,)])[0].step_over == 0.0
 
 
 def test_a_finishing_pass_half_way_down_lies_beside_the_passes_of_the_level_below_it() -> None:
     """The ring is finished at 1 mm, in its own steps; roughing is 5 mm inside it, at 2 mm: 5 apart."""
     rough = ((10.0, 10.0), (30.0, 10.0), (30.0, 20.0), (10.0, 20.0), (10.0, 10.0))
     path = levels_at(-2.0, -1.0, ways={-2.0: rough})
-    levels = simulated_levels(path, (Pocket(WALL, name="1"),), RULES, [(-2.0,)], [(-1.0,)])
+    levels = simulate_levels(path, (Pocket(WALL, name="1"),), RULES, [(-2.0,)], [(-1.0,)])
     assert [(level.z, level.step_over) for level in levels] == [(-2.0, pytest.approx(0.0)), (-1.0, pytest.approx(5.0))]
 
 

@@ -29,8 +29,8 @@ from leafcut.processes.pocket.report.pocket_report import (
     build_pocket_scene,
     figures_by_strategy,
     pocket_drawing,
-    shapes_of,
     sum_measures,
+    unfinished_shapes,
 )
 from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json
@@ -168,7 +168,7 @@ def test_the_drawing_tells_clearing_walls_links_and_rapids_apart() -> None:
 
 
 def test_what_is_out_of_reach_and_what_stays_are_found_for_the_picture() -> None:
-    shapes = shapes_of(POCKET, ZIGZAG, RULES)
+    shapes = unfinished_shapes(POCKET, ZIGZAG, RULES)
     # Four corners of (1 − π/4)·5² each.
     assert shapes.unreachable.area == pytest.approx(4 * (1 - math.pi / 4) * 25, rel=0.02)
     # Between two passes 10 mm apart a tool of 10 mm leaves nothing but the rounded ends: two places of

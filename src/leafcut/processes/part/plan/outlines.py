@@ -20,7 +20,7 @@ from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.toolpath import ToolpathBuilder
-from leafcut.processes.milling.entries import ABOVE, MOST_LEGS, enter_level, cut_along
+from leafcut.processes.milling.entries import ABOVE, MOST_LEGS, cut_along, enter_level
 from leafcut.processes.part.model import Edge, TabRules
 from leafcut.processes.part.plan.finishing import (
     TOLERANCE,

@@ -28,7 +28,7 @@ _QUARTER = 256
 def check_edges(request: PartRequest, cuts: Cuts, others: NDArray[np.bool_], material: Any) -> Verdict:
     """Check that the cuts go through the plate all around each edge, except at tabs of the requested size.
 
-    If a finishing allowance is requested, roughing must leave it on the wall, and a finishing pass must cut_along.
+    If a finishing allowance is requested, roughing must leave it on the wall, and a finishing pass must follow.
     `others` marks the cuts of other operations, which do not affect the order of the edges. `material` is the area of
     the finished part.
     """
@@ -71,7 +71,7 @@ def _centre_rings(shape: Any, edge: Edge, radius: float, material: Any) -> list[
 
 
 def _owners(cuts: Cuts, rings: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
-    """Return the index of the edge that each cut follows, or -1 if a cut does not cut_along an edge, int64[n]."""
+    """Return the index of the edge that each cut follows, or -1 if a cut does not follow an edge, int64[n]."""
     owner = np.full(len(cuts), -1, dtype=np.int64)
     for number, own in enumerate(rings):
         for ring in own:

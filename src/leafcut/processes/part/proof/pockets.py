@@ -135,7 +135,7 @@ def _check_walls(
     """Check roughing and finishing along the walls of a pocket.
 
     Roughing must clear the whole pocket except for the allowance before any cut gets closer to the walls. A pass along
-    each wall must cut_along.
+    each wall must follow.
     """
     wide, differences = radius + finish, []
     for centres in shapely.get_parts(pocket.region.buffer(-radius, quad_segs=_QUARTER)):

@@ -86,7 +86,7 @@ def adaptive(region: CentreRegion) -> PocketPath:
     )
     path.clear_widest_disc(axis)
     path.clear_along_axis(axis)
-    path.along_walls(region.rings)
+    path.cut_along_walls(region.boundary_rings)
     return PocketPath("adaptive", tuple(path.pieces))
 
 
@@ -117,7 +117,7 @@ class _AdaptivePath:
     def __post_init__(self) -> None:
         self.turn = 1 if self.rules.climb else -1
         self.fine = 0.3 * self.rules.tolerance
-        self.fronts = ClearedDiscs(self.rules.radius, self.turn, self.fine, THIN * self.width_at_limit)
+        self.cleared = ClearedDiscs(self.rules.radius, self.turn, self.fine, THIN * self.width_at_limit)
 
     @property
     def width_at_limit(self) -> float:
@@ -138,7 +138,7 @@ class _AdaptivePath:
         self.pieces.append(PocketPiece(opened, "entry"))
         if radius > helix:
             self.pieces.append(PocketPiece(as_polyline(self._spiral(helix, radius) + np.array([x, y])), "rough"))
-        self.fronts.add(x, y, radius)
+        self.cleared.add(x, y, radius)
         self.parents.append(0)
         self.at = self.pieces[-1].path.end
 
@@ -202,7 +202,7 @@ class _AdaptivePath:
             cleared = self._clear_disc(at, spot)
             if cleared.disc == spot.disc and float(np.hypot(*(at - spot.at))) < _STUCK:
                 x, y = end.tolist()
-                if self.fronts.contains_disc(x, y, self._radius(end), FILM * self.rules.tolerance):
+                if self.cleared.contains_disc(x, y, self._distance_to_edge(end), FILM * self.rules.tolerance):
                     return cleared  # the wall pass removes the film in the tip of a corner
                 raise PlanError(
                     "the engagement cannot be kept near ({:.2f}, {:.2f}), where the tool hardly has room to turn; "
@@ -226,7 +226,7 @@ class _AdaptivePath:
                 break
         return spot.at + part * (at - spot.at)
 
-    def _radius(self, at: Floats) -> float:
+    def _distance_to_edge(self, at: Floats) -> float:
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
     def _can_clear(self, at: Floats, spot: _ClearedPoint, sure: bool = False) -> bool:
@@ -235,22 +235,22 @@ class _AdaptivePath:
         This must neither exceed the engagement limit nor leave a large cusp. With `sure`, the engagement is sampled
         more densely.
         """
-        (x, y), radius = at.tolist(), self._radius(at)
+        (x, y), radius = at.tolist(), self._distance_to_edge(at)
         if not self._uncut_arcs(x, y, radius):
             return True
-        cx, cy, before = self.fronts.discs[spot.disc].tolist()
+        cx, cy, before = self.cleared.discs[spot.disc].tolist()
         cusp = min(CUSP, CUSP_SHARE * self.width_at_limit)
         if math.hypot(x - cx, y - cy) > before + 0.8 * radius:
             return False
         if float(np.hypot(*(at - spot.at))) > math.sqrt(8.0 * cusp * (self.rules.radius + radius)):
             return False
-        return self.fronts.engagement(x, y, radius, sure) <= self._engagement_limit(radius)
+        return self.cleared.engagement(x, y, radius, sure) <= self._engagement_limit(radius)
 
     def _uncut_arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
         """Return the start angle and sweep, rad, of each uncut arc of a disc. Thin films in corners are ignored."""
-        if radius < self.fine and self.fronts.contains_disc(x, y, radius, 0.5 * self.rules.tolerance):
+        if radius < self.fine and self.cleared.contains_disc(x, y, radius, 0.5 * self.rules.tolerance):
             return []
-        return self.fronts.arcs(x, y, radius)
+        return self.cleared.uncut_arcs(x, y, radius)
 
     def _engagement_limit(self, radius: float) -> float:
         """Return the engagement limit on a circle, rad.
@@ -263,33 +263,33 @@ class _AdaptivePath:
         return self.limit - min(film / (tool * math.sin(self.limit)), 0.5 * self.limit)
 
     def _clear_disc(self, at: Floats, spot: _ClearedPoint) -> _ClearedPoint:
-        (x, y), radius = at.tolist(), self._radius(at)
+        (x, y), radius = at.tolist(), self._distance_to_edge(at)
         arcs = self._uncut_arcs(x, y, radius)
         if not arcs:
-            return _ClearedPoint(self.fronts.nearest(x, y), at)
+            return _ClearedPoint(self.cleared.nearest(x, y), at)
         for start, sweep in arcs:
             arc = _arc(x, y, radius, start, self.turn * sweep)
-            self._link_to(arc.start, self._disc_around(arc.start, spot.disc))
+            self._link_to(arc.start, self._disc_containing(arc.start, spot.disc))
             self.pieces.append(PocketPiece(arc))
-            self.at, self.disc = arc.end, self._disc_around(arc.end, spot.disc)
-        self.disc = self.fronts.add(x, y, radius)
+            self.at, self.disc = arc.end, self._disc_containing(arc.end, spot.disc)
+        self.disc = self.cleared.add(x, y, radius)
         self.parents.append(spot.disc)
         return _ClearedPoint(self.disc, at)
 
-    def _disc_around(self, place: tuple[float, float], first: int) -> int:
+    def _disc_containing(self, place: tuple[float, float], first: int) -> int:
         """Return the index of a cleared disc that contains a position. The disc `first` takes precedence."""
-        x, y, radius = self.fronts.discs[first].tolist()
-        return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
+        x, y, radius = self.cleared.discs[first].tolist()
+        return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.cleared.nearest(*place)
 
     def _link_to(self, to: tuple[float, float], disc: int) -> None:
         """Move through the cleared area to the position `to`, which must lie inside the given disc."""
         discs = self._discs_between(self.disc, disc)
-        places = [self.at, *(self._lens_middle(a, b) for a, b in pairwise(discs)), to]
+        places = [self.at, *(self._overlap_centre(a, b) for a, b in pairwise(discs)), to]
         corners, i = [places[0]], 0
         while i < len(places) - 1:
             # The line from position k to position k + 1 is inside disc k of `discs`.
             j = len(places) - 1
-            while j > i + 1 and not self.fronts.contains_move(places[i], places[j], discs[i:j]):
+            while j > i + 1 and not self.cleared.contains_move(places[i], places[j], discs[i:j]):
                 j = i + 1 + (j - i - 1) // 2
             corners.append(places[j])
             i = j
@@ -304,19 +304,19 @@ class _AdaptivePath:
             longer.append(self.parents[longer[-1]])
         return up + down[-2::-1]
 
-    def _lens_middle(self, a: int, b: int) -> tuple[float, float]:
+    def _overlap_centre(self, a: int, b: int) -> tuple[float, float]:
         """Return the centre of the overlap of two discs, which lies on the line between their centres."""
-        (ax, ay, ar), (bx, by, br) = self.fronts.discs[[a, b]].tolist()
+        (ax, ay, ar), (bx, by, br) = self.cleared.discs[[a, b]].tolist()
         far = math.dist((ax, ay), (bx, by))
         middle = 0.5 * (max(-ar, far - br) + min(ar, far + br)) / far if far else 0.0
         return (ax + middle * (bx - ax), ay + middle * (by - ay))
 
-    def along_walls(self, rings: list[Points]) -> None:
+    def cut_along_walls(self, rings: list[Points]) -> None:
         walls = [self._started_at_least_material(ring if self.turn > 0 else ring[::-1]) for ring in rings]
         while walls:
             wall = walls.pop(min(range(len(walls)), key=lambda i: math.dist(walls[i][0], self.at)))
             first = (float(wall[0, 0]), float(wall[0, 1]))
-            self._link_to(first, self.fronts.nearest(*first))
+            self._link_to(first, self.cleared.nearest(*first))
             self.pieces.append(PocketPiece(as_polyline(wall), "finish"))
 
     def _started_at_least_material(self, ring: Points) -> Points:
@@ -326,7 +326,7 @@ class _AdaptivePath:
         row = np.repeat(np.arange(len(ring)), count)
         share = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[row]
         places = ring[row] + share[:, None] * edges[row]
-        best = int(np.argmin(self.fronts.distances_outside(places)))
+        best = int(np.argmin(self.cleared.distances_to_union(places)))
         start = places[best : best + 1]
         return np.concatenate([start, np.roll(ring, -int(row[best]) - 1, axis=0), start])
 
@@ -527,7 +527,7 @@ class ClearedDiscs:
         self.count += 1
         return self.count - 1
 
-    def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
+    def uncut_arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
         """Return the start angle and sweep, rad, of each arc of a circle that lies outside all discs.
 
         The arcs run in the direction of `turn`. An arc is skipped if it is within `fine` mm of the discs, or if its
@@ -623,7 +623,7 @@ class ClearedDiscs:
         discs = self.discs
         return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
 
-    def distances_outside(self, places: Floats) -> Floats:
+    def distances_to_union(self, places: Floats) -> Floats:
         """Return the distance of each point from the union of all discs, float64[k], mm.
 
         Points inside have a negative distance.

@@ -33,14 +33,14 @@ def _fit_arcs_to_section(path: Polyline, tolerance: float) -> Polyline:
     pieces, at = [], 0
     for i in [*arcs, path.n_segments]:
         if i > at:
-            pieces.append(_fit_points(path.vertices[at : i + 1, :2], tolerance))
+            pieces.append(_fit_arcs_to_points(path.vertices[at : i + 1, :2], tolerance))
         if i < path.n_segments:
             pieces.append(Polyline(np.array([path.vertices[i], [*path.vertices[i + 1, :2], 0.0]])))
         at = i + 1
     return joined(*pieces) if pieces else path
 
 
-def _fit_points(points: Points, tolerance: float) -> Polyline:
+def _fit_arcs_to_points(points: Points, tolerance: float) -> Polyline:
     points = _without_repeats(points)
     if len(points) < 3:
         return Polyline.of_points(points)

@@ -18,7 +18,7 @@ from leafcut.model.pocket import PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.ring_links import RingLinks
-from leafcut.processes.pocket.plan.rings import never_stopped, rings
+from leafcut.processes.pocket.plan.rings import never_stopped, offset_rings
 from leafcut.processes.pocket.plan.shorten import SAMPLE_SPACING, chamfer_corners, shorten_path, subdivide_path
 from leafcut.processes.pocket.plan.spurs import add_spurs
 
@@ -64,7 +64,7 @@ def connected_path(
     """
     # The planned step-over is smaller, because chords and sample points have their own tolerances.
     region = replace(region, rules=region.rules.planned)
-    cut = rings(region)
+    cut = offset_rings(region)
     if max((ring.level for ring in cut), default=0) >= MOST_LEVELS:
         raise PlanError(
             "the connected path would need {} nested rings or more; use --strategy contour or "
@@ -75,7 +75,7 @@ def connected_path(
     candidates: list[tuple[int, PocketPath]] = []
     kept = np.zeros((0, 2))
     for _ in range(CORRECTIONS):
-        paths = layout.paths(kept)
+        paths = layout.joined_paths(kept)
         path = _shorten_paths(region, paths, np.array(layout.links).reshape(-1, 2), kept, stopped)
         if candidates and stopped():
             break

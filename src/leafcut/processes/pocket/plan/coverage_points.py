@@ -45,7 +45,7 @@ class CoveragePoints:
     pieces: Indices
 
     @cached_property
-    def geoms(self) -> Any:
+    def point_geometries(self) -> Any:
         """The sample points as an array of shapely Points."""
         return shapely.points(self.points)
 

@@ -44,20 +44,20 @@ def feed_limits(
         The spindle has far too little power for the first cut.
     """
     options = settings.of(PocketOptions)
-    _check_stated(settings, data.tool, mill)
+    _check_feed_and_speed_given(settings, data.tool, mill)
     tool = data.tool
     highest = max(min(FEED_INCREASE * tool.feed, machine.max_feed, data.air_feed), tool.feed)
     # One tool cuts all pockets, so the largest step between levels counts.
     depth = max(one.step for one in levels)
     finish = max(one.begin - finishing_levels(one, tool.diameter)[0] for one in levels) if options.stock else depth
     limits = FeedLimits(tool.diameter, tool.feed, tool.spindle_rpm, highest, depth, finish, FILM * tool.diameter)
-    power = _power(machine, tool)
+    power = _spindle_power(machine, tool)
     if power is None:
         return limits, []
     if material is None or not tool.teeth:
         return limits, [_unlimited_feed_note(settings, tool, material)]
     limits = replace(limits, power=power, material=material, teeth=tool.teeth)
-    _check_slot(limits, tool)
+    _check_power_in_slot(limits, tool)
     return limits, []
 
 
@@ -72,7 +72,7 @@ def _unlimited_feed_note(settings: Settings, tool: Tool, material: WorkMaterial 
     return Issue("L705", words, severity=Severity.NOTE)
 
 
-def _check_slot(limits: FeedLimits, tool: Tool) -> None:
+def _check_power_in_slot(limits: FeedLimits, tool: Tool) -> None:
     """Raise an error if the spindle is too weak for a full slot even at the minimum feed."""
     from leafcut.material.engagement import slot_engagement  # loads kernels, which are not needed if a file is refused
 
@@ -89,7 +89,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
         )
 
 
-def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
+def _check_feed_and_speed_given(settings: Settings, tool: Tool, mill: Tool | None) -> None:
     """Raise an error if the feed or speed of the tool is only assumed, because the chip load is then unknown."""
     feed = settings.job.feed or (mill.feed if mill else 0.0)
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
@@ -113,7 +113,7 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
         )
 
 
-def _power(machine: Machine, tool: Tool) -> float | None:
+def _spindle_power(machine: Machine, tool: Tool) -> float | None:
     """Return the power of the spindle at the speed of the tool, W, or None if it is unknown."""
     power, torque = machine.spindle_power, machine.spindle_torque
     limits = [power * DRIVE_EFFICIENCY] if power else []

@@ -86,7 +86,7 @@ class Grid:
     longer: int
 
     @property
-    def bound(self) -> float:
+    def path_length_bound(self) -> float:
         """Lower bound on the length of an open path over all points, mm.
 
         Any step longer than the pitch is at least as long as the diagonal.
@@ -104,7 +104,7 @@ class GridContext:
     retract: Retract
 
 
-def checked_pitch(rules: PocketRules) -> float:
+def grid_pitch(rules: PocketRules) -> float:
     """Return the spacing of the grid points, mm.
 
     Raises
@@ -142,12 +142,12 @@ def grid_points(
     PlanError
         The step-over is too small for a grid, or the grid has more than `MOST_POINTS` points.
     """
-    pitch, rules = checked_pitch(region.rules), region.rules
+    pitch, rules = grid_pitch(region.rules), region.rules
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
     corners = np.asarray(region.polygon.exterior.coords)[:, :2] @ turn.T
     low, high = corners.min(axis=0), corners.max(axis=0) + rules.tolerance
     if region.polygon.area > 2.0 * MOST_POINTS * pitch**2:
-        _refuse_grid(region.polygon.area / pitch**2, rules)
+        _refuse_large_grid(region.polygon.area / pitch**2, rules)
     x, y = (np.arange(low[k] + offset[k], high[k], pitch) for k in range(2))
     columns, rows = (a.ravel() for a in np.meshgrid(np.arange(len(x)), np.arange(len(y))))
     places = np.stack([x[columns], y[rows]], axis=1) @ turn
@@ -155,7 +155,7 @@ def grid_points(
     inside = shapely.contains_xy(grown, places[:, 0], places[:, 1])
     places, colour = places[inside], (columns + rows)[inside] % 2
     if len(places) > MOST_POINTS:
-        _refuse_grid(len(places), rules)
+        _refuse_large_grid(len(places), rules)
     outside = ~shapely.intersects_xy(region.polygon, places[:, 0], places[:, 1])
     if outside.any():
         near = shapely.shortest_line(region.polygon, shapely.points(places[outside]))
@@ -179,7 +179,7 @@ def _count_spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
     return max(0, math.ceil((missing - 2) / 2))
 
 
-def _refuse_grid(count: float, rules: PocketRules) -> None:
+def _refuse_large_grid(count: float, rules: PocketRules) -> None:
     raise PlanError(
         "the grid for a tool of {:g} mm has about {:.0f} points here, but the limit is {}; use another "
         "--strategy or a larger tool",
@@ -194,7 +194,7 @@ def best_grid(region: CentreRegion) -> Grid:
 
     A region that is too small for any grid gets a single point.
     """
-    pitch = checked_pitch(region.rules)
+    pitch = grid_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
     grown = region.polygon.buffer(region.rules.tolerance)
     shapely.prepare([grown, region.polygon])
@@ -203,7 +203,7 @@ def best_grid(region: CentreRegion) -> Grid:
     if not grids:
         middle = region.polygon.representative_point()
         return Grid(np.array([[middle.x, middle.y]]), pitch, 0)
-    return min(grids, key=lambda g: g.bound)
+    return min(grids, key=lambda g: g.path_length_bound)
 
 
 def grid_problem(
@@ -218,10 +218,10 @@ def grid_problem(
     this is lower. Raises the same errors as `grid_points`.
     """
     grid, retract = grid or best_grid(region), retract or Retract()
-    paths = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
+    paths = RegionPaths(region.polygon, region.boundary_rings, grid.points, grid.pitch)
     x, y = grid.points.T
     lifted = retract.fixed + retract.per_mm * np.hypot(x[:, None] - x, y[:, None] - y)
-    matrix = np.minimum(paths.between_points(), lifted)
+    matrix = np.minimum(paths.shortest_lengths(), lifted)
     np.fill_diagonal(matrix, 0.0)
     problem = RoutingProblem.of_points(grid.points, Metric("EXPLICIT", matrix=matrix))
     return problem, GridContext(region, grid, paths, retract)
@@ -250,11 +250,11 @@ def _path_over_points(context: GridContext, nodes: list[int]) -> list[PocketPiec
     places, paths, retract = context.paths.places, context.paths, context.retract
     pieces: list[PocketPiece] = []
     run, linked = [places[nodes[0]]], False
-    straight = paths.straight(places[nodes[:-1]], places[nodes[1:]])
+    straight = paths.straight_move_mask(places[nodes[:-1]], places[nodes[1:]])
     for k, (a, b) in enumerate(itertools.pairwise(nodes)):
         link = (b, places[[a, b]]) if straight[k] else paths.path_to_nearest(a, [b])
         needed = (len(run) == 1 and not linked) or k == len(nodes) - 2
-        dear = link is not None and length_of(link[1]) > retract.cost(math.dist(places[a], places[b]))
+        dear = link is not None and path_length(link[1]) > retract.cost(math.dist(places[a], places[b]))
         by_feed = link is not None and (needed or not dear)
         if by_feed and straight[k]:
             run.append(places[b])
@@ -284,13 +284,13 @@ def _path_along_walls(context: GridContext, at: int) -> tuple[float, list[Pocket
         apart = np.hypot(*(paths.places[nodes] - last).T)
         node, lifted = int(nodes[apart.argmin()]), retract.cost(float(apart.min()))
         nearest = paths.path_to_nearest(at, owner)
-        if nearest is not None and length_of(nearest[1]) <= lifted:
+        if nearest is not None and path_length(nearest[1]) <= lifted:
             node = nearest[0]
-        loop = _wall_loop(context.region.rings, paths.places[node], rules.climb)
+        loop = _wall_loop(context.region.boundary_rings, paths.places[node], rules.climb)
         if nearest is not None and node == nearest[0]:
             link = np.concatenate([last[None], nearest[1], loop[:1]])
-            spent += length_of(link)
-            if length_of(link) > SAME_PLACE:
+            spent += path_length(link)
+            if path_length(link) > SAME_PLACE:
                 pieces.append(PocketPiece(as_polyline(_without_repeats(link)), "link"))
         else:
             spent += lifted
@@ -305,10 +305,10 @@ def _wall_loop(walls: list[Points], place: Points, climb: bool) -> Points:
 
     For climb milling, outer walls run counter-clockwise.
     """
-    rings = [Ring.through(wall, 0) for wall in walls]
+    rings = [Ring.from_open_points(wall, 0) for wall in walls]
     ring = min(rings, key=lambda ring: ring.line.distance(shapely.Point(place)))
-    start = ring.station_of(place)
-    loop = _without_repeats(ring.stretch(start, start + ring.length))
+    start = ring.nearest_station(place)
+    loop = _without_repeats(ring.points_between(start, start + ring.length))
     return loop if climb else loop[::-1]
 
 
@@ -351,7 +351,7 @@ class RegionPaths:
                 here, there = int(nodes[k]), int(nodes[(k + 1) % len(nodes)])
                 run = ring[a : b + 1] if b > a else np.concatenate([ring[a:], ring[: b + 1]])
                 self._along[here, there], self._along[there, here] = run, run[::-1]
-                links.append((here, there, length_of(run)))
+                links.append((here, there, path_length(run)))
             self.rings.append(nodes)
             stops.append(ring[at])
             count += len(at)
@@ -363,7 +363,7 @@ class RegionPaths:
         places: Any = shapely.points(self.places)
         here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=reach)
         pairs = np.stack([here, there], axis=1)[here < there]
-        pairs = pairs[self.straight(self.places[pairs[:, 0]], self.places[pairs[:, 1]])]
+        pairs = pairs[self.straight_move_mask(self.places[pairs[:, 0]], self.places[pairs[:, 1]])]
         cost = np.hypot(*(self.places[pairs[:, 0]] - self.places[pairs[:, 1]]).T)
         around = np.array([(a, b, c) for a, b, c in links if a != b]).reshape(-1, 3)
         a = np.concatenate([pairs[:, 0], around[:, 0].astype(np.int64)])
@@ -374,7 +374,7 @@ class RegionPaths:
         self._begin = np.searchsorted(source[order], np.arange(len(self.places) + 1))
         self._target, self._cost = target[order], costs[order]
 
-    def straight(self, start: Points, end: Points) -> NDArray[np.bool_]:
+    def straight_move_mask(self, start: Points, end: Points) -> NDArray[np.bool_]:
         """Return a mask of the straight moves from `start` to `end`, float64[k, 2] each, that stay in the region."""
         inside = np.zeros(len(start), dtype=np.bool_)
         for k in range(0, len(start), SEGMENTS_AT_ONCE):
@@ -382,7 +382,7 @@ class RegionPaths:
             inside[part] = shapely.covers(self.allowed, shapely.linestrings(np.stack([start[part], end[part]], axis=1)))
         return inside
 
-    def between_points(self) -> NDArray[np.float64]:
+    def shortest_lengths(self) -> NDArray[np.float64]:
         """Return the length of the shortest path between each pair of points, float64[n, n], mm.
 
         The length is infinite if no path exists. The function updates the matrix row by row, in sweeps across the
@@ -415,31 +415,31 @@ class RegionPaths:
         Return the last node and the corners of the path, or None if no path exists.
         """
         nodes = shortest_path(len(self.places), self._edges, start, ends)
-        return None if nodes is None else (nodes[-1], self._straightened(self._corners(nodes)))
+        return None if nodes is None else (nodes[-1], self._straightened(self._path_corners(nodes)))
 
     def _edges(self, node: int) -> tuple[Indices, Floats]:
         near = slice(self._begin[node], self._begin[node + 1])
         return self._target[near], self._cost[near]
 
-    def _corners(self, nodes: list[int]) -> Points:
+    def _path_corners(self, nodes: list[int]) -> Points:
         runs = [self.places[nodes[:1]]]
         for a, b in itertools.pairwise(nodes):
             run = self._along.get((a, b))
             straight = math.dist(self.places[a], self.places[b])
-            if run is None or (length_of(run) > straight + ROUNDING and self._is_straight(a, b)):
+            if run is None or (path_length(run) > straight + ROUNDING and self._is_straight(a, b)):
                 run = self.places[[a, b]]
             runs.append(run[1:])
         return np.concatenate(runs)
 
     def _is_straight(self, a: int, b: int) -> bool:
-        return bool(self.straight(self.places[[a]], self.places[[b]])[0])
+        return bool(self.straight_move_mask(self.places[[a]], self.places[[b]])[0])
 
     def _straightened(self, corners: Points) -> Points:
         """Straighten a path by going from each corner directly to the farthest visible corner."""
         kept, at = [0], 0
         while at < len(corners) - 1:
             rest = corners[at + 1 :]
-            seen = np.flatnonzero(self.straight(np.broadcast_to(corners[at], rest.shape), rest))
+            seen = np.flatnonzero(self.straight_move_mask(np.broadcast_to(corners[at], rest.shape), rest))
             at += int(seen[-1]) + 1 if len(seen) else 1
             kept.append(at)
         return corners[kept]
@@ -456,6 +456,6 @@ def _spaced_indices(ring: Points, spacing: float) -> NDArray[np.int64]:
     return stops if len(stops) > 1 else np.array([0, len(ring) // 2])
 
 
-def length_of(path: Points) -> float:
+def path_length(path: Points) -> float:
     """Return the length of a path through corners, float64[k, 2], mm."""
     return float(np.hypot(*np.diff(path, axis=0).T).sum())

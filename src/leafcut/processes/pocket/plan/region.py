@@ -39,11 +39,11 @@ class CentreRegion:
     rules: PocketRules
 
     @property
-    def middle(self) -> Points | None:
+    def slot_centre_line(self) -> Points | None:
         """Centre line if the region is a slot exactly as wide as the tool, float64[n, 2], mm, otherwise None."""
         if self.polygon.interiors or 2.0 * self.polygon.area > 1.5 * self.rules.tolerance * self.polygon.length:
             return None
-        ring = self.rings[0]
+        ring = self.boundary_rings[0]
         away = np.hypot(*(ring[:, None] - ring[None, :]).transpose(2, 0, 1))
         a, b = sorted(divmod(int(away.argmax()), len(ring)))
         side, opposite = ring[a : b + 1], shapely.LineString(np.concatenate([ring[b:], ring[: a + 1]]))
@@ -53,7 +53,7 @@ class CentreRegion:
         return None if wide else middle
 
     @property
-    def rings(self) -> list[Points]:
+    def boundary_rings(self) -> list[Points]:
         """The counter-clockwise outer boundary, followed by the clockwise boundaries of islands.
 
         Each ring is float64[n, 2], mm, without the closing point.
@@ -141,7 +141,7 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
     issues = [
         Issue(
             "L701",
-            Message("{}: {} remains uncut: {} cannot enter it", name, _area_and_place(place), tool),
+            Message("{}: {} remains uncut: {} cannot enter it", name, _area_and_place_text(place), tool),
             missing=MissingWork("place", 1, (place.place,)),
         )
         for place in off[:NAMED_PLACES]
@@ -151,14 +151,16 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
         issues.append(
             Issue(
                 "L701",
-                Message("{}: {} remain uncut: {} cannot enter them", name, _count_and_area(rest, "more place"), tool),
+                Message(
+                    "{}: {} remain uncut: {} cannot enter them", name, _count_and_area_text(rest, "more place"), tool
+                ),
                 missing=work,
             )
         )
     if corners:
-        largest = _area_and_place(corners[0])
+        largest = _area_and_place_text(corners[0])
         words = Message(
-            "{}, cannot be reached by {}; the largest, {}", _count_and_area(corners, "corner"), tool, largest
+            "{}, cannot be reached by {}; the largest, {}", _count_and_area_text(corners, "corner"), tool, largest
         )
         if len(corners) == 1:
             words = Message("a corner, {}, cannot be reached by {}", largest, tool)
@@ -166,11 +168,11 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
     return issues
 
 
-def _count_and_area(places: list[UnreachableArea], what: str) -> Message:
+def _count_and_area_text(places: list[UnreachableArea], what: str) -> Message:
     return Message("{}, {:.3g} mm² in all", count_of(len(places), what), sum(u.area for u in places))
 
 
-def _area_and_place(place: UnreachableArea) -> Message:
+def _area_and_place_text(place: UnreachableArea) -> Message:
     return Message("{:.3g} mm² near ({:.2f}, {:.2f})", place.area, place.place[0], place.place[1])
 
 

@@ -100,7 +100,7 @@ def ring_chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float)
     return [spine for spine in candidates if len(spine) >= len(candidates[0]) - 2][:MOST_SPINES]
 
 
-def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
+def tree_children(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
     """Return the children of each of the `n` rings in a tree that grows from the rings of the spine."""
     beside: list[list[int]] = [[] for _ in range(n)]
     for i, j in edges:
@@ -117,7 +117,7 @@ def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[
     return children
 
 
-def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
+def joint_spanning_tree(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
     """Return the pairs of rings to join. They form a minimum spanning tree of joints (Kruskal 1956).
 
     The line between the nearest points of two joined groups never crosses a wall. Otherwise, a ring along this wall
@@ -163,12 +163,12 @@ class RingLinks:
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never_stopped) -> None:
         self.region, self.cut, self.stopped = region, cut, stopped
-        self.edges = tree_of(cut, region.rules.step_over)
+        self.edges = joint_spanning_tree(cut, region.rules.step_over)
         self.step = region.rules.step_over
         self.allowed = region.polygon.buffer(1e-6)
         shapely.prepare(self.allowed)
         self.spine, self.spans = self._best_spine()
-        self.children = children_of(self.spine, self.edges, len(cut))
+        self.children = tree_children(self.spine, self.edges, len(cut))
         self.options: dict[tuple[int, int], _JointOptions] = {}
         self._remove_joints()
 
@@ -178,12 +178,12 @@ class RingLinks:
         self.apart: list[int] = []
         self.links: list[Points] = []
 
-    def gap(self, ring: int) -> float:
+    def joint_gap(self, ring: int) -> float:
         """Return the length of a ring that a joint may leave out, mm. It is 0 for walls and tiny rings."""
         here = self.cut[ring]
         return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
-    def paths(self, avoided: Points) -> list[Points]:
+    def joined_paths(self, avoided: Points) -> list[Points]:
         """Return the joined path, float64[n, 2], mm, followed by all rings that have no joint.
 
         Joints keep away from the positions `avoided`.
@@ -192,7 +192,7 @@ class RingLinks:
         self.avoided = shapely.multipoints(avoided)
         for ring, (start, end) in zip(self.spine, self.spans, strict=True):
             self.taken[ring].append((end, start + self.cut[ring].length))
-        self._place_children()
+        self._join_children()
         paths = [np.vstack([self._path_around(ring, *span) for ring, span in zip(self.spine, self.spans, strict=True)])]
         for one, after, (_, end), (start, _) in zip(
             self.spine, self.spine[1:], self.spans, self.spans[1:], strict=False
@@ -221,35 +221,35 @@ class RingLinks:
         cost, spans = 0.0, []
         for k, ring in enumerate(spine):
             here, last = self.cut[ring], k + 1 == len(spine)
-            end = start + here.length - (0.0 if last else self.gap(ring))
+            end = start + here.length - (0.0 if last else self.joint_gap(ring))
             spans.append((start, end))
             if not last:
-                more, start = self._entry(ring, end, spine[k + 1])
+                more, start = self._cheapest_link(ring, end, spine[k + 1])
                 cost += more
         return cost, spans
 
-    def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
+    def _cheapest_link(self, ring: int, end: float, after: int) -> tuple[float, float]:
         """Find the cheapest link from station `end` of a ring to the next ring of the spine, `after`.
 
         Return the cost of the link, mm, and its station on the ring `after`, mm.
         """
         place, to = self.cut[ring].at(end), self.cut[after]
-        nearest = to.station_of(place)
+        nearest = to.nearest_station(place)
         options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
         costs = [
-            self._link(place, to.at(s))
-            + TURN_PENALTY * self.step * _total_turn(to, s - self.gap(after), self.gap(after))
+            self._link_length(place, to.at(s))
+            + TURN_PENALTY * self.step * _total_turn(to, s - self.joint_gap(after), self.joint_gap(after))
             for s in options
         ]
         best = int(np.argmin(costs))
-        return costs[best] - self.gap(ring), options[best]
+        return costs[best] - self.joint_gap(ring), options[best]
 
-    def _link(self, a: Points, b: Points) -> float:
+    def _link_length(self, a: Points, b: Points) -> float:
         """Return the length of a straight link, mm, or infinity if the link leaves the region."""
         line = shapely.LineString([a, b])
         return float(line.length) if self.allowed.covers(line) else math.inf
 
-    def _place_children(self) -> None:
+    def _join_children(self) -> None:
         left = [(ring, child) for ring in reversed(self.spine) for child in reversed(self.children[ring])]
         while left:
             ring, child = left.pop()
@@ -268,7 +268,7 @@ class RingLinks:
 
     def _best_joint(self, parent: int, child: int) -> Joint | None:
         if (parent, child) not in self.options:
-            self.options[parent, child] = self._options(parent, child)
+            self.options[parent, child] = self._joint_options(parent, child)
         options = self.options[parent, child]
         best: tuple[float, Joint | None] = (math.inf, None)
         tried, limit = 0, 0 if self.stopped() else MOST_LOOKS
@@ -282,12 +282,12 @@ class RingLinks:
                 best = (cost + more, joint)
         return best[1]
 
-    def _options(self, parent: int, child: int) -> _JointOptions:
+    def _joint_options(self, parent: int, child: int) -> _JointOptions:
         a, b = self.cut[parent], self.cut[child]
-        stations = self._stations(parent, child)
+        stations = self._near_stations(parent, child)
         costs, all_gaps = [], []
         for share in (1.0, 0.5, 0.0):
-            gaps = share * self.gap(parent), share * self.gap(child)
+            gaps = share * self.joint_gap(parent), share * self.joint_gap(child)
             if not all(gaps):  # at most one ring has a gap
                 gaps = ONE_SIDED * gaps[0], ONE_SIDED * gaps[1]
             leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
@@ -300,7 +300,7 @@ class RingLinks:
         order = np.argsort(cost, kind="stable")
         return _JointOptions(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(all_gaps)[order])
 
-    def _stations(self, parent: int, child: int) -> Points:
+    def _near_stations(self, parent: int, child: int) -> Points:
         """Return pairs of stations (parent, child) at which two rings are close to each other, float64[n, 2], mm."""
         a, b = self.cut[parent], self.cut[child]
         pairs = []
@@ -320,9 +320,9 @@ class RingLinks:
         """
         a, b = self.cut[joint.parent], self.cut[joint.child]
         ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
-        if not self._is_free(joint.parent, joint.parent_station, ha):
+        if not self._has_room_for_joint(joint.parent, joint.parent_station, ha):
             return math.inf
-        if not self._is_free(joint.child, joint.child_station, hb):
+        if not self._has_room_for_joint(joint.child, joint.child_station, hb):
             return math.inf
         links = (
             (a.at(joint.parent_station - ha), b.at(joint.child_station + hb)),
@@ -331,7 +331,7 @@ class RingLinks:
                 a.at(joint.parent_station + ha),
             ),
         )
-        if any(math.isinf(self._link(*link)) for link in links):
+        if any(math.isinf(self._link_length(*link)) for link in links):
             return math.inf
         turn = _total_turn(a, joint.parent_station - ha, 2 * ha) + _total_turn(b, joint.child_station - hb, 2 * hb)
         near = self._is_avoided(b.at(joint.child_station)) or self._is_avoided(a.at(joint.parent_station))
@@ -340,7 +340,7 @@ class RingLinks:
     def _is_avoided(self, place: Points) -> bool:
         return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
-    def _is_free(self, ring: int, station: float, half: float) -> bool:
+    def _has_room_for_joint(self, ring: int, station: float, half: float) -> bool:
         """Return whether a ring has no other joint within `half` mm of a station on either side."""
         length = self.cut[ring].length
         for start, end in self.taken[ring]:
@@ -354,11 +354,11 @@ class RingLinks:
         stops = [((joint.parent_station - 1e-9 - start) % here.length + start, joint) for joint in self.joints[ring]]
         parts, at = [], start
         for station, joint in sorted(stops, key=lambda stop: stop[0]):
-            parts.append(here.stretch(at, max(station - 0.5 * joint.parent_gap, at)))
+            parts.append(here.points_between(at, max(station - 0.5 * joint.parent_gap, at)))
             first = joint.child_station + 0.5 * joint.child_gap
             parts.append(self._path_around(joint.child, first, first + self.cut[joint.child].length - joint.child_gap))
             at = station + 0.5 * joint.parent_gap
-        parts.append(here.stretch(at, max(end, at)))
+        parts.append(here.points_between(at, max(end, at)))
         return np.vstack(parts)
 
 
@@ -366,7 +366,7 @@ def _total_turn(ring: Ring, start: float, length: float) -> float:
     """Return the total angle by which a ring turns over the given length, rad."""
     if length <= 0.0:
         return 0.0
-    points = ring.stretch(start, start + length)
+    points = ring.points_between(start, start + length)
     steps = np.diff(points, axis=0)
     angles = np.arctan2(steps[:, 1], steps[:, 0])
     return float(np.abs((np.diff(angles) + math.pi) % (2.0 * math.pi) - math.pi).sum())

@@ -19,7 +19,7 @@ NEAR = 1.01
 LINK_STEPS = 2.0
 
 
-def rings(region: CentreRegion) -> list[Ring]:
+def offset_rings(region: CentreRegion) -> list[Ring]:
     """Return the rings that clear a region, from the walls inwards.
 
     With a clockwise spindle, the walls are on the right of the tool for climb milling and on its left for conventional
@@ -29,10 +29,10 @@ def rings(region: CentreRegion) -> list[Ring]:
     rules, level, inner = region.rules, 0, region.polygon
     while not inner.is_empty:
         for polygon in polygons(inner):
-            cut.extend(Ring.through(points, level) for points in CentreRegion(polygon, rules).rings)
+            cut.extend(Ring.from_open_points(points, level) for points in CentreRegion(polygon, rules).boundary_rings)
         level += 1
         inner = shrink(region.polygon, level * rules.step_over, rules.tolerance)
-    return cut if rules.climb else [Ring.through(ring.points[-2::-1], ring.level) for ring in cut]
+    return cut if rules.climb else [Ring.from_open_points(ring.points[-2::-1], ring.level) for ring in cut]
 
 
 def neighbouring_rings(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
@@ -48,21 +48,21 @@ def contour_parallel_path(region: CentreRegion) -> PocketPath:
     If a link between two rings is short and fits, the tool stays down.
     """
     rules = region.rules
-    cut = rings(region)
-    around = [ring.stretch(0.0, ring.length) for ring in cut]
+    cut = offset_rings(region)
+    around = [ring.points_between(0.0, ring.length) for ring in cut]
     loops = add_spurs(around, region.polygon, rules)
-    cut = [Ring.through(path[:-1], ring.level) for path, ring in zip(loops, cut, strict=True)]
+    cut = [Ring.from_open_points(path[:-1], ring.level) for path, ring in zip(loops, cut, strict=True)]
     inner: dict[int, set[int]] = {a: set() for a in range(len(cut))}
     for a, b in neighbouring_rings(cut, rules.step_over):
         inner[a].add(b)
-    path = LinkedPath(region, _first_place(cut))
+    path = LinkedPath(region, _innermost_start(cut))
     left = set(range(len(cut)))
     while left:
         ready = sorted(a for a in left if not inner[a] & left)
         here = shapely.Point(path.end)
         a = min(ready, key=lambda r: (round(cut[r].line.distance(here), 6), -cut[r].level))
-        start = cut[a].station_of(path.end)
-        path.append_section(cut[a].stretch(start, start + cut[a].length), kind_of_ring(cut[a], rules))
+        start = cut[a].nearest_station(path.end)
+        path.append_section(cut[a].points_between(start, start + cut[a].length), ring_section_kind(cut[a], rules))
         left.remove(a)
     return PocketPath("contour", tuple(path.pieces))
 
@@ -95,12 +95,12 @@ def never_stopped() -> bool:
     return False
 
 
-def kind_of_ring(ring: Ring, rules: PocketRules) -> str:
+def ring_section_kind(ring: Ring, rules: PocketRules) -> str:
     """Return ``finish`` if the ring follows a wall and leaves no stock there, otherwise ``rough``."""
     return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
 
 
-def _first_place(cut: list[Ring]) -> Points:
+def _innermost_start(cut: list[Ring]) -> Points:
     first: Points = max(cut, key=lambda ring: ring.level).points[0]
     return first
 

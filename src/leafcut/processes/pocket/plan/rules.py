@@ -27,7 +27,7 @@ MOST_LEVELS = 2000
 FINISHING_DEPTH = 2.0
 
 
-def rules_of(
+def clearing_rules(
     options: PocketOptions, milling: str, step_over: float | None, diameter: float | None, tolerance: float = TOLERANCE
 ) -> PocketRules:
     """Return the rules for clearing a level.
@@ -72,7 +72,7 @@ def rules_of(
     )
 
 
-def levels_of(
+def divide_into_levels(
     depth: float,
     step_down: float | None,
     diameter: float,
@@ -112,7 +112,7 @@ def levels_of(
     return PocketLevels(begin, tuple(begin - high * level / count for level in range(1, count + 1)))
 
 
-def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, list[Issue]]:
+def select_pockets(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, list[Issue]]:
     """Select the pockets to mill, and determine their depths.
 
     All pockets of a drawing are `depth` mm deep. The pockets of a solid have their own depths, so `depth` only selects

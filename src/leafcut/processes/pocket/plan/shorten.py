@@ -70,11 +70,11 @@ def shorten_path(
         bends = _BendShortener(subdivide_path(path, PIECE * radius), coverage, region.rules, allowed, changed)
         near = _near_any(bends.path, kept, radius)
         bends.done |= near[:-1] | near[1:]
-        bends.trim()
+        bends.trim_ends()
         bends.shorten_all(stopped)
         shorter = bends.path_with_edits(bends.edits)
         spared = _length(path) - _length(shorter)
-        path, changed = shorter, bends.changed()
+        path, changed = shorter, bends.changed_points()
         if spared < MIN_SAVING * radius:
             break
     return path
@@ -124,9 +124,9 @@ class _BendShortener:
             reach = self.reaches[0] * self.radius + 2.0 * coverage.longest
             near = _near_any(path[self.bends], changed, reach)
             self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
-        selected = self._selected()
+        selected = self._mask_near_bends()
         self.places = coverage.points_near(path, selected)
-        self.geoms = self.places.geoms
+        self.geoms = self.places.point_geometries
         self.tree = shapely.STRtree(self.geoms)
         piece, self.point = self.places.near(path)
         self.first = np.searchsorted(piece, np.arange(len(path)))
@@ -141,7 +141,7 @@ class _BendShortener:
         self.done = np.zeros(len(path) - 1, dtype=bool)
         self.edits: list[Edit] = []
 
-    def _selected(self) -> NDArray[np.bool_]:
+    def _mask_near_bends(self) -> NDArray[np.bool_]:
         """Return a mask of the segments near a bend or near an end of the path, bool[n − 1]."""
         reach = self.reaches[0] * self.radius
         at = self.station[[0, *self.bends, len(self.path) - 1]]
@@ -158,7 +158,7 @@ class _BendShortener:
                 break
             self._shorten_bend(i)
 
-    def trim(self) -> None:
+    def trim_ends(self) -> None:
         """Cut off segments at both ends of the path if they are not needed to clear a sample point."""
         n = len(self.path) - 1
         j = 0
@@ -216,12 +216,12 @@ class _BendShortener:
     def _is_inside(self, curve: Points) -> bool:
         return bool(self.allowed.covers(shapely.LineString(curve)))
 
-    def _points_of(self, a: int, b: int) -> Indices:
+    def _points_near_segments(self, a: int, b: int) -> Indices:
         return self.point[self.first[a] : self.first[b]]
 
     def _stays_covered(self, a: int, b: int, curve: Points | None) -> bool:
         """Return whether all sample points stay within their limits if `curve` replaces a section."""
-        who, times = np.unique(self._points_of(a, b), return_counts=True)
+        who, times = np.unique(self._points_near_segments(a, b), return_counts=True)
         lost = who[self.count[who] <= times]
         if not len(lost):
             return True
@@ -231,14 +231,14 @@ class _BendShortener:
         return bool((away <= self.places.limits[lost]).all())
 
     def _remove_stretch(self, a: int, b: int) -> None:
-        np.subtract.at(self.count, self._points_of(a, b), 1)
+        np.subtract.at(self.count, self._points_near_segments(a, b), 1)
 
     def _add_curve(self, a: int, curve: Points) -> None:
         line = shapely.LineString(curve)
         who = self.tree.query(line, predicate="dwithin", distance=float(self.places.limits.max(initial=0.0)))
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
 
-    def changed(self) -> Points:
+    def changed_points(self) -> Points:
         """Return the points of all sections that were replaced, and of their replacements, float64[n, 2]."""
         places = [part for a, b, curve in self.edits for part in (self.path[a : b + 1], curve)]
         return np.vstack([np.zeros((0, 2)), *places])

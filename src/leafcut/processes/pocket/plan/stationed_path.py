@@ -57,7 +57,7 @@ class Ring(StationedPath):
     level: int
 
     @classmethod
-    def through(cls, points: Points, level: int) -> Ring:
+    def from_open_points(cls, points: Points, level: int) -> Ring:
         """Create a ring from points, float64[n, 2], that do not include the closing point."""
         return cls(np.vstack([points, points[:1]]), level)
 
@@ -80,7 +80,7 @@ class Ring(StationedPath):
         """Return the positions at several stations, float64[n, 2], mm. A station may exceed the length of the ring."""
         return super().places(stations % self.length)
 
-    def stretch(self, start: float, end: float) -> Points:
+    def points_between(self, start: float, end: float) -> Points:
         """Return the points of the ring from station `start` to station `end` ≥ `start`, float64[m, 2], mm."""
         points, own = self.points[:-1], self.stations[:-1]
         lap, last = math.floor(start / self.length), math.floor(end / self.length)
@@ -91,6 +91,6 @@ class Ring(StationedPath):
             lap += 1
         return np.vstack([*parts, self.at(end)[None]])
 
-    def station_of(self, place: Points) -> float:
+    def nearest_station(self, place: Points) -> float:
         """Return the station at which the ring is closest to a position, mm."""
         return float(self.nearest(np.asarray(place)[None, :2])[1][0])

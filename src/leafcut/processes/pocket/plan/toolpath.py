@@ -145,7 +145,7 @@ def pocket_motion(
     motion = ClearingMotion(builder, heights, data, machine, rounded=rounded)
     for clearing in clearings:
         motion.clear(clearing)
-    motion.finish(coolant)
+    motion.end_program(coolant)
     return builder.build(), tuple(motion.descents)
 
 
@@ -220,7 +220,7 @@ class ClearingMotion:
         if self.down and allowed is not None and now == at and self._is_quicker_at_depth((x, y), place, allowed):
             builder.feed(*place, feed=self.data.tool.feed)
             return
-        self._lift((x, y), place)
+        self._retract((x, y), place)
         builder.rapid(*place)
         if builder.position[2] != self.heights.retract:
             builder.rapid(z=self.heights.retract)
@@ -228,20 +228,20 @@ class ClearingMotion:
     def _is_quicker_at_depth(self, here: Point, place: Point, allowed: Any) -> bool:
         """Return whether a straight move at depth stays in the region and takes no longer than a retract."""
         distance = math.dist(here, place)
-        rise = self._height(here, place) - self.builder.position[2]
+        rise = self._travel_height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
         lifted = (2.0 * rise - ABOVE) / velocity[2] + distance / max(velocity[:2]) + ABOVE / feed
         return distance / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
 
-    def _height(self, here: Point, place: Point) -> float:
+    def _travel_height(self, here: Point, place: Point) -> float:
         crossing = touches_any_zone([here], [place], self.zones, dogleg=self.machine.rapid_style == "dogleg")[0]
         high = self.heights.always_clearance or bool(crossing)
         return self.heights.clearance if high else self.heights.retract
 
-    def _lift(self, here: Point, place: Point) -> None:
+    def _retract(self, here: Point, place: Point) -> None:
         builder = self.builder
         if self.down:
-            builder.rapid(z=self._height(here, place))
+            builder.rapid(z=self._travel_height(here, place))
             self.down = False
         elif builder.position[2] != self.heights.clearance and self.machine.safe_z is None:
             builder.rapid(z=self.heights.clearance)
@@ -273,9 +273,9 @@ class ClearingMotion:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb
                 if run.is_entry:
-                    descent = descend_along_loop(builder, run.first, top, z, data, allowed, climb)
+                    descent = descend_along_loop(builder, run.first_path, top, z, data, allowed, climb)
                 else:
-                    ring = run.first if math.dist(run.first.start, run.first.end) <= SAME_PLACE else None
+                    ring = run.first_path if math.dist(run.first_path.start, run.first_path.end) <= SAME_PLACE else None
                     descent = enter_level(builder, run.path, top, z, data, allowed, climb, ring)
                 self.descents.append(descent)
         self.down = True
@@ -288,7 +288,7 @@ class ClearingMotion:
         if self.rounded and not walls:
             builder.blending(610)
 
-    def finish(self, coolant: bool) -> None:
+    def end_program(self, coolant: bool) -> None:
         """End the program."""
         builder = self.builder
         builder.rapid(z=self.heights.clearance)
@@ -307,7 +307,7 @@ class _FeedRun:
         return self.path.start
 
     @property
-    def first(self) -> Polyline:
+    def first_path(self) -> Polyline:
         return self.pieces[0].path
 
     @property

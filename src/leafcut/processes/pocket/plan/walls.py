@@ -31,7 +31,7 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
     room = region.polygon.buffer(TOUCH * region.rules.tolerance)
     shapely.prepare(room)
     # Each ring has the region on its left and the wall on its right, which is climb milling.
-    rings = [ring if region.rules.climb else ring[::-1] for ring in region.rings]
+    rings = [ring if region.rules.climb else ring[::-1] for ring in region.boundary_rings]
     pieces = []
     place: tuple[float, float] | None = None
     for ring in _order_rings(rings):
@@ -59,7 +59,7 @@ def _wall_pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float
     side = 1.0 if climb else -1.0
     best: tuple[int, Polyline, Polyline] | None = None
     for part in LEADS:
-        for start in _straight_places(ring):
+        for start in _straight_vertices(ring):
             come, leave = _wall_leads(ring, start, side, part * radius)
             if roughed.covers(shapely.Point(come.start)) and all(
                 room.covers(shapely.LineString(lead.flattened(1e-4))) for lead in (come, leave)
@@ -81,7 +81,7 @@ def _add_midpoints(ring: Points, least: float) -> Points:
     return np.insert(ring, np.flatnonzero(long) + 1, 0.5 * (ring + after)[long], axis=0)
 
 
-def _straight_places(ring: Points) -> list[int]:
+def _straight_vertices(ring: Points) -> list[int]:
     """Return the indices of points where a ring hardly turns. Points between long edges come first."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)

@@ -17,9 +17,9 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rings import (
     LINK_STEPS,
     LinkedPath,
-    kind_of_ring,
     never_stopped,
-    rings,
+    offset_rings,
+    ring_section_kind,
     stays_in_region,
 )
 from leafcut.processes.pocket.plan.spurs import add_spurs
@@ -79,18 +79,18 @@ def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple
     rules = region.rules
     inner = shrink(region.polygon, margin, rules.tolerance) if margin else region.polygon
     runs = [run for part in polygons(inner) for run in _zigzag_lines(region, part, angle, rules)]
-    walls = [ring for ring in rings(region) if ring.level == 0]
-    far = _count_gaps_at_walls(runs, [ring.stretch(0.0, ring.length) for ring in walls], rules.step_over)
-    path = LinkedPath(region, region.rings[0][0])
+    walls = [ring for ring in offset_rings(region) if ring.level == 0]
+    far = _count_gaps_at_walls(runs, [ring.points_between(0.0, ring.length) for ring in walls], rules.step_over)
+    path = LinkedPath(region, region.boundary_rings[0][0])
     while runs:
         line = _nearest_line(path, [line for run in runs for line in (run, run[::-1])])
         runs = [run for run in runs if run is not line and not np.array_equal(run[::-1], line)]
         path.append_section(line, "rough")
     while walls:
-        starts = [ring.station_of(path.end) for ring in walls]
-        lines = [ring.stretch(s, s + ring.length) for ring, s in zip(walls, starts, strict=True)]
+        starts = [ring.nearest_station(path.end) for ring in walls]
+        lines = [ring.points_between(s, s + ring.length) for ring, s in zip(walls, starts, strict=True)]
         k = min(range(len(lines)), key=lambda i: math.dist(path.end, lines[i][0]))
-        path.append_section(lines[k], kind_of_ring(walls.pop(k), rules))
+        path.append_section(lines[k], ring_section_kind(walls.pop(k), rules))
     lines = add_spurs([piece.path.vertices[:, :2] for piece in path.pieces], region.polygon, rules)
     pieces = [PocketPiece(as_polyline(line), piece.kind) for line, piece in zip(lines, path.pieces, strict=True)]
     return PocketPath("zigzag", tuple(pieces)), far

@@ -24,7 +24,7 @@ from leafcut.processes.pocket.proof.pocket import (
     PocketCut,
     cutting_moves,
     engaged_levels,
-    thickest_film,
+    max_ignored_film,
 )
 from leafcut.proof.difference import cap_differences, position_text
 from leafcut.units import SECONDS_PER_MINUTE
@@ -64,7 +64,7 @@ class _LevelSamples:
     rate: Floats
 
 
-def measured_chips(
+def measure_chips(
     written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool, levels: Sequence[float]
 ) -> MeasuredChips:
     """Measure the chips in a program, and check these rules:
@@ -75,14 +75,16 @@ def measured_chips(
     3. No descent below the surface exceeds the feed of the tool or the power of the spindle. A ramp or helix counts as
        a slot as deep as the level. A plunge into a cleared area needs no power.
 
-    Films thinner than `thickest_film` are ignored. `levels` contains the heights of cuts, mm. All other moves are
+    Films thinner than `max_ignored_film` are ignored. `levels` contains the heights of cuts, mm. All other moves are
     descents.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
     # After rounding, a short move of a ramp may be horizontal, but it is not at the height of a level.
     flat = {
-        cut.row for cut in cuts if cut.height <= _SAME and np.abs(np.array(levels) - cut.z).min() <= HEIGHT_TOLERANCE
+        cut.row
+        for cut in cuts
+        if cut.height_difference <= _SAME and np.abs(np.array(levels) - cut.z).min() <= HEIGHT_TOLERANCE
     }
     samples = list(_sample_levels(cuts, written, rpm, rules, limits, flat))
     wrong = [
@@ -98,7 +100,7 @@ def measured_chips(
         for ramp in ramps
         if ramp.power > limits.power * (1.0 + _PART)
     ]
-    feed, chip, before, rate = (_all_levels(samples, name) for name in ("feed", "chip", "chip_before", "rate"))
+    feed, chip, before, rate = (_concatenate_levels(samples, name) for name in ("feed", "chip", "chip_before", "rate"))
     low, high = (float(feed.min()), float(feed.max())) if len(feed) else (limits.feed, limits.feed)
     rate_before = float((rate * limits.feed / feed).max(initial=0.0)) if len(feed) else 0.0
     pace = ToolPace(
@@ -112,18 +114,18 @@ def measured_chips(
         True,
         rate_before,
         float(rate.max(initial=0.0)),
-        tuple(_limits(samples, ramps, limits)),
+        tuple(_power_limits(samples, ramps, limits)),
     )
     rows = {level.cuts[k].row for level in samples for k in np.unique(level.move).tolist()}
     changed = sum(abs(float(written.value[row]) - limits.feed) > _PART * limits.feed for row in rows)
     return MeasuredChips(pace, changed, tuple(cap_differences(wrong)))
 
 
-def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
+def _concatenate_levels(samples: list[_LevelSamples], name: str) -> Floats:
     return np.concatenate([np.zeros(0), *(getattr(level, name) for level in samples)])
 
 
-def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
+def _power_limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
     """Yield the power limit of the spindle, if it is known.
 
     The result includes the maximum power before and after feeds were changed.
@@ -134,8 +136,8 @@ def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits
 
     if math.isfinite(limits.power):
         down = np.array([ramp.power for ramp in ramps])
-        power = max(most(_all_levels(samples, "power")), most(down))
-        yield FeedLimit("power", max(most(_all_levels(samples, "power_before")), power), power, limits.power)
+        power = max(most(_concatenate_levels(samples, "power")), most(down))
+        yield FeedLimit("power", max(most(_concatenate_levels(samples, "power_before")), power), power, limits.power)
 
 
 def _sample_levels(
@@ -145,7 +147,7 @@ def _sample_levels(
         rows = np.array([cut.row for cut in there], dtype=np.int64)[path.piece]
         feed, turns = written.value[rows], np.maximum(rpm[rows], 1e-9)
         chip = chip_thickness(engaged, feed, turns)
-        met = (engaged.width > thickest_film(rules)) & np.isin(rows, list(flat))
+        met = (engaged.width > max_ignored_film(rules)) & np.isin(rows, list(flat))
         yield _LevelSamples(
             there,
             path.piece[met],
@@ -167,7 +169,7 @@ def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimi
     for cut, at in thick:
         words = Message(
             "{} makes a chip of {:.4g} mm per revolution near {}; the limit is {:.4g} mm",
-            _move_at_feed(cut, written),
+            _move_text(cut, written),
             level.chip[at],
             position_text(*cut.path[-1]),
             limits.chip,
@@ -223,7 +225,7 @@ def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limit
         if _horizontal_length(cut) > _SAME or not cut.path[0, 2] > bottom + _SAME:
             continue
         disc = shapely.Point(centre).buffer((1.0 - _SLIVER) * rules.radius)
-        if not earlier.cleared(centre, cut.row, bottom + HEIGHT_TOLERANCE).covers(disc):
+        if not earlier.cleared_area(centre, cut.row, bottom + HEIGHT_TOLERANCE).covers(disc):
             yield _Ramp(cut, power_on_plunge(limits, float(written.value[cut.row])))
 
 
@@ -234,7 +236,7 @@ def _horizontal_length(cut: PocketCut) -> float:
 def _power_message(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> Message:
     return Message(
         "{} needs {:.4g} kW near {}; the spindle provides at most {:.4g} kW",
-        _move_at_feed(cut, written),
+        _move_text(cut, written),
         power / 1000.0,
         position_text(*cut.path[-1]),
         limits.power / 1000.0,
@@ -244,12 +246,12 @@ def _power_message(cut: PocketCut, written: Toolpath, power: float, limits: Feed
 def _feed_message(cut: PocketCut, written: Toolpath, what: str, limit: float) -> Message:
     return Message(
         "{} {} near {}; the mill cuts at {:g} mm/min at most",
-        _move_at_feed(cut, written),
+        _move_text(cut, written),
         what,
         position_text(*cut.path[-1]),
         SECONDS_PER_MINUTE * limit,
     )
 
 
-def _move_at_feed(cut: PocketCut, written: Toolpath) -> Message:
+def _move_text(cut: PocketCut, written: Toolpath) -> Message:
     return Message("a move at {:g} mm/min", SECONDS_PER_MINUTE * float(written.value[cut.row]))

@@ -60,7 +60,7 @@ class PocketCut:
         return float(self.path[-1, 2])
 
     @property
-    def height(self) -> float:
+    def height_difference(self) -> float:
         """Height difference between the highest and the lowest point of the move, mm."""
         return float(np.ptp(self.path[:, 2]))
 
@@ -96,7 +96,7 @@ def check_pockets(
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     low = _lower_tops(pockets, tops, rules)
-    wrong = [*_unknown_places(written), *_dangerous_rapids(written, cuts, rules, retract, low)]
+    wrong = [*_unknown_position_differences(written), *_dangerous_rapids(written, cuts, rules, retract, low)]
     return cap_differences([*wrong, *_cuts_beyond_walls(cuts, pockets, rules, depths)])
 
 
@@ -110,7 +110,7 @@ class SimulatedLevel:
     step_over: float
 
 
-def simulated_levels(
+def simulate_levels(
     written: Toolpath,
     pockets: Sequence[Pocket],
     rules: PocketRules,
@@ -131,7 +131,7 @@ def simulated_levels(
 
     def pieces(z: float) -> list[Points]:
         if z not in at:
-            at[z] = list(_pieces(cuts, z))
+            at[z] = list(_connected_paths(cuts, z))
         return at[z]
 
     for number, (pocket, shape) in enumerate(zip(pockets, shapes, strict=True)):
@@ -160,9 +160,11 @@ def fast_cut_differences(written: Toolpath, rules: PocketRules, feed: float) -> 
     cuts = list(cutting_moves(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
     fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
-    wrong = [(cut, Message("goes down")) for cut in cuts if cut.row in fast and cut.height > HEIGHT_TOLERANCE]
+    wrong = [
+        (cut, Message("goes down")) for cut in cuts if cut.row in fast and cut.height_difference > HEIGHT_TOLERANCE
+    ]
     for there, path, engaged in engaged_levels(cuts, rules, {cut.row for cut in cuts if cut.row in fast}):
-        wide = engaged.width > thickest_film(rules)
+        wide = engaged.width > max_ignored_film(rules)
         wrong += [
             (there[number], Message("cuts"))
             for number in np.unique(path.piece[wide]).tolist()
@@ -187,7 +189,7 @@ def fast_cut_differences(written: Toolpath, rules: PocketRules, feed: float) -> 
     )
 
 
-def thickest_film(rules: PocketRules) -> float:
+def max_ignored_film(rules: PocketRules) -> float:
     """Return the maximum width of a film that is ignored, mm."""
     return max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
 
@@ -202,7 +204,7 @@ def engaged_levels(
     known: dict[bytes, tuple[ToolSteps, Engaged]] = {}
     for z in sorted({round(cut.z, 3) for cut in cuts if cut.row in rows}):
         there = [cut for cut in cuts if abs(cut.z - z) <= HEIGHT_TOLERANCE]
-        level = np.array([cut.height <= HEIGHT_TOLERANCE for cut in there])
+        level = np.array([cut.height_difference <= HEIGHT_TOLERANCE for cut in there])
         paths = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level.tolist(), strict=True)]
         key = b"".join([level.tobytes(), *(np.round(points, 4).tobytes() for points in paths)])
         if key not in known:
@@ -231,7 +233,7 @@ def _area_in_helices(written: Toolpath, cuts: Sequence[PocketCut], rules: Pocket
         if radius > rules.radius:
             continue
         angles = np.unwrap(np.arctan2(from_centre[:, 1], from_centre[:, 0]))
-        key = tuple(np.round((x, y, radius, 0.0 if cut.height > 0.0 else cut.z), 2).tolist())
+        key = tuple(np.round((x, y, radius, 0.0 if cut.height_difference > 0.0 else cut.z), 2).tolist())
         turned[key] = turned.get(key, 0.0) + abs(float(angles[-1] - angles[0]))
     whole = [key for key, turn in turned.items() if turn >= 2.0 * np.pi - 1e-3]
     return shapely.union_all([shapely.Point(x, y).buffer(radius, quad_segs=64) for x, y, radius, _ in whole])
@@ -325,7 +327,7 @@ def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
     """Return all levels in cutting order, without descents."""
     levels: list[_Level] = []
     for cut in cuts:
-        if cut.height > HEIGHT_TOLERANCE:
+        if cut.height_difference > HEIGHT_TOLERANCE:
             continue
         if not levels or abs(levels[-1].z - cut.z) > HEIGHT_TOLERANCE:
             levels.append(_Level(cut.z, cut.line))
@@ -367,7 +369,7 @@ def cutting_moves(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
             yield PocketCut(row, int(path.line[row]), points, bulges.get(row, 0.0))
 
 
-def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
+def _connected_paths(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
     """Yield each connected path at height `z`, as the vertices of a polyline, float64[n, 3]."""
     run: list[Points] = []
     for cut in cuts:
@@ -405,7 +407,7 @@ def _cut_lines(cuts: Sequence[PocketCut]) -> Any:
 # -- checks ----------------------------------------------------------------------------------------------------------
 
 
-def _unknown_places(path: Toolpath) -> list[Difference]:
+def _unknown_position_differences(path: Toolpath) -> list[Difference]:
     feeds = np.isin(path.kind, [int(kind) for kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
     known = np.isfinite(np.concatenate([path.before, path.end], axis=1)).all(axis=1)
     words = Message("a cut starts or ends at a position that the program does not state")
@@ -461,10 +463,10 @@ def _rapids_into_material(
             np.where(np.isnan(before[row]), path.end[row], before[row])[:2],
             path.end[row, 2] - OVER + HEIGHT_TOLERANCE,
         )
-        if earlier.passed(centre, row, height):
+        if earlier.has_passed(centre, row, height):
             continue
         disc = shapely.Point(centre).buffer(rules.radius - rules.tolerance, quad_segs=chords)
-        cleared = [earlier.cleared(centre, row, height), *(shape for top, shape in lower if top <= height)]
+        cleared = [earlier.cleared_area(centre, row, height), *(shape for top, shape in lower if top <= height)]
         if not shapely.union_all(cleared).covers(disc):
             uncleared.append(row)
     return uncleared
@@ -480,11 +482,11 @@ class EarlierCuts:
         self._top = np.array([cut.path[:, 2].max() for cut in moving], dtype=np.float64)
         self._tree = shapely.STRtree([shapely.LineString(cut.path[:, :2]) for cut in moving])
 
-    def passed(self, place: Floats, row: int, height: float) -> bool:
+    def has_passed(self, place: Floats, row: int, height: float) -> bool:
         """Return whether the tool centre passed a position at or below `height` mm in a move before `row`."""
         return len(self._near(place, row, height, 0.1 * self.rules.tolerance)) > 0
 
-    def cleared(self, place: Floats, row: int, height: float) -> Any:
+    def cleared_area(self, place: Floats, row: int, height: float) -> Any:
         """Return the area around a position that the moves before `row` clear down to `height` mm."""
         near = self._near(place, row, height, self.rules.tool_diameter)
         steps = steps_near(np.concatenate([np.zeros((0, 2, 2)), *(self._steps[k] for k in near)]), place, self.rules)

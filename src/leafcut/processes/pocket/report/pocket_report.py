@@ -87,7 +87,7 @@ class PocketReport(PathReport[PocketDetail]):
         plans = outcome.detail.plans
         # A single region needs no order.
         self.ordered = any(len(o.solution.nodes) != 1 for o in outcome.operations)
-        self.cleared = outcome.operations[0].tool.diameter
+        self.tool_diameter = outcome.operations[0].tool.diameter
         self.chosen = " and ".join(dict.fromkeys(plan.result.strategy for plan in plans))
         self.usual = " and ".join(dict.fromkeys(plan.usual.strategy for plan in plans))
         self.compared = any(plan.usual is not plan.result for plan in plans)
@@ -137,7 +137,7 @@ class PocketReport(PathReport[PocketDetail]):
         largest = max((plan.pocket.outline for plan in plans), key=lambda outline: abs(outline.area))
         x0, y0, x1, y1 = largest.extents
         number, islands = len(plans), sum(len(plan.pocket.islands) for plan in plans)
-        levels = sum(len(plan.levels) for plan in plans) if several_depths(plans) else len(plans[0].heights)
+        levels = sum(len(plan.levels) for plan in plans) if has_several_depths(plans) else len(plans[0].heights)
         words, size = count(number, "pocket"), f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
         sized = Message("{} of {}", words, size) if number == 1 else Message("{}, the largest {}", words, size)
         return [
@@ -178,7 +178,7 @@ class PocketReport(PathReport[PocketDetail]):
 
     def _path_facts(self) -> list[Fact]:
         outcome, m = self.outcome, written_measures(self.outcome)
-        rules, plain = outcome.detail.plans[0].rules, plain_measures(m)
+        rules, plain = outcome.detail.plans[0].rules, measures_as_json(m)
 
         def fact(key: str, unit: str, sentence: str, name: Message, *, of_search: bool = False) -> Fact:
             return Fact(f"pocket.{key}", plain[key], unit, sentence, name, of_search)
@@ -195,8 +195,8 @@ class PocketReport(PathReport[PocketDetail]):
         floor = Message("area ÷ step-over is {}", length_words(m.floor_mm))
         mean = Message("at most; {} on average", angle_words(plain["mean_engagement_deg"]))
         facts = [
-            Fact("pocket", self._pocket(plain)),
-            Fact("strategies", [_strategy(row) for row in self.strategies]),
+            Fact("pocket", self._pocket_as_json(plain)),
+            Fact("strategies", [_strategy_as_json(row) for row in self.strategies]),
             fact("uncovered_percent", "%", self._uncut_words(m), Message("Uncut")),
             fact("max_step_over", "mm", asked, Message("Step-over")),
             fact(
@@ -231,7 +231,7 @@ class PocketReport(PathReport[PocketDetail]):
         rules, first, lines = plans[0].rules, plans[0].levels, levels_words(plans)
         levels, words = f"{len(first)} × {abs(first[0]):.4g} mm", "; ".join(lines)
         depth, stock = f"{min(plan.heights[-1] for plan in plans):.4g}", f"{rules.stock:g}"
-        if several_depths(plans) or any(plan.begin for plan in plans):
+        if has_several_depths(plans) or any(plan.begin for plan in plans):
             # Each line states its step, its depth, and where the material starts.
             number = sum(len(plan.levels) for plan in plans)
             levels = Message("{} in {} pockets", str(number), str(len(plans)))
@@ -252,7 +252,7 @@ class PocketReport(PathReport[PocketDetail]):
             *([Fact(sentence=entries, name=Message("Entry"))] if entries else []),
         ]
 
-    def _pocket(self, plain: dict[str, Any]) -> dict[str, Any]:
+    def _pocket_as_json(self, plain: dict[str, Any]) -> dict[str, Any]:
         """Return the measures and levels of the written path for the JSON result."""
         plans = self.outcome.detail.plans
         rules = plans[0].rules
@@ -281,14 +281,16 @@ class PocketReport(PathReport[PocketDetail]):
         scene = build_pocket_scene(plans, outcome.missing)
         paths = [plan.result.path for plan in plans if plan.result.path is not None]
         shapes = [
-            shapes_of(plan.pocket, path, plan.rules)
+            unfinished_shapes(plan.pocket, path, plan.rules)
             for plan, path in zip(plans, paths, strict=True)
             if sum(p.path.n_segments for p in path.pieces) <= MOST_PIECES
         ]
         diameter = plans[0].rules.tool_diameter
-        svg = pocket_drawing(scene, paths, "pocket", self._words(self.chosen), shapes=shapes, tool_diameter=diameter)
+        svg = pocket_drawing(
+            scene, paths, "pocket", self._drawing_title(self.chosen), shapes=shapes, tool_diameter=diameter
+        )
         return {
-            "size": self._size(),
+            "size": self._total_size_text(),
             "saved": self.saved(),
             "way": "Rapids",
             "pocket": {
@@ -299,8 +301,8 @@ class PocketReport(PathReport[PocketDetail]):
                 "rapids": any(path.retracts for path in paths),
                 "uncut": any(not s.uncovered.is_empty for s in shapes),
                 "far": any(not s.unreachable.is_empty for s in shapes),
-                "small": self._small(scene),
-                "strategies": self._rows(),
+                "small": self._small_drawings(scene),
+                "strategies": self._strategy_rows(),
             },
         }
 
@@ -333,7 +335,7 @@ class PocketReport(PathReport[PocketDetail]):
         plans = self.outcome.detail.plans
         chosen = [plan.usual if which == "before" else plan.result for plan in plans]
         paths = [result.path for result in chosen if result.path is not None]
-        words = self._words(self.usual if which == "before" else self.chosen)
+        words = self._drawing_title(self.usual if which == "before" else self.chosen)
         scene, diameter = build_pocket_scene(plans, self.outcome.missing), plans[0].rules.tool_diameter
         return pocket_drawing(scene, paths, which, words, tool_diameter=diameter, size=True)
 
@@ -341,7 +343,7 @@ class PocketReport(PathReport[PocketDetail]):
         """Yield the toolpath of each strategy on a single level of all pockets."""
         outcome = self.outcome
         for row in self.strategies:
-            paths = self._paths(row.name)
+            paths = self._strategy_paths(row.name)
             if row.measures is not None and paths:
                 yield (
                     row.name,
@@ -356,10 +358,10 @@ class PocketReport(PathReport[PocketDetail]):
         found, before = super().stock(), self.outcome.detail.before
         return found if before is None else replace(found, surface=before)
 
-    def _words(self, strategy: str) -> str:
+    def _drawing_title(self, strategy: str) -> str:
         return f"Tool path over one level of {replace_unprintable(self.outcome.part.name)}, {strategy}"
 
-    def _size(self) -> str:
+    def _total_size_text(self) -> str:
         """Format the size of the bounding box of several pockets.
 
         Return "" for a single pocket, whose size is a separate fact.
@@ -370,11 +372,11 @@ class PocketReport(PathReport[PocketDetail]):
         x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
         return f"together {x1 - x0:.4g} × {y1 - y0:.4g} mm"
 
-    def _paths(self, strategy: str) -> list[PocketPath]:
+    def _strategy_paths(self, strategy: str) -> list[PocketPath]:
         every = (r for p in self.outcome.detail.plans for r in p.results if r.strategy == strategy)
         return [r.path for r in every if r.path is not None]
 
-    def _rows(self) -> list[views.PageRow]:
+    def _strategy_rows(self) -> list[views.PageRow]:
         longest = max((r.program_s for r in self.strategies), default=0.0) or 1.0
         return [
             {
@@ -388,22 +390,22 @@ class PocketReport(PathReport[PocketDetail]):
             for row in self.strategies
         ]
 
-    def _small(self, scene: PocketScene) -> list[views.PageRow]:
+    def _small_drawings(self, scene: PocketScene) -> list[views.PageRow]:
         """Return a small drawing and the path length of each strategy that clears all pockets."""
         return [
             {
                 "name": row.name,
                 "way": length_words(row.measures.feed_mm + row.measures.rapid_mm),
                 "chosen": row.chosen,
-                "svg": small_drawing(scene, self._paths(row.name), f"{row.name} over one level"),
+                "svg": small_drawing(scene, self._strategy_paths(row.name), f"{row.name} over one level"),
             }
             for row in self.strategies
             if row.measures is not None
         ]
 
 
-def _strategy(row: StrategyFigures) -> dict[str, Any]:
-    measured = {} if row.measures is None else {**plain_measures(row.measures), "time_s": plain_number(row.program_s)}
+def _strategy_as_json(row: StrategyFigures) -> dict[str, Any]:
+    measured = {} if row.measures is None else {**measures_as_json(row.measures), "time_s": plain_number(row.program_s)}
     reasons = {
         name: replace_unprintable(getattr(row, name)) for name in ("refused", "passed_over") if getattr(row, name)
     }
@@ -559,7 +561,7 @@ def written_measures(outcome: Outcome[PocketDetail]) -> PocketMeasures:
     return _with_moves_between(sum_measures(known), program)
 
 
-def plain_measures(m: PocketMeasures) -> dict[str, Any]:
+def measures_as_json(m: PocketMeasures) -> dict[str, Any]:
     """Convert the measures on one level to plain numbers for the JSON result. Angles are in degrees."""
     return {
         "length_mm": plain_number(m.feed_mm + m.rapid_mm),
@@ -584,7 +586,7 @@ def plain_measures(m: PocketMeasures) -> dict[str, Any]:
 # -- words -----------------------------------------------------------------------------------------------------------
 
 
-def several_depths(plans: Sequence[PocketPlan]) -> bool:
+def has_several_depths(plans: Sequence[PocketPlan]) -> bool:
     """Return whether the levels of some pockets are at different heights."""
     return len({plan.heights for plan in plans}) > 1
 
@@ -642,7 +644,7 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
     return PocketScene(frame, tuple(p.pocket for p in plans), missing)
 
 
-def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
+def unfinished_shapes(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
     """Return the unreachable and the uncut area of a pocket. Slivers thinner than the tolerance are ignored."""
     whole = pocket.region(_SEEN)
     reachable = swept(shrink(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
@@ -672,20 +674,20 @@ def pocket_drawing(
     """
     frame, window = scene.frame, f"window-{name}"
     parts = (
-        *(_pocket(frame, pocket) for pocket in scene.pockets),
+        *(_draw_pocket(frame, pocket) for pocket in scene.pockets),
         *(_unfinished_areas(frame, one, f"{name}-{k}") for k, one in enumerate(shapes)),
-        *(_tool_path(frame, path) for path in paths),
-        *(_arrows(frame, path) for path in paths),
+        *(_draw_tool_path(frame, path) for path in paths),
+        *(_draw_arrows(frame, path) for path in paths),
     )
     lost = missing_drawing(frame, scene.missing)
-    inside = (element("g", *parts, clip_path=f"url(#{window})"), lost, *_marks(frame, paths, tool_diameter))
+    inside = (element("g", *parts, clip_path=f"url(#{window})"), lost, *_draw_marks(frame, paths, tool_diameter))
     return frame.drawing(words, window, inside, "drawing pocket", size)
 
 
 def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -> str:
     """Return a small SVG drawing of pockets and paths without axes or marks."""
     frame = scene.frame
-    parts = (*(_pocket(frame, p) for p in scene.pockets), *(_tool_path(frame, path) for path in paths))
+    parts = (*(_draw_pocket(frame, p) for p in scene.pockets), *(_draw_tool_path(frame, path) for path in paths))
     box = f"0 0 {svg_number(frame.width)} {svg_number(frame.height)}"
     return element("svg", title(words), *parts, viewBox=box, class_="drawing pocket small", role="img")
 
@@ -693,8 +695,8 @@ def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -
 # -- shapes ----------------------------------------------------------------------------------------------------------
 
 
-def _pocket(frame: Frame, pocket: Pocket) -> str:
-    walls = "".join(f"{_line(frame, path)}z" for path in (pocket.outline, *pocket.islands))
+def _draw_pocket(frame: Frame, pocket: Pocket) -> str:
+    walls = "".join(f"{_line_data(frame, path)}z" for path in (pocket.outline, *pocket.islands))
     named = title(Message("pocket {}", pocket.name)) if pocket.name else ""
     return scaled_group(element("path", named, d=walls, class_="floor"))
 
@@ -703,9 +705,9 @@ def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
     """Draw unreachable areas with hatching, and uncut areas with a solid fill."""
     drawn = []
     if not shapes.unreachable.is_empty:
-        clip, hatch = f"far-{name}", _hatch(frame, shapes.unreachable)
+        clip, hatch = f"far-{name}", _draw_hatch(frame, shapes.unreachable)
         outline = scaled_group(element("path", d=_area_path(frame, shapes.unreachable)))
-        drawn.append(element("clipPath", outline_of(frame, shapes.unreachable), id=clip))
+        drawn.append(element("clipPath", clip_path_outline(frame, shapes.unreachable), id=clip))
         drawn.append(element("g", outline, element("g", hatch, clip_path=f"url(#{clip})"), class_="far"))
     if not shapes.uncovered.is_empty:
         drawn.append(
@@ -714,12 +716,12 @@ def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
     return "".join(drawn)
 
 
-def outline_of(frame: Frame, shape: Any) -> str:
+def clip_path_outline(frame: Frame, shape: Any) -> str:
     """Return the SVG path around an area, for use in a clip path."""
     return element("path", d=_area_path(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
 
 
-def _hatch(frame: Frame, shape: Any) -> str:
+def _draw_hatch(frame: Frame, shape: Any) -> str:
     x0, y0, x1, y1 = shape.bounds
     (left, bottom), (right, top) = frame.place(np.array([[x0, y0], [x1, y1]])).tolist()
     height = bottom - top
@@ -736,17 +738,17 @@ def _area_path(frame: Frame, shape: Any) -> str:
     return "".join(f"{lines_data(segments(frame.place(np.asarray(r.coords)[:, :2])))}z" for r in rings)
 
 
-def _line(frame: Frame, path: Polyline) -> str:
+def _line_data(frame: Frame, path: Polyline) -> str:
     return lines_data(segments(frame.place(path.flattened(_CHORDS / frame.scale))))
 
 
 # -- the tool path ---------------------------------------------------------------------------------------------------
 
 
-def _tool_path(frame: Frame, path: PocketPath) -> str:
+def _draw_tool_path(frame: Frame, path: PocketPath) -> str:
     data: dict[str, str] = {}
     for piece in path.pieces:
-        data[piece.kind] = data.get(piece.kind, "") + _line(frame, piece.path)
+        data[piece.kind] = data.get(piece.kind, "") + _line_data(frame, piece.path)
     rapids = [
         [a.path.end, b.path.start]
         for a, b, gap in zip(path.pieces[:-1], path.pieces[1:], path.gaps, strict=True)
@@ -759,7 +761,7 @@ def _tool_path(frame: Frame, path: PocketPath) -> str:
     return scaled_group(*lines)
 
 
-def _arrows(frame: Frame, path: PocketPath) -> str:
+def _draw_arrows(frame: Frame, path: PocketPath) -> str:
     apart = max(_ARROW_APART / frame.scale, path.feed_mm / _MOST_ARROWS)
     heads: dict[str, list[str]] = {}
     waiting = 0.5 * apart
@@ -773,7 +775,7 @@ def _arrows(frame: Frame, path: PocketPath) -> str:
     return "".join(element("path", d="".join(h), class_=f"head {kind}") for kind, h in sorted(heads.items()))
 
 
-def _marks(frame: Frame, paths: Sequence[PocketPath], tool_diameter: float) -> list[str]:
+def _draw_marks(frame: Frame, paths: Sequence[PocketPath], tool_diameter: float) -> list[str]:
     drawn = [path for path in paths if path.pieces]
     if not drawn:
         return []
