@@ -17,9 +17,9 @@ from leafcut.model.sheet import Sheet
 from leafcut.options import SolveOptions
 from leafcut.order.solve import solve
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.chains import Chain, chain_blocks, chain_problem, chains_of, with_chains
+from leafcut.processes.sheet.plan.chains import Chain, chain_blocks, chain_problem, chains_from_solution, with_chains
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
-from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, bands, prepare_cutting
+from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, prepare_cutting, sweep_bands
 from leafcut.processes.sheet.plan.starts import CutStart
 
 PLASMA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5)
@@ -197,12 +197,12 @@ def chained(cutting: Cutting, overhead: float = 0.5, rapid: float = 250.0, **opt
     """Return a cutting with the chains that a short search finds."""
     given = CutOptions(chains=True, **options)
     chains: list[Chain] = []
-    for block in chain_blocks(cutting, bands(cutting, given)):
+    for block in chain_blocks(cutting, sweep_bands(cutting, given)):
         found = chain_problem(cutting, block, overhead, rapid)
         if found is not None:
             problem, bridges = found
             solution = solve(problem, SolveOptions(iterations=30, threads=1, bound=False))
-            chains += chains_of(cutting, bridges, [int(n) for n in solution.nodes], chains)
+            chains += chains_from_solution(cutting, bridges, [int(n) for n in solution.nodes], chains)
     return with_chains(cutting, chains)
 
 

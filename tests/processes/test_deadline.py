@@ -231,7 +231,7 @@ def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pyt
     monkeypatch.setattr(module, "clock", lambda: now[0])
     monkeypatch.setattr(detached_parts, "cut_outlines_later", slow)
     monkeypatch.setattr(order_passes, "cached_motion", lambda *_: before)
-    assert order_passes.detach_later(plan, order) is order
+    assert order_passes.postpone_detaching_cuts(plan, order) is order
     assert looks == [False, True]
     assert deadline.left == 0.0
 

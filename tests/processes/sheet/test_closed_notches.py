@@ -21,7 +21,7 @@ from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.costs import part_areas
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.narrow_shapes import with_chambers
-from leafcut.processes.sheet.proof.sheet_shapes import check_divided
+from leafcut.processes.sheet.proof.sheet_shapes import check_divided_shapes
 
 KERF = 1.5
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf": "1.5", "iterations": 5, "threads": 1}
@@ -136,7 +136,7 @@ def test_a_chamber_is_a_hole_outside_of_its_outline_and_takes_no_area_of_its_par
     assert cut.contours[0] is sheet.contours[0]
     assert [(c.is_hole, c.chamber, c.parent, c.part) for c in cut.contours[1:]] == [(True, True, -1, 1)] * 2
     assert part_areas(cut) == part_areas(sheet)
-    assert check_divided(sheet, cut, 0.5 * KERF) == []
+    assert check_divided_shapes(sheet, cut, 0.5 * KERF) == []
 
 
 @pytest.mark.parametrize(
@@ -171,6 +171,6 @@ def test_a_fault_of_the_chambers_is_found_from_the_drawn_outline_alone(fault: st
         x0, y0, x1, y1 = boxes[fault]
         path = Polyline.of_points([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], closed=True)
         contours = (*contours, replace(second, path=path))
-    found = check_divided(sheet, replace(sheet, contours=contours), 0.5 * KERF)
+    found = check_divided_shapes(sheet, replace(sheet, contours=contours), 0.5 * KERF)
     text = "is not cut" if fault == "dropped" else "beyond its notch"
     assert text in " ".join(difference.text for difference in found)

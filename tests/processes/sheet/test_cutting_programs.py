@@ -17,7 +17,7 @@ from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.processes.sheet.post import write_cut_program
-from leafcut.processes.sheet.proof.torch import check_scribe
+from leafcut.processes.sheet.proof.torch import check_lighting_tool
 from qtplasmac_filter import filtered
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
@@ -283,8 +283,8 @@ def test_a_scribe_that_is_not_chosen_or_has_not_gone_by_its_offset_is_a_differen
     text = written("qtplasmac", marks_among_cuts())
     words = dialect("qtplasmac")
     assert was in text
-    assert check_scribe(interpret(text, words), words) == []
-    assert check_scribe(interpret(text.replace(was, now, 1), words), words)
+    assert check_lighting_tool(interpret(text, words), words) == []
+    assert check_lighting_tool(interpret(text.replace(was, now, 1), words), words)
 
 
 def lit(*, feed: float = 20.0) -> ToolpathBuilder:

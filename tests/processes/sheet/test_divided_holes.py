@@ -18,7 +18,7 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.narrow_shapes import with_divided_holes
-from leafcut.processes.sheet.proof.sheet_shapes import check_divided
+from leafcut.processes.sheet.proof.sheet_shapes import check_divided_shapes
 
 KERF = 1.5
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf": "1.5", "iterations": 5, "threads": 1}
@@ -132,7 +132,7 @@ def test_the_first_piece_takes_the_number_of_the_hole_and_the_others_come_last()
     divided, _ = with_divided_holes(sheet, RULES)
     assert divided.contours[0] is sheet.contours[0]
     assert [(c.depth, c.parent, c.part) for c in divided.contours[1:]] == [(1, 0, 1)] * 2
-    assert check_divided(sheet, divided, 0.5 * KERF) == []
+    assert check_divided_shapes(sheet, divided, 0.5 * KERF) == []
 
 
 def test_a_hole_with_something_outside_of_its_pieces_stays_as_it_is() -> None:
@@ -155,5 +155,5 @@ def test_a_fault_of_the_pieces_is_found_from_the_drawn_hole_alone(fault: str) ->
         "outline": (replace(plate, path=Polyline(plate.path.vertices, closed=True)), one, other),
     }[fault]
     text = {"dropped": "is not cut", "wider": "beyond its edge", "outline": "which only a hole may be"}[fault]
-    found = check_divided(sheet, replace(divided, contours=contours), 0.5 * KERF)
+    found = check_divided_shapes(sheet, replace(divided, contours=contours), 0.5 * KERF)
     assert text in " ".join(difference.text for difference in found)

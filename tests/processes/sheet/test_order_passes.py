@@ -16,7 +16,7 @@ from leafcut.processes.job import Job, machine_of
 from leafcut.processes.ordering import find_order
 from leafcut.processes.plan import Plan
 from leafcut.processes.settings import collect_settings
-from leafcut.processes.sheet.order_passes import PASSES, cached_motion, cuts_in_order, keep_given
+from leafcut.processes.sheet.order_passes import PASSES, cached_motion, choose_fastest_order, cuts_in_order
 from leafcut.processes.sheet.plan.cutting import CutSequence, drawing_order
 from leafcut.processes.sheet.spec import plan_sheet
 from leafcut.read.format import load
@@ -63,7 +63,7 @@ def test_each_pass_cuts_every_contour_once_and_the_last_motion_is_that_of_the_or
 def test_the_given_order_stays_if_it_takes_less_time_unless_heat_forbids_to_compare(plan: Plan) -> None:
     worse = plan.work.given.starts
     order = Order((CutSequence(plan.work.cutting, (*worse[::2], *worse[1::2])),))
-    assert keep_given(plan, order) is order
+    assert choose_fastest_order(plan, order) is order
     free = replace(plan, work=replace(plan.work, order_fixed=False))
     assert cached_motion(free, order).measure.time_s > cached_motion(free, Order((plan.work.given,))).measure.time_s
-    assert keep_given(free, order).choices == (plan.work.given,)
+    assert choose_fastest_order(free, order).choices == (plan.work.given,)

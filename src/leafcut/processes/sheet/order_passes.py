@@ -22,13 +22,13 @@ from leafcut.options import SpeedOptions
 from leafcut.processes.ordering import find_order
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.costs import measure_cuts
-from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, bands, build_problem
+from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, build_problem, sweep_bands
 from leafcut.processes.sheet.plan.heat import heat_issue, spread_starts
 from leafcut.processes.sheet.plan.moved_starts import (
     clear_pierces_of_kerfs,
     slide_starts,
     with_leads_apart,
-    without_meeting_starts,
+    without_conflicting_starts,
 )
 from leafcut.processes.sheet.plan.toolpath import TorchSetup, generate_cuts
 from leafcut.timing.toolpath import measure_toolpath, seconds_by_row
@@ -78,7 +78,7 @@ class SheetWork:
     motions
         Cached motion of recent orders.
     detached
-        Cached result of `detached_nearest`.
+        Cached result of `nearest_order_with_postponed_cuts`.
     """
 
     drawn: Sheet
@@ -98,7 +98,7 @@ class SheetWork:
 # -- changes of an order ---------------------------------------------------------------------------------------------
 
 
-def slide(plan: Plan, order: Order) -> Order:
+def slide_all_starts(plan: Plan, order: Order) -> Order:
     """Move the start points along their contours, so that travel gets shorter."""
     cuts = cuts_in_order(plan, order)
     plan.job.report(Message("refining the starts"))
@@ -118,11 +118,11 @@ def avoid_hot_starts(plan: Plan, order: Order) -> Order:
         return order
 
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
-        groups = bands(cuts.cutting, options)
+        groups = sweep_bands(cuts.cutting, options)
         return _with_cuts(order, spread_starts(cuts, options.heat_distance, plan.work.head, groups, late))
 
 
-def pierce_in_metal(plan: Plan, order: Order) -> Order:
+def move_pierces_out_of_kerfs(plan: Plan, order: Order) -> Order:
     """Move a start point if its pierce would fall into the kerf of an earlier cut."""
     return _with_cuts(order, clear_pierces_of_kerfs(cuts_in_order(plan, order), plan.work.head))
 
@@ -135,19 +135,19 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
     """
     before, best = cuts_in_order(plan, order).starts, _move_leads_apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
-    best = keep_nearest(plan, best)
+    best = prefer_nearest_order(plan, best)
     if not met or len(before) > MAX_CUTS_OF_SEARCH or plan.job.settings.solve.algorithm != "auto":
         return best
     objective, spent = plan.job.settings.solve.objective, sum(s.seconds for s in order.solutions)
     for _ in range(MAX_SEARCHES):
         if plan.job.deadline.left <= 0.0:
             break
-        cutting, known = without_meeting_starts(plan.work.cutting, best.choices[0].starts), best.choices[0].starts
+        cutting, known = without_conflicting_starts(plan.work.cutting, best.choices[0].starts), best.choices[0].starts
         again = replace(plan, stages=build_stages(plan.job, cutting, plan.work.head, known))
         found = find_order(plan.job, again.stages, deadline=plan.job.deadline.part(SEARCH_SHARE))
         spent += sum(s.seconds for s in found.solutions)
-        other = Order((sequence_of(plan.job, cutting, found.choices),), found.solutions)
-        for improve in (slide, avoid_hot_starts, pierce_in_metal, _move_leads_apart):
+        other = Order((sequence_from_choices(plan.job, cutting, found.choices),), found.solutions)
+        for improve in (slide_all_starts, avoid_hot_starts, move_pierces_out_of_kerfs, _move_leads_apart):
             other = improve(plan, other)
         if cached_motion(plan, other).cost(objective) >= cached_motion(plan, best).cost(objective):
             break
@@ -160,7 +160,7 @@ def _move_leads_apart(plan: Plan, order: Order) -> Order:
     return _with_cuts(order, with_leads_apart(cuts_in_order(plan, order), plan.work.head))
 
 
-def detach_later(plan: Plan, order: Order) -> Order:
+def postpone_detaching_cuts(plan: Plan, order: Order) -> Order:
     """Postpone outlines until the head no longer has to travel over their parts.
 
     This only matters for a head that stays down between cuts.
@@ -179,54 +179,54 @@ def detach_later(plan: Plan, order: Order) -> Order:
         place = cut_outlines_later(work.parts, cut_plan.cuts, pairs, work.head.cost, late)
     # Use all starts of the sheet, even if a second search used fewer.
     moved = CutSequence(work.cutting, tuple(cuts.starts[k] for k in place))
-    other = _move_leads_apart(plan, pierce_in_metal(plan, _with_cuts(order, moved)))
-    return min(order, other, key=lambda either: _rank(plan, either))
+    other = _move_leads_apart(plan, move_pierces_out_of_kerfs(plan, _with_cuts(order, moved)))
+    return min(order, other, key=lambda either: _comparison_key(plan, either))
 
 
-def detached_nearest(plan: Plan) -> Order:
-    """Return the nearest-neighbour order after the pass `detach_later`. The result is cached."""
+def nearest_order_with_postponed_cuts(plan: Plan) -> Order:
+    """Return the nearest-neighbour order after the pass `postpone_detaching_cuts`. The result is cached."""
     known: list[Order] = plan.work.detached
     if not known:
-        known.append(detach_later(plan, Order((plan.work.nearest,))))
+        known.append(postpone_detaching_cuts(plan, Order((plan.work.nearest,))))
     return known[0]
 
 
-def keep_nearest(plan: Plan, order: Order) -> Order:
+def prefer_nearest_order(plan: Plan, order: Order) -> Order:
     """Return the nearest-neighbour order if it is faster than the given order, otherwise the given order.
 
     The comparison uses a more detailed time model than the search.
     """
     objective, known = plan.job.settings.solve.objective, Order((plan.work.nearest,))
-    if plan.work.order_fixed or not _may_be_nearest(plan):
+    if plan.work.order_fixed or not _can_compare_with_nearest(plan):
         return order
     return min(order, known, key=lambda either: cached_motion(plan, either).cost(objective))
 
 
-def _may_be_nearest(plan: Plan) -> bool:
+def _can_compare_with_nearest(plan: Plan) -> bool:
     work, searches = plan.work, plan.job.settings.solve.algorithm == "auto"
     return searches and work.planned is None and work.nearest.cutting is work.cutting
 
 
-def keep_given(plan: Plan, order: Order) -> Order:
+def choose_fastest_order(plan: Plan, order: Order) -> Order:
     """Return the fastest of several orders, without adding moves across or near detached parts.
 
     The pass compares the given order with the order of the drawing or of the plan file, and with the nearest-neighbour
-    order after `detach_later`.
+    order after `postpone_detaching_cuts`.
     """
     work = plan.work
     if work.order_fixed:
         return order
     known = [Order((work.given,))]
-    if work.parts is not None and _may_be_nearest(plan):
-        known.append(detached_nearest(plan))
+    if work.parts is not None and _can_compare_with_nearest(plan):
+        known.append(nearest_order_with_postponed_cuts(plan))
     for other in known:
-        (*risks, cost), (*other_risks, other_cost) = _rank(plan, order), _rank(plan, other)
+        (*risks, cost), (*other_risks, other_cost) = _comparison_key(plan, order), _comparison_key(plan, other)
         if other_risks <= risks and other_cost < cost:
             order = other
     return order
 
 
-def _rank(plan: Plan, order: Order) -> tuple[int, int, float]:
+def _comparison_key(plan: Plan, order: Order) -> tuple[int, int, float]:
     """Return the key by which orders are compared.
 
     The key contains the number of moves across detached parts, the number of moves close to detached parts, and the
@@ -238,12 +238,12 @@ def _rank(plan: Plan, order: Order) -> tuple[int, int, float]:
 
 
 PASSES: tuple[Pass, ...] = (
-    slide,
+    slide_all_starts,
     avoid_hot_starts,
-    pierce_in_metal,
+    move_pierces_out_of_kerfs,
     keep_leads_apart,
-    detach_later,
-    keep_given,
+    postpone_detaching_cuts,
+    choose_fastest_order,
 )
 
 
@@ -255,10 +255,10 @@ def build_stages(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[C
 
     `known` is an order of all cuts. Each stage uses its part of this order as the given order.
     """
-    groups = bands(cutting, job.settings.of(CutOptions))
+    groups = sweep_bands(cutting, job.settings.of(CutOptions))
     stages = []
     for number, members in enumerate(groups):
-        node_of = {id(s): node for node, s in enumerate(cutting.starts_of(members))}
+        node_of = {id(s): node for node, s in enumerate(cutting.starts_on(members))}
         given = np.array([node_of[id(s)] for s in known if id(s) in node_of], dtype=np.int32)
         name = Message("ordering the cuts") if len(groups) == 1 else Message("ordering band {}", number + 1)
         problem = build_problem(cutting, members, head, first=number == 0, last=number == len(groups) - 1)
@@ -271,16 +271,16 @@ def cuts_in_order(plan: Plan, order: Order) -> CutSequence:
     """Convert an order to a sequence of cuts. The order may come from the search or from a pass."""
     if len(order.choices) == 1 and isinstance(order.choices[0], CutSequence):
         return order.choices[0]
-    return sequence_of(plan.job, plan.work.cutting, order.choices)
+    return sequence_from_choices(plan.job, plan.work.cutting, order.choices)
 
 
-def sequence_of(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) -> CutSequence:
+def sequence_from_choices(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) -> CutSequence:
     """Return the cuts of a search result. For each band, `choices` lists the chosen starts in order."""
-    groups = bands(cutting, job.settings.of(CutOptions))
+    groups = sweep_bands(cutting, job.settings.of(CutOptions))
     starts = [
         own[int(node)]
         for members, nodes in zip(groups, choices, strict=True)
-        for own in [cutting.starts_of(members)]
+        for own in [cutting.starts_on(members)]
         for node in nodes
     ]
     return CutSequence(cutting, tuple(starts))

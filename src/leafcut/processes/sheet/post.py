@@ -32,13 +32,13 @@ def write_cut_program(
     lines = header if options.header else ()
     marks = bool(((path.kind == Kind.SPINDLE) & (path.ref != 0)).any())
     compensates = bool((path.kind == Kind.RADIUS).any())
-    check_words(dialect, options, marks=marks, compensates=compensates)
+    check_dialect_support(dialect, options, marks=marks, compensates=compensates)
     if dialect.torch is None:
         return Writer(path, dialect, options).program(lines)
     return _TorchWriter(plan, path, dialect, dialect.torch, options).program(lines)
 
 
-def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
+def check_dialect_support(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
     """Raise PostError if the dialect does not support marks, kerf compensation, or a material number."""
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
@@ -64,7 +64,7 @@ class _TorchWriter(Writer):
         self.lit: Motion | None = None
         self.compensating = False
         self.percent = 100.0
-        self.compensated = _first_compensated(self.path)
+        self.compensated = _first_compensated_moves(self.path)
         # If the controller moves Z, the program may travel from its first block.
         self.safe = not dialect.has_z_words
 
@@ -246,7 +246,7 @@ class _TorchWriter(Writer):
         super()._end(row)
 
 
-def _first_compensated(path: Toolpath) -> Iterator[Motion]:
+def _first_compensated_moves(path: Toolpath) -> Iterator[Motion]:
     """Yield the first cutting move each time after the controller switches cutter compensation on."""
     waiting, on = False, False
     for row in path:

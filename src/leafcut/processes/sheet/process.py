@@ -132,9 +132,9 @@ class SheetCutting(Process):
 
         It avoids detached parts in the same way as the order from the search.
         """
-        from leafcut.processes.sheet.order_passes import detached_nearest
+        from leafcut.processes.sheet.order_passes import nearest_order_with_postponed_cuts
 
-        return self.generate(plan, detached_nearest(plan))
+        return self.generate(plan, nearest_order_with_postponed_cuts(plan))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Generate the motion for an order of cuts."""
@@ -157,18 +157,18 @@ class SheetCutting(Process):
 
         Return the motion that was read back from the program, and the differences.
         """
-        from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
+        from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_cut_program
         from leafcut.processes.sheet.proof.sheet import check_sheet
-        from leafcut.processes.sheet.proof.sheet_shapes import check_divided
+        from leafcut.processes.sheet.proof.sheet_shapes import check_divided_shapes
 
         work, dialect, post, cuts = plan.work, plan.dialect, plan.job.settings.post, best.detail[0]
-        written = read_back(text, cuts, dialect, post.material_number)
+        written = read_cut_program(text, cuts, dialect, post.material_number)
         problems = check_cut_motion(best.path, written, dialect, post.output_units)
         if work.obstacles is not None and not problems:
             from leafcut.processes.keep_out import obstacle_hits
 
             problems = obstacle_hits(plan.job, work.obstacles, best.path)
-        problems = problems or check_divided(work.drawn, work.cutting.sheet, plan.spec.half)
+        problems = problems or check_divided_shapes(work.drawn, work.cutting.sheet, plan.spec.half)
         problems = problems or check_sheet(
             work.cutting.sheet, cuts, text, written, dialect, plan.job.machine, plan.spec
         )

@@ -41,22 +41,22 @@ from leafcut.processes.sheet.order_passes import (
     SheetWork,
     build_stages,
     cached_motion,
-    sequence_of,
+    sequence_from_choices,
 )
 from leafcut.processes.sheet.plan.cut_rules import resolve_rules
 from leafcut.processes.sheet.plan.cutting import (
     CutSequence,
     Cutting,
     HeadTravel,
-    bands,
     drawing_order,
     prepare_cutting,
     sorted_by_band,
+    sweep_bands,
 )
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces_of_kerfs, with_leads_apart
 from leafcut.processes.sheet.plan.narrow_shapes import with_narrow_shapes
 from leafcut.processes.sheet.plan.toolpath import TORCH_ON, TorchSetup
-from leafcut.processes.sheet.post import check_words
+from leafcut.processes.sheet.post import check_dialect_support
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.proof.envelope import check_envelope
@@ -89,11 +89,11 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     options = settings.of(CutOptions)
     job.report(Message("reading"))
     data, issues = _cut_data(job)
-    issues += _joint_issues(data, options)
+    issues += _micro_joint_issues(data, options)
     post_dialect = dialect_of(job)
     _check_dialect(post_dialect, data.process)
     check_dialect_options(settings, post_dialect)
-    probe = probe_for(job.machine, post_dialect)
+    probe = usable_probe(job.machine, post_dialect)
     if post_dialect.torch is not None and not post_dialect.torch.waits and not post_dialect.moves_z:
         if options.pierce_delay:
             raise OptionError("{} has no pierce delay; leave out --pierce-delay", post_dialect.name)
@@ -102,23 +102,23 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     planned = settings.job.plan is not None
     rules = resolve_rules(data, options, switches=torch.switches, max_feed=job.machine.max_feed, planned=planned)
     part, sheet = _read_sheet(job, source)
-    sheet = with_options(sheet, options, parse_zones(settings.job.keep_out))
+    sheet = with_size_and_zones(sheet, options, parse_zones(settings.job.keep_out))
     if post_dialect.moves_z:
         refuse_higher_zones(settings.job.keep_out, settings.job.clearance_height)
     drawn, sheet, narrow = with_narrow_shapes(sheet, rules)
     issues += narrow
     refuse_too_large(check_envelope(_bounding_move(sheet), job.machine), part, settings)
     marks = any(c.kind == "mark" for c in sheet.contours)
-    check_words(post_dialect, settings.post, marks=marks, compensates=options.compensation == "controller")
-    file = _load_plan(settings.job.plan) if settings.job.plan else None
+    check_dialect_support(post_dialect, settings.post, marks=marks, compensates=options.compensation == "controller")
+    file = _load_plan_file(settings.job.plan) if settings.job.plan else None
     job.report(Message("looking for pierce points"))
     cutting = prepare_cutting(sheet, rules)
     if file is not None:
-        from leafcut.processes.sheet.plan.plan_file import follow_plan
+        from leafcut.processes.sheet.plan.plan_file import restrict_starts_to_plan
 
-        cutting = follow_plan(cutting, file, everything=settings.solve.keeps_order)
+        cutting = restrict_starts_to_plan(cutting, file, everything=settings.solve.keeps_order)
         issues += _plan_issues(file, data)
-    issues += _register_issues(post_dialect, data, options)
+    issues += _kerf_register_issues(post_dialect, data, options)
     issues = [*sheet.issues, *issues, *cutting.issues]
     refuse_missing_work(settings, source, issues)
     head = HeadTravel(
@@ -166,12 +166,14 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     joined = _with_best_chains(job, cutting, file, head.overhead)
     if joined is not cutting:
         known = sorted_by_band(joined, drawing_order(joined), options)
-    by_nearest = with_leads_apart(clear_pierces_of_kerfs(sequence_of(job, cutting, nearest.choices), head), head)
+    by_nearest = with_leads_apart(
+        clear_pierces_of_kerfs(sequence_from_choices(job, cutting, nearest.choices), head), head
+    )
     work = replace(work, cutting=joined, nearest=by_nearest)
     return replace(plan, work=work, stages=build_stages(job, joined, head, known))
 
 
-def _load_plan(path: Path) -> PlanFile:
+def _load_plan_file(path: Path) -> PlanFile:
     from leafcut.read.plan_file import load_plan
 
     return load_plan(path)
@@ -210,18 +212,18 @@ def _given_order(
     """
     order = drawing_order(cutting)
     if file is not None:
-        from leafcut.processes.sheet.plan.chains import planned_chains, with_chains
-        from leafcut.processes.sheet.plan.plan_file import follow_plan, plan_order
+        from leafcut.processes.sheet.plan.chains import chains_from_plan_file, with_chains
+        from leafcut.processes.sheet.plan.plan_file import order_as_planned, restrict_starts_to_plan
 
-        order = plan_order(cutting, file)
+        order = order_as_planned(cutting, file)
     known = sorted_by_band(cutting, order, options)
     given, fits = clear_pierces_of_kerfs(CutSequence(cutting, tuple(known)), replace(head, start=None, end=None)), False
     known = list(given.starts)
     if file is not None:
         try:
-            whole = follow_plan(cutting, file, everything=True)
-            whole = with_chains(whole, planned_chains(whole, file, everything=True))
-            starts = tuple(plan_order(whole, file))
+            whole = restrict_starts_to_plan(cutting, file, everything=True)
+            whole = with_chains(whole, chains_from_plan_file(whole, file, everything=True))
+            starts = tuple(order_as_planned(whole, file))
         except PlanError:
             fits = False
         else:
@@ -238,12 +240,18 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
     if file is None and (not options.chains or keep):
         return cutting
     from leafcut.order.solve import solve
-    from leafcut.processes.sheet.plan.chains import chain_blocks, chain_problem, chains_of, planned_chains, with_chains
+    from leafcut.processes.sheet.plan.chains import (
+        chain_blocks,
+        chain_problem,
+        chains_from_plan_file,
+        chains_from_solution,
+        with_chains,
+    )
 
-    chains = [] if file is None else planned_chains(cutting, file, everything=keep)
+    chains = [] if file is None else chains_from_plan_file(cutting, file, everything=keep)
     if not options.chains or keep:
         return with_chains(cutting, chains)
-    blocks = chain_blocks(cutting, bands(cutting, options), chains)
+    blocks = chain_blocks(cutting, sweep_bands(cutting, options), chains)
     deadline, left = job.deadline.part(CHAIN_SHARE), sum(map(len, blocks))
     for block in blocks:
         job.report(Message("looking for bridges"))
@@ -257,7 +265,7 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
         on_progress = progress_of_search(job.progress, Message("joining cuts"), 0.0, 1.0)
         solution = solve(problem, search, settings.aco, progress=on_progress, cancelled=job.cancelled)
         own.subtract(solution.seconds)
-        chains = [*chains, *chains_of(cutting, bridges, [int(n) for n in solution.nodes], chains)]
+        chains = [*chains, *chains_from_solution(cutting, bridges, [int(n) for n in solution.nodes], chains)]
     return with_chains(cutting, chains)
 
 
@@ -384,7 +392,7 @@ def _check_dialect(post_dialect: Dialect, process: str) -> None:
         )
 
 
-def probe_for(machine: Machine, post_dialect: Dialect) -> Probe | None:
+def usable_probe(machine: Machine, post_dialect: Dialect) -> Probe | None:
     """Return the probe for touching off before each pierce.
 
     Return None if the machine has no probe or programs cannot use it.
@@ -392,7 +400,7 @@ def probe_for(machine: Machine, post_dialect: Dialect) -> Probe | None:
     return machine.probe if post_dialect.torch is not None and post_dialect.torch.probe else None
 
 
-def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
+def _micro_joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
     """Warn about micro-joints if the sheet is so thick that the beam cannot pierce it while it moves."""
     if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _MAX_MOVING_PIERCE:
         return []
@@ -425,7 +433,7 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
     return [Issue("L621", words, plan.source)]
 
 
-def _register_issues(post_dialect: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
+def _kerf_register_issues(post_dialect: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
     """Warn if the controller takes the kerf from a register, because the program does not set the register."""
     if options.compensation != "controller" or post_dialect.torch is None or post_dialect.torch.compensation != "G41":
         return []
@@ -461,14 +469,14 @@ def _lowering_time(machine: Machine, torch: TorchSetup) -> float:
     return finding + sum(trapezoid_time(max(stroke, 0.0), velocity, acceleration) for stroke in strokes)
 
 
-def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
+def with_size_and_zones(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
     """Return the sheet with the size in `options` and with additional keep-out zones, float64[k, 4], mm.
 
     Raises OptionError if the size is invalid. Raises PlanError if a contour lies outside a sheet of this size.
     """
     outline = sheet.outline
     if options.sheet_size:
-        width, height = parse_size(options.sheet_size)
+        width, height = parse_sheet_size(options.sheet_size)
         outline = Polyline.of_points([(0, 0), (width, 0), (width, height), (0, height)], closed=True)
         for number, c in enumerate(sheet.contours, 1):
             low_x, low_y, high_x, high_y = c.path.extents
@@ -490,7 +498,7 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
     return replace(sheet, outline=outline, zones=(*sheet.zones, *added))
 
 
-def parse_size(text: str) -> Point:
+def parse_sheet_size(text: str) -> Point:
     """Parse the size of a sheet, such as ``3000x1500``.
 
     Return width and height, mm. Raises OptionError for other text.

@@ -30,7 +30,7 @@ from leafcut.processes.sheet.plan.chains import (
     exit_position,
     find_bridges,
     leaves_kerf_at_once,
-    scrap_of,
+    scrap_number,
 )
 from leafcut.processes.sheet.plan.contours import CutContour, prepare_contours
 from leafcut.processes.sheet.plan.scrap import Scrap
@@ -114,7 +114,7 @@ def test_a_hole_is_come_to_from_what_lies_in_it_and_never_left() -> None:
 
 def test_along_an_outline_lies_what_it_is_in_and_along_a_hole_its_own_room() -> None:
     contours, _ = ready(ring())
-    sides = {c.index: scrap_of(c) for c in contours if c.kind == "cut"}
+    sides = {c.index: scrap_number(c) for c in contours if c.kind == "cut"}
     assert sides == {0: -1, 1: 1}
 
 

@@ -68,7 +68,7 @@ def test_the_path_of_a_chain_is_lead_in_contours_bridges_and_lead_out() -> None:
     assert cut.path.length == pytest.approx(leads + both + bridge, abs=0.05)
     assert cut.lead_in == pytest.approx(start.lead_in.length)
     assert cut.bridges[0][0] == pytest.approx(cut.lead_in + 0.5 * both, abs=0.05)
-    assert cutting.seconds(start) == pytest.approx(cut.path.length / PLASMA.feed + PLASMA.pierce_delay, rel=1e-4)
+    assert cutting.cutting_time(start) == pytest.approx(cut.path.length / PLASMA.feed + PLASMA.pierce_delay, rel=1e-4)
     for low, high in itertools.pairwise([cut.lead_in, *itertools.chain(*cut.bridges), cut.lead_out]):
         length = high - low
         assert length == pytest.approx(0.5 * both, abs=0.05) or length == pytest.approx(bridge, abs=0.05)
@@ -77,7 +77,7 @@ def test_the_path_of_a_chain_is_lead_in_contours_bridges_and_lead_out() -> None:
 def test_a_bridge_that_takes_longer_than_a_pierce_is_not_made() -> None:
     """A pierce of 0.5 s, 0.5 s down and up and leads of 6 + 6 mm cost 1.6 s, 32 mm at 20 mm/s; rapids 2.8 mm more."""
     near, far = cutting_of(two_squares(33.0)), cutting_of(two_squares(38.0))
-    assert len(chained(near).heads) == 1
+    assert len(chained(near).first_contours) == 1
     assert chained(far) is far
 
 

@@ -159,7 +159,7 @@ def test_leads_of_common_lines_are_kept_clear_of_others() -> None:
     bare = Scrap(row((60, 40), (30, 40)), made, rules)
     lead = shapely.LineString([(80.0, 36.0), (120.0, 36.0)])
     assert shapely.Point(line.path.start).distance(lead) < 8.0
-    assert bare.allows([lead], line)[0]
-    assert not scrap_with_lead_ins(bare, made).allows([lead], line)[0]
+    assert bare.allowed_mask([lead], line)[0]
+    assert not scrap_with_lead_ins(bare, made).allowed_mask([lead], line)[0]
     far = shapely.LineString([(80.0, 15.0), (120.0, 15.0)])
-    assert np.all(scrap_with_lead_ins(bare, made).allows([far], line))
+    assert np.all(scrap_with_lead_ins(bare, made).allowed_mask([far], line))

@@ -30,8 +30,8 @@ from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.cutting import prepare_cutting
-from leafcut.processes.sheet.plan.leads import lead_path, lead_shape, lead_variants, placed_leads
-from leafcut.processes.sheet.plan.starts import start_at
+from leafcut.processes.sheet.plan.leads import lead_path, lead_shape, lead_variants, place_leads
+from leafcut.processes.sheet.plan.starts import start_with_same_leads
 
 
 def test_a_quarter_arc_begins_its_radius_behind_and_beside_the_contour() -> None:
@@ -60,7 +60,7 @@ def test_the_path_of_a_lead_runs_through_the_points_that_were_checked(style: str
     lead, travel = Lead(style, 7.0, 1.2), (0.6, 0.8)
     path = lead_path(lead, (3.0, -2.0), travel, left, out)
     assert path is not None
-    points = placed_leads(lead_shape(lead), np.array([(3.0, -2.0)]), np.array([travel]), left, out)[0]
+    points = place_leads(lead_shape(lead), np.array([(3.0, -2.0)]), np.array([travel]), left, out)[0]
     assert points[0] == pytest.approx(path.start)
     assert points[-1] == pytest.approx(path.end)
     line = shapely.LineString(path.flattened(0.001))
@@ -286,7 +286,7 @@ def test_the_joint_at_the_end_of_a_cut_is_never_in_a_loop_round_a_corner() -> No
     leads = {"lead_in": "none", "lead_out": "none"}
     cutting = cutting_of(two_squares(), micro_joints=1, joint_width="2", corner_loops=True, **leads)
     moved = [
-        start_at(cutting.contours[s.contour], cutting.scrap, s, float(at))
+        start_with_same_leads(cutting.contours[s.contour], cutting.scrap, s, float(at))
         for s in cutting.starts[:1]
         for at in range(300)
     ]
@@ -372,7 +372,7 @@ def test_no_lead_is_taken_that_the_proof_would_refuse(off: float, free: bool) ->
     cutting = cutting_of(sheet)
     x = 70.0 + 0.75 - off
     line = shapely.LineString([(x, 35.0), (x, 55.0)])
-    assert cutting.scrap.allows([line], cutting.contours[0])[0] == free
+    assert cutting.scrap.allowed_mask([line], cutting.contours[0])[0] == free
 
 
 def test_an_open_cut_is_not_pierced_above_the_pierce_capacity() -> None:

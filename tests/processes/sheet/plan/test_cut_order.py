@@ -36,15 +36,15 @@ from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cutting import (
     Cutting,
     HeadTravel,
-    bands,
     build_problem,
     drawing_order,
-    route_length,
+    sweep_bands,
+    total_travel,
 )
-from leafcut.processes.sheet.plan.heat import close_starts, spread_starts
+from leafcut.processes.sheet.plan.heat import hot_start_pairs, spread_starts
 from leafcut.processes.sheet.plan.moved_starts import slide_starts
-from leafcut.processes.sheet.plan.plan_file import check_fit, follow_plan, plan_order
-from leafcut.processes.sheet.spec import parse_size, with_options
+from leafcut.processes.sheet.plan.plan_file import check_plan_fits_drawing, order_as_planned, restrict_starts_to_plan
+from leafcut.processes.sheet.spec import parse_sheet_size, with_size_and_zones
 from leafcut.read.plan_file import load_plan, plan_text
 
 DISTANCE = Metric()
@@ -64,7 +64,7 @@ def test_a_part_in_a_notch_that_the_kerf_closes_is_cut_first(mouth: float, compe
     cutting = cutting_of(part_in_notch(mouth), compensation=compensation, small_hole=0.0)
     order = [cutting.contours[s.contour].index for s in drawing_order(cutting)]
     assert order == ([2, 1, 0] if closed else [0, 2, 1])
-    swept = bands(cutting, CutOptions(sweep="x"), width=1.0)
+    swept = sweep_bands(cutting, CutOptions(sweep="x"), width=1.0)
     assert len(swept) == (1 if closed else 2)
 
 
@@ -162,12 +162,12 @@ def test_on_any_sheet_no_cut_gouges_and_inner_contours_come_first(seed: int, hea
     sheet, data = random_sheet(seed), LASER if laser else PLASMA
     cutting = cutting_of(sheet, data)
     order = drawing_order(cutting)
-    before = route_length((0.0, 0.0), order)
+    before = total_travel((0.0, 0.0), order)
     slid = list(slide_starts(in_order(cutting, order), HeadTravel(DISTANCE, start=(0.0, 0.0))).starts)
-    assert route_length((0.0, 0.0), slid) <= before + 1e-6
+    assert total_travel((0.0, 0.0), slid) <= before + 1e-6
     if heat:
         slid = list(spread_starts(in_order(cutting, slid), 60.0, HeadTravel(DISTANCE, start=(0.0, 0.0))).starts)
-        assert len(close_starts(slid, 60.0)) <= len(close_starts(order, 60.0))
+        assert len(hot_start_pairs(slid, 60.0)) <= len(hot_start_pairs(order, 60.0))
     assert_legal(cutting, slid)
     cuts = [cutting.cut(s) for s in slid]
     assert_nothing_is_gouged(sheet, cuts, data.kerf)
@@ -185,7 +185,7 @@ def test_starts_slide_to_the_shortest_polyline() -> None:
         ).starts
     )
     # From the left point of the first circle on, every straight way through both circles is as short as it can be.
-    assert route_length((0.0, 50.0), slid) + math.dist(slid[-1].exit, (200.0, 50.0)) == pytest.approx(200.0, abs=0.05)
+    assert total_travel((0.0, 50.0), slid) + math.dist(slid[-1].exit, (200.0, 50.0)) == pytest.approx(200.0, abs=0.05)
 
 
 def test_cuts_beside_each_other_are_not_made_one_after_the_other() -> None:
@@ -195,8 +195,8 @@ def test_cuts_beside_each_other_are_not_made_one_after_the_other() -> None:
     rule = 45.0
     order = drawing_order(cutting)
     spread = list(spread_starts(in_order(cutting, order), rule, HeadTravel(DISTANCE)).starts)
-    assert close_starts(order, rule)
-    assert not close_starts(spread, rule)
+    assert hot_start_pairs(order, rule)
+    assert not hot_start_pairs(spread, rule)
     assert_legal(cutting, spread)
 
 
@@ -206,20 +206,20 @@ def test_a_sweep_goes_from_band_to_band_with_all_that_is_in_a_part() -> None:
         (Polyline.circle(50, 50, 20), 1, 1, 2), (square(120, 20, 60), 0, -1, 3),
     )  # fmt: skip
     cutting = cutting_of(sheet)
-    assert bands(cutting, CutOptions()) == [[0, 1, 2, 3]]
-    assert bands(cutting, CutOptions(sweep="x")) == [[1, 2], [3], [0]]
-    assert bands(cutting, CutOptions(sweep="-x")) == [[0], [3], [1, 2]]
-    assert bands(cutting, CutOptions(sweep="y")) == [[0, 1, 2, 3]]
+    assert sweep_bands(cutting, CutOptions()) == [[0, 1, 2, 3]]
+    assert sweep_bands(cutting, CutOptions(sweep="x")) == [[1, 2], [3], [0]]
+    assert sweep_bands(cutting, CutOptions(sweep="-x")) == [[0], [3], [1, 2]]
+    assert sweep_bands(cutting, CutOptions(sweep="y")) == [[0, 1, 2, 3]]
 
 
 def test_a_part_outside_the_sheet_of_the_given_size_is_named() -> None:
     none = np.zeros((0, 4))
-    assert with_options(two_squares(), CutOptions(sheet_size="200x100"), none).outline is not None
+    assert with_size_and_zones(two_squares(), CutOptions(sheet_size="200x100"), none).outline is not None
     with pytest.raises(PlanError, match=r"part 2.*outside the sheet of 100 × 100 mm"):
-        with_options(two_squares(), CutOptions(sheet_size="100x100"), none)
+        with_size_and_zones(two_squares(), CutOptions(sheet_size="100x100"), none)
     for wrong in ("100", "axb", "0x10", "1e9x1", "nanx3"):
         with pytest.raises(OptionError, match="--sheet-size"):
-            parse_size(wrong)
+            parse_sheet_size(wrong)
 
 
 # -- plan files ------------------------------------------------------------------------------------------------------
@@ -237,8 +237,8 @@ def test_a_plan_file_gives_the_same_cuts_again(tmp_path) -> None:
     cutting = cutting_of(sheet)
     order = list(slide_starts(in_order(cutting, drawing_order(cutting)), HeadTravel(DISTANCE, start=(0.0, 0.0))).starts)
     plan = saved(cutting, order, tmp_path)
-    again = follow_plan(cutting_of(sheet), plan, everything=True)
-    kept = plan_order(again, plan)
+    again = restrict_starts_to_plan(cutting_of(sheet), plan, everything=True)
+    kept = order_as_planned(again, plan)
     assert [s.contour for s in kept] == [s.contour for s in order]
     for a, b in zip(kept, order, strict=True):
         assert a.entry == pytest.approx(b.entry, abs=0.01)
@@ -255,7 +255,7 @@ def test_what_a_plan_fixes_is_the_only_choice_and_the_rest_stays_free(tmp_path) 
 
     first = drawing_order(cutting)[0]
     plan = saved(cutting, drawing_order(cutting), tmp_path, edit)
-    followed = follow_plan(cutting_of(sheet, direction="free"), plan)
+    followed = restrict_starts_to_plan(cutting_of(sheet, direction="free"), plan)
     mine = [followed.starts[n] for n in followed.by_contour[0]]
     assert {s.clockwise for s in mine} == {first.clockwise}
     assert {round(s.at, 2) for s in mine} == {round(first.at, 2)}
@@ -274,20 +274,20 @@ def test_a_fixed_order_is_kept_and_one_that_cuts_a_part_loose_first_is_refused(t
     def edit(text: str) -> str:
         return text.replace('"fixed": []', '"fixed": ["order"]')
 
-    followed = follow_plan(cutting_of(sheet), saved(cutting, order, tmp_path, edit))
+    followed = restrict_starts_to_plan(cutting_of(sheet), saved(cutting, order, tmp_path, edit))
     assert (1, 0) in followed.pairs
     inner = cutting_of(part_in_hole())
     wrong = list(reversed(drawing_order(inner)))
     plan = saved(inner, wrong, tmp_path, edit)
     with pytest.raises(PlanError, match=r"has part 1: outline .* before part 1: hole .*, which must be cut first"):
-        follow_plan(cutting_of(part_in_hole()), plan)
+        restrict_starts_to_plan(cutting_of(part_in_hole()), plan)
 
 
 def test_a_cut_that_goes_ahead_comes_before_all_below_it_in_the_plan_and_nothing_else_is_held(tmp_path) -> None:
     sheet = sheet_of(*((square(70 * k, 20, 50), 0, -1, k + 1) for k in range(4)))
     order = [drawing_order(cutting_of(sheet))[k] for k in (3, 1, 0, 2)]
     plan = saved(cutting_of(sheet), order, tmp_path, lambda text: text.replace('"fixed": []', '"fixed": ["ahead"]', 1))
-    assert set(follow_plan(cutting_of(sheet), plan).pairs) == {(3, 0), (3, 1), (3, 2)}
+    assert set(restrict_starts_to_plan(cutting_of(sheet), plan).pairs) == {(3, 0), (3, 1), (3, 2)}
 
 
 @pytest.mark.parametrize(
@@ -304,7 +304,7 @@ def test_a_plan_for_another_drawing_is_refused_with_its_first_difference(sheet, 
     cutting = cutting_of(two_squares())
     plan = saved(cutting, drawing_order(cutting), tmp_path)
     with pytest.raises(PlanError, match=words):
-        check_fit(sheet, plan)
+        check_plan_fits_drawing(sheet, plan)
 
 
 def test_a_fixed_start_far_from_its_contour_is_refused(tmp_path) -> None:
@@ -312,10 +312,10 @@ def test_a_fixed_start_far_from_its_contour_is_refused(tmp_path) -> None:
     plan = saved(cutting, drawing_order(cutting), tmp_path)
     far = replace(plan, cuts=(replace(plan.cuts[0], start=(500.0, 500.0), fixed=("start",)), *plan.cuts[1:]))
     with pytest.raises(PlanError, match="away from part 1"):
-        follow_plan(cutting, far)
+        restrict_starts_to_plan(cutting, far)
     twice = replace(plan, cuts=(plan.cuts[0], plan.cuts[0]))
     with pytest.raises(PlanError, match="cut twice"):
-        follow_plan(cutting, twice)
+        restrict_starts_to_plan(cutting, twice)
 
 
 def test_a_fixed_lead_that_does_not_fit_is_refused_with_its_contour(tmp_path) -> None:
@@ -333,7 +333,7 @@ def test_a_fixed_lead_that_does_not_fit_is_refused_with_its_contour(tmp_path) ->
 
     plan = saved(cutting, order, tmp_path, edit)
     with pytest.raises(PlanError, match="no lead fits at the fixed start or direction of part 1"):
-        follow_plan(cutting, plan)
+        restrict_starts_to_plan(cutting, plan)
 
 
 def fixed_plan(cutting: Cutting, *words: str, **changes: Any) -> PlanFile:
@@ -348,7 +348,7 @@ def test_a_plan_pierces_nothing_above_the_pierce_capacity(words) -> None:
     thick = replace(PLASMA, thickness=20.0, pierce_delay=0.0, can_pierce=False)
     cutting = cutting_of(sheet_of((square(20, 20, 60), 0, -1, 1), size=100), thick)
     plan = fixed_plan(cutting, *words)
-    followed = follow_plan(cutting, plan)
+    followed = restrict_starts_to_plan(cutting, plan)
     assert followed.starts
     for start in followed.starts:
         assert not start.pierce
@@ -357,7 +357,7 @@ def test_a_plan_pierces_nothing_above_the_pierce_capacity(words) -> None:
 
 def test_a_plan_made_for_the_programs_compensation_is_refused_where_the_controller_does_it() -> None:
     cutting = cutting_of(two_squares(), compensation="controller")
-    followed = follow_plan(cutting, fixed_plan(cutting, "start", "direction", "lead"))
+    followed = restrict_starts_to_plan(cutting, fixed_plan(cutting, "start", "direction", "lead"))
     assert [s.contour for s in followed.starts].count(0) == 1
     for words, changes, reason in (
         (("lead",), {"lead_in": Lead("arc", 6.0, math.radians(90.0))}, "but the fixed lead of"),
@@ -366,10 +366,10 @@ def test_a_plan_made_for_the_programs_compensation_is_refused_where_the_controll
         (("start",), {"start": (20.0, 20.0)}, "at a corner"),
     ):
         with pytest.raises(PlanError, match=reason):
-            follow_plan(cutting, fixed_plan(cutting, *words, **changes))
+            restrict_starts_to_plan(cutting, fixed_plan(cutting, *words, **changes))
 
 
 def test_a_plan_cannot_have_a_closed_cut_run_forward() -> None:
     cutting = cutting_of(two_squares())
     with pytest.raises(PlanError, match="clockwise or counter-clockwise, not forward"):
-        follow_plan(cutting, fixed_plan(cutting, "direction", direction="forward"))
+        restrict_starts_to_plan(cutting, fixed_plan(cutting, "direction", direction="forward"))

@@ -79,12 +79,12 @@ def test_the_more_contours_there_are_the_fewer_places_each_has(contours: int, mo
     """All together have twenty thousand at most, and each four at least."""
     asked = []
 
-    def starts_of(number: int, *given: Any) -> list[CutStart]:
+    def find_contour_starts(number: int, *given: Any) -> list[CutStart]:
         asked.append(given[-1])
         return [CutStart(number, 0.0, True, (0.0, 0.0), (0.0, 0.0))]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(room, "starts_of", starts_of)
+        patch.setattr(room, "find_contour_starts", find_contour_starts)
         some: Any = [None] * contours
         scrap: Any = None
         assert [s.contour for s in room.find_starts(some, scrap)] == list(range(contours))
@@ -106,8 +106,8 @@ def test_of_contours_without_room_the_first_three_are_named_and_the_others_count
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     sheet = sheet_of(*((square(40 + 60 * k, 40, 30), 0, -1, k + 1) for k in range(6)))
-    starts_of = room.starts_of
-    monkeypatch.setattr(room, "starts_of", lambda number, *given: starts_of(number, *given) if number == 2 else [])
+    find = room.find_contour_starts
+    monkeypatch.setattr(room, "find_contour_starts", lambda number, *given: find(number, *given) if number == 2 else [])
     with pytest.raises(PlanError) as refused:
         found(sheet)
     contours, _ = prepare_contours(sheet, rules_of())

@@ -23,9 +23,9 @@ from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.plan.detached_parts import HIT, DetachableParts, cut_outlines_later
-from leafcut.processes.sheet.proof.cut_motion import read_back
+from leafcut.processes.sheet.proof.cut_motion import read_cut_program
 from leafcut.processes.sheet.proof.matched_runs import CutRequest, MatchedRuns
-from leafcut.processes.sheet.proof.sheet import check_detached_parts, crossings
+from leafcut.processes.sheet.proof.sheet import check_detached_parts, detached_part_crossings
 from leafcut.processes.sheet.proof.torch_runs import torch_runs
 
 
@@ -171,7 +171,7 @@ def laser(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
 
 def laid_of(outcome: Outcome, text: str) -> tuple[MatchedRuns, Toolpath]:
     words, plan = dialect(outcome.dialect), outcome.detail.plan
-    path = read_back(text, plan, words)
+    path = read_cut_program(text, plan, words)
     half = 0.5 * plan.data.kerf
     return MatchedRuns(torch_runs(path, None), plan, plan.sheet, words, CutRequest(half)), path
 
@@ -181,9 +181,9 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     finds some, and refuses them.
     """
     laid, path = laid_of(laser, laser.text)
-    assert laser.detail.plan.crossings == 0 == len(crossings(laid, path))
+    assert laser.detail.plan.crossings == 0 == len(detached_part_crossings(laid, path))
     assert laser.machine.nozzle_diameter == 8.0
-    assert laser.detail.plan.close >= len(crossings(laid, path, 4.0))
+    assert laser.detail.plan.close >= len(detached_part_crossings(laid, path, 4.0))
     words = dialect(laser.dialect)
     assert check_detached_parts(laid, path, words, 8.0) == []
     (told,) = [i for i in laser.issues if i.code == "L623"]

@@ -14,11 +14,11 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.contours import prepare_contours
 from leafcut.processes.sheet.plan.cutting import (
     chain_length,
-    joints_of,
+    joint_spans,
     make_chain,
     make_cut,
     path_from_start,
-    with_loops,
+    with_corner_loops,
     without_tiny_segments,
 )
 from leafcut.processes.sheet.plan.scrap import Scrap
@@ -29,7 +29,7 @@ SQUARE = sheet_of((square(50, 50, 100), 0, -1, 1), size=200)
 def test_a_loop_crosses_itself_where_the_two_straight_cuts_meet_and_runs_in_the_scrap() -> None:
     rules = rules_of(corner_loops=True)
     contours, _ = prepare_contours(SQUARE, rules)
-    (looped,) = with_loops(contours, Scrap(SQUARE, contours, rules))
+    (looped,) = with_corner_loops(contours, Scrap(SQUARE, contours, rules))
     assert len(looped.loops) == 4
     half, part = PLASMA.kerf / 2, shapely.box(50, 50, 150, 150)
     corners = [(50 - half, 50 - half), (150 + half, 50 - half), (150 + half, 150 + half), (50 - half, 150 + half)]
@@ -54,7 +54,7 @@ def test_round_corners_blunt_ones_and_holes_get_no_loop_nor_corners_that_have_no
         (two_squares(4.0), 4),
     ):
         contours, _ = prepare_contours(sheet, rules)
-        made = with_loops(contours, Scrap(sheet, contours, rules))
+        made = with_corner_loops(contours, Scrap(sheet, contours, rules))
         assert sum(len(c.loops) for c in made) == loops, sheet
         assert not any(c.loops for c in made if c.hole)
 
@@ -64,7 +64,7 @@ def test_joints_lie_evenly_keep_from_corners_and_are_as_long_as_asked_with_a_ker
     cutting = cutting_of(SQUARE, LASER, micro_joints=4, joint_width="0.4")
     contour = cutting.contours[0]
     for start in cutting.starts[:6]:
-        joints = joints_of(contour, start, 0.0)
+        joints = joint_spans(contour, start, 0.0)
         assert len(joints) == 4
         assert all(high - low == pytest.approx(0.4 + LASER.kerf) for low, high in joints)
         body, _ = path_from_start(contour, start, overcut=False)

@@ -20,7 +20,7 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
 from leafcut.processes.sheet.plan.toolpath import TorchSetup, generate_cuts
 from leafcut.processes.sheet.post import write_cut_program
-from leafcut.processes.sheet.proof.cut_motion import read_back
+from leafcut.processes.sheet.proof.cut_motion import read_cut_program
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.sheet.proof.sheet import check_sheet
 from leafcut.read.machine import load_machine
@@ -110,5 +110,5 @@ def checked(
 ) -> list[Difference]:
     """Return the errors of a program text for this plan."""
     asked = CutRequest(rules.half, rules.joints, rules.joint_width, CLEARANCE, probe, power, material)
-    written = read_back(text, plan, dialect(words), material)
+    written = read_cut_program(text, plan, dialect(words), material)
     return check_sheet(plan.sheet, plan, text, written, dialect(words), machine_for(words), asked)

@@ -10,7 +10,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.difference import Difference
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.proof.sheet_shapes import check_divided, targets_of
+from leafcut.processes.sheet.proof.sheet_shapes import build_targets, check_divided_shapes
 
 #: Half of the kerf, mm.
 HALF = 0.75
@@ -111,7 +111,7 @@ NOT_CUT, BEYOND = "a piece of a divided hole is not cut, at", "a divided hole is
 def test_pieces_fill_the_hole_or_the_notch_that_was_drawn(
     drawn: list[Contour], divided: list[Contour], faults: list[str]
 ) -> None:
-    found = check_divided(sheet(*drawn), sheet(*divided), HALF)
+    found = check_divided_shapes(sheet(*drawn), sheet(*divided), HALF)
     assert found == [Difference("divided hole", 0, 0, text) for text in faults]
 
 
@@ -124,7 +124,7 @@ def test_a_chamber_without_room_for_a_pierce_stays_uncut(high: float, room: bool
     """The second chamber is 30 to 40 by 25 to `high`; its kerf is 1.5 mm smaller, and a pierce needs 1.5 mm."""
     corners = [(x, {30: high, 22: 25}.get(y, y)) for x, y in NOTCHED.path.vertices[:, :2].tolist()]
     notched = replace(NOTCHED, path=ring(*corners))
-    found = check_divided(sheet(notched), sheet(notched, ONE), HALF)
+    found = check_divided_shapes(sheet(notched), sheet(notched, ONE), HALF)
     assert len(found) == room
 
 
@@ -132,7 +132,7 @@ def test_contours_are_named_by_number_kind_part_and_start() -> None:
     mark = Contour(Polyline.of_points([(1, 2), (3, 4)]), "mark")
     cut = Contour(Polyline.of_points([(1, 2), (3, 4)]), "cut", part=2)
     edge = replace(OUTLINE, kind="sheet")
-    assert [target.name for target in targets_of(sheet(edge, OUTLINE, HOLE, LEFT, mark, cut), HALF)] == [
+    assert [target.name for target in build_targets(sheet(edge, OUTLINE, HOLE, LEFT, mark, cut), HALF)] == [
         "contour 2 (outline of part 1, at X0.000 Y0.000)",
         "contour 4 (hole of part 1, at X10.000 Y10.000)",
         "contour 5 (mark, at X1.000 Y2.000)",
@@ -145,5 +145,5 @@ def test_contours_are_named_by_number_kind_part_and_start() -> None:
 )
 def test_a_hole_two_kerfs_wide_may_stay_uncut(side: float, targets: int, may_stay: bool) -> None:
     """A kerf of 1.5 mm; rounding decides within 0.025 mm on each side."""
-    found = targets_of(sheet(replace(HOLE, path=box(10, 10, 10 + side, 10 + side))), HALF)
+    found = build_targets(sheet(replace(HOLE, path=box(10, 10, 10 + side, 10 + side))), HALF)
     assert [target.may_stay for target in found] == [may_stay] * targets

@@ -12,7 +12,7 @@ import shapely
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.sheet.proof.sheet import check_detached_parts, crossings
+from leafcut.processes.sheet.proof.sheet import check_detached_parts, detached_part_crossings
 
 #: Corners of the parts: the run that ends in line 10 detaches the first, and the run that ends in line 20 the second.
 FIRST, SECOND = shapely.box(10, 10, 30, 30), shapely.box(50, 10, 70, 30)
@@ -87,7 +87,7 @@ def path_of(*moves: tuple[int, float, float]) -> Toolpath:
 def test_a_route_over_a_part_that_is_free_is_counted_once(
     moves: list[tuple[int, float, float]], found: list[tuple[int, tuple[float, float]]]
 ) -> None:
-    assert crossings(laid(), path_of(*moves)) == found
+    assert detached_part_crossings(laid(), path_of(*moves)) == found
 
 
 @pytest.mark.parametrize(
@@ -98,9 +98,9 @@ def test_a_route_over_a_part_that_is_free_is_counted_once(
     ],
 )  # fmt: skip
 def test_only_an_outline_that_is_cut_free_at_once_is_a_free_part(changed: dict[str, Any]) -> None:
-    assert crossings(laid(**changed), path_of((15, 40, 40))) == []
-    assert crossings(laid(**changed), path_of((24, 40, 0), (25, 90, 40)))
-    assert crossings(laid(depth=2), path_of((15, 40, 40)))
+    assert detached_part_crossings(laid(**changed), path_of((15, 40, 40))) == []
+    assert detached_part_crossings(laid(**changed), path_of((24, 40, 0), (25, 90, 40)))
+    assert detached_part_crossings(laid(depth=2), path_of((15, 40, 40)))
 
 
 @pytest.mark.parametrize(
@@ -117,18 +117,18 @@ def test_only_an_outline_that_is_cut_free_at_once_is_a_free_part(changed: dict[s
 def test_a_head_comes_near_a_part_away_from_the_ends_of_its_route(
     moves: list[tuple[int, float, float]], near: bool
 ) -> None:
-    assert bool(crossings(laid(), path_of(*moves), 2.0)) is near
-    assert crossings(laid(), path_of(*moves)) == []
+    assert bool(detached_part_crossings(laid(), path_of(*moves), 2.0)) is near
+    assert detached_part_crossings(laid(), path_of(*moves)) == []
 
 
 def test_a_move_from_an_unknown_place_is_not_counted() -> None:
     builder = ToolpathBuilder()
     builder.rapid(x=40.0, line=15)
     builder.rapid(40.0, 20.0, line=16)
-    assert crossings(laid(), builder.build()) == []
+    assert detached_part_crossings(laid(), builder.build()) == []
     builder.rapid(0.0, 20.0, line=17)
-    assert crossings(laid(), builder.build()) == [(17, (0, 20))]
-    assert crossings(laid(), ToolpathBuilder().build()) == []
+    assert detached_part_crossings(laid(), builder.build()) == [(17, (0, 20))]
+    assert detached_part_crossings(laid(), ToolpathBuilder().build()) == []
     assert math.isnan(builder.build().before[0, 0])
 
 

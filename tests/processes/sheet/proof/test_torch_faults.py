@@ -19,8 +19,8 @@ from leafcut.processes.sheet.proof.torch import (
     _lighting_faults,
     _material_faults,
     _rapid_faults,
+    check_lighting_tool,
     check_probing,
-    check_scribe,
 )
 from leafcut.processes.sheet.proof.torch_runs import Lighting, TorchRun, torch_runs
 
@@ -78,8 +78,8 @@ def test_the_scribe_works_with_its_own_tool_and_offset(
 ) -> None:
     assert NUMBER > 0
     expected = [Difference("scribe", 0, line, text) for line, text in faults]
-    assert check_scribe(marking(*rows), dialect("qtplasmac")) == expected
-    assert check_scribe(marking(*rows), dialect("grbl-laser")) == []
+    assert check_lighting_tool(marking(*rows), dialect("qtplasmac")) == expected
+    assert check_lighting_tool(marking(*rows), dialect("grbl-laser")) == []
 
 
 PROBE = Probe(10.0, 20.0, 1.5)

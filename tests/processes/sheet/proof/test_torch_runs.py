@@ -14,8 +14,8 @@ from leafcut.processes.sheet.proof.torch_runs import (
     FLATNESS,
     Lighting,
     TorchRun,
-    arc_chords,
-    burning_pieces,
+    arc_chord_ends,
+    burning_sections,
     compensated_path,
     torch_runs,
 )
@@ -117,7 +117,7 @@ def test_the_chords_of_an_arc_lie_within_the_flatness_and_end_at_its_end(ccw: bo
     builder.arc(not ccw, end, Arc((5.0, 6.0, 0.0)), feed=25.0, line=4)
     path = builder.build()
     row = len(path) - 1
-    chords = arc_chords(path, row)
+    chords = arc_chord_ends(path, row)
     assert chords[-1].tolist() == list(end[:2])
     assert np.hypot(*(chords - [5.0, 6.0]).T) == pytest.approx(radius)
     steps = np.diff(np.unwrap(np.concatenate([[0.3], np.arctan2(chords[:, 1] - 6.0, chords[:, 0] - 5.0)])))
@@ -133,7 +133,7 @@ def test_an_arc_as_small_as_the_flatness_has_two_chords_at_most() -> None:
     builder = lit(0.001, 0.0)
     builder.arc(False, (-0.001, 0.0, 3.8), Arc((0.0, 0.0, 0.0)), feed=25.0)
     path = builder.build()
-    assert arc_chords(path, len(path) - 1).tolist() == [[-0.001, 0.0]]
+    assert arc_chord_ends(path, len(path) - 1).tolist() == [[-0.001, 0.0]]
 
 
 @pytest.mark.parametrize("side", [0.75, -0.75])
@@ -195,7 +195,7 @@ def test_burning_pieces_are_as_many_equal_parts_as_their_length_needs() -> None:
         np.zeros(3, dtype=np.int32),
         (),
     )
-    middle, length, along = burning_pieces(run, 4.0)
+    middle, length, along = burning_sections(run, 4.0)
     third = 10.0 / 3.0
     assert middle == pytest.approx(np.array([(0.5 * third, 0.0), (1.5 * third, 0.0), (2.5 * third, 0.0), (8.0, 3.0)]))
     assert length.tolist() == pytest.approx([third, third, third, 4.0])

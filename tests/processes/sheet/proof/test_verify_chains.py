@@ -18,7 +18,7 @@ from leafcut.model.sheet import Sheet
 from leafcut.options import PostOptions
 from leafcut.processes.sheet.plan.toolpath import TorchSetup, generate_cuts
 from leafcut.processes.sheet.post import write_cut_program
-from leafcut.processes.sheet.proof.cut_motion import read_back
+from leafcut.processes.sheet.proof.cut_motion import read_cut_program
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.sheet.proof.sheet import check_sheet
 
@@ -80,7 +80,13 @@ def found(cuts: list[Cut], plan: list[Cut] | None = None, third: bool = False) -
     path, _ = generate_cuts(cuts, TorchSetup(STEEL, CLEARANCE, safe_z=machine.safe_z, switches=True, tolerance=0.1))
     text = write_cut_program(replace(whole, cuts=tuple(cuts)), path, words, PostOptions())
     return check_sheet(
-        whole.sheet, whole, text, read_back(text, whole, words), words, machine, CutRequest(HALF, safe_height=CLEARANCE)
+        whole.sheet,
+        whole,
+        text,
+        read_cut_program(text, whole, words),
+        words,
+        machine,
+        CutRequest(HALF, safe_height=CLEARANCE),
     )
 
 

@@ -24,7 +24,7 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.cutting import HeadTravel, drawing_order, prepare_cutting
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces_of_kerfs, with_leads_apart
 from leafcut.processes.sheet.post import write_cut_program
-from leafcut.processes.sheet.proof.cut_motion import read_back
+from leafcut.processes.sheet.proof.cut_motion import read_cut_program
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.sheet.proof.sheet import check_sheet
 
@@ -50,7 +50,9 @@ def wrong(cuts: Cuts, rules: CutRules, sheet: Sheet | None = None) -> list[Diffe
     text = write_cut_program(plan, laid(cuts), dialect("qtplasmac"), PostOptions(), ["four"])
     asked = CutRequest(rules.half, safe_height=CLEARANCE)
     words = dialect("qtplasmac")
-    return check_sheet(plan.sheet, plan, text, read_back(text, plan, words), words, machine_for("qtplasmac"), asked)
+    return check_sheet(
+        plan.sheet, plan, text, read_cut_program(text, plan, words), words, machine_for("qtplasmac"), asked
+    )
 
 
 @pytest.mark.hazard

@@ -24,8 +24,8 @@ from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import resolve_rules
 from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
 from leafcut.processes.sheet.plan.narrow_shapes import with_chambers
-from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
-from leafcut.processes.sheet.proof.sheet_shapes import targets_of
+from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_cut_program
+from leafcut.processes.sheet.proof.sheet_shapes import build_targets
 
 #: Golden differences of these proofs.
 GOLDEN = "sheet_differences.toml"
@@ -49,7 +49,7 @@ def with_cut(cuts: Cuts, k: int, **changes: object) -> Cuts:
 def test_a_right_program_is_accepted_for_every_controller(words: str, units: str) -> None:
     plan, rules = planned(words)
     text = program(plan.cuts, words, PostOptions(output_units=units))
-    written = read_back(text, plan, dialect(words))
+    written = read_cut_program(text, plan, dialect(words))
     assert check_cut_motion(laid(plan.cuts, words), written, dialect(words), units) == []
     assert checked(text, plan, rules, words) == []
 
@@ -308,7 +308,7 @@ def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: s
     plan, rules = planned("plasma")
     text = program(plan.cuts, "plasma", PostOptions(output_units=units), PROBE)
     assert text.count("G38.2 ") == text.count("G92 ") == len(plan.cuts)
-    written = read_back(text, plan, dialect("plasma"))
+    written = read_cut_program(text, plan, dialect("plasma"))
     assert check_cut_motion(laid(plan.cuts, "plasma", PROBE), written, dialect("plasma"), units) == []
     assert checked(text, plan, rules, "plasma", PROBE) == []
 
@@ -384,7 +384,7 @@ def test_a_probe_that_nobody_asked_for_is_a_difference() -> None:
 @pytest.mark.parametrize("radius, wanted", [(1.47, False), (1.49, None), (1.5, None), (1.52, None), (1.53, True)])
 def test_a_hole_wider_than_two_kerfs_must_be_cut_and_one_of_just_that_width_may(radius, wanted) -> None:
     hole = Polyline.circle(25, 25, radius)
-    targets = targets_of(sheet_of((square(0, 0, 50), 0, -1, 1), (hole, 1, 0, 1)), 0.75)
+    targets = build_targets(sheet_of((square(0, 0, 50), 0, -1, 1), (hole, 1, 0, 1)), 0.75)
     found = [t.may_stay for t in targets if t.index == 1]
     assert found == ([] if wanted is False else [wanted is None])
 

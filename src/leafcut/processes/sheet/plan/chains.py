@@ -27,16 +27,16 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Indices, Mask, Point, Points
 from leafcut.model.cutting import CutChoice, PlanFile
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, distance_along
+from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, distance_on_closed_path
 from leafcut.processes.sheet.plan.cutting import Cutting
-from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines
+from leafcut.processes.sheet.plan.leads import NO_LEAD, leads_as_lines
 from leafcut.processes.sheet.plan.scrap import Scrap
 from leafcut.processes.sheet.plan.starts import (
     CutStart,
     edge_starts,
+    find_contour_starts,
     fitting_lead_out,
     leads_to_try,
-    starts_of,
     starts_with_leads,
 )
 
@@ -107,7 +107,7 @@ def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequen
     """Group the contours that may form chains into blocks small enough for one search.
 
     All closed contours may form chains, except small holes, contours that a plan file fixes, and contours in the
-    existing chains `taken`. Each block contains neighbouring contours from one of the `bands` (`cutting.bands`).
+    existing chains `taken`. Each block contains neighbouring contours from one of the `bands` (`cutting.sweep_bands`).
     """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {step.contour for chain in taken for step in chain}
@@ -162,7 +162,9 @@ def chain_problem(
     return problem, replace(found, saving=saving)
 
 
-def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: Sequence[Chain] = ()) -> list[Chain]:
+def chains_from_solution(
+    cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: Sequence[Chain] = ()
+) -> list[Chain]:
     """Convert a solution of `chain_problem` to chains.
 
     `nodes` lists the positions in the order of the solution. A bridge is dropped if it conflicts with a better bridge
@@ -176,7 +178,7 @@ def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: 
     for pair in sorted(taken, key=lambda p: (-bridges.saving[p], p)):
         bridge = (step[pair[0]].exit, step[pair[1]].entry)
         others = [*planned, *((step[a].exit, step[b].entry) for a, b in kept)]
-        if all(_stay_apart(bridge, other, cutting.rules.kerf) for other in others):
+        if all(_bridges_stay_apart(bridge, other, cutting.rules.kerf) for other in others):
             kept.append(pair)
     runs = (run for whole in _connected_runs(nodes, set(kept)) for run in _split_long_run(whole))
     return [tuple(step[n] for n in run) for run in runs if len(run) > 1]
@@ -211,7 +213,7 @@ def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
         inside = set(at[k])
         for (p, before), value in best.items():
             for q in out.get(p, ()):
-                if q not in inside or (before >= 0 and not _bridges_spread(bridges, before, p, q)):
+                if q not in inside or (before >= 0 and not _bridges_diverge(bridges, before, p, q)):
                     continue
                 if value + bridges.saving[p, q] > after.get((q, p), -math.inf):
                     after[q, p] = value + bridges.saving[p, q]
@@ -224,14 +226,14 @@ def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
     return [place for place, _ in reversed(path)]
 
 
-def _bridges_spread(bridges: Bridges, before: int, place: int, after: int) -> bool:
+def _bridges_diverge(bridges: Bridges, before: int, place: int, after: int) -> bool:
     """Return whether the bridges to and from a position form an angle of at least `LEAST_ANGLE`."""
     came = _unit_vector(bridges.arrive[place].tolist(), bridges.leave[before].tolist())
     goes = _unit_vector(bridges.leave[place].tolist(), bridges.arrive[after].tolist())
     return _angle(came, goes) >= LEAST_ANGLE
 
 
-def _stay_apart(one: Bridge, other: Bridge, kerf: float) -> bool:
+def _bridges_stay_apart(one: Bridge, other: Bridge, kerf: float) -> bool:
     """Return whether the kerfs of two bridges stay apart.
 
     If both bridges end at the same point, they only need an angle of `LEAST_ANGLE` between them.
@@ -273,7 +275,7 @@ def _split_long_run(run: list[int]) -> Iterable[list[int]]:
 # -- bridges ---------------------------------------------------------------------------------------------------------
 
 
-def scrap_of(contour: CutContour) -> int:
+def scrap_number(contour: CutContour) -> int:
     """Return a number that identifies the piece of scrap next to a contour.
 
     Scrap in a hole has the index of the hole as its number. For scrap in a closed notch, the number is -2 minus the
@@ -289,13 +291,13 @@ def exit_position(contour: CutContour, at: float, clockwise: bool) -> float:
 
     A chain normally leaves where it entered. If the contour needs a micro-joint, the chain leaves earlier.
     """
-    return at + (contour.closing_joint if clockwise else -contour.closing_joint)
+    return at + (contour.closing_joint_length if clockwise else -contour.closing_joint_length)
 
 
 def bridge_fits(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap: Scrap) -> bool:
     """Return whether two contours border on the same scrap, and the bridge `ends` stays inside this scrap."""
     one, other = (contours[k] for k in pair)
-    if one.hole or pair[0] == pair[1] or scrap_of(one) != scrap_of(other):
+    if one.hole or pair[0] == pair[1] or scrap_number(one) != scrap_number(other):
         return False
     return bool(_fitting_bridges(np.array([ends]), one, other, scrap)[0])
 
@@ -322,7 +324,7 @@ def _fitting_bridges(lines: NDArray[np.float64], one: CutContour, other: CutCont
     ok = leaves_kerf_at_once(lines, one.line, scrap.rules.kerf)
     ok &= leaves_kerf_at_once(lines[:, ::-1], other.line, scrap.rules.kerf)
     if ok.any():
-        ok[ok] = scrap.allows(as_lines(lines[ok]), one, other)
+        ok[ok] = scrap.allowed_mask(leads_as_lines(lines[ok]), one, other)
     return ok
 
 
@@ -335,7 +337,7 @@ def leaves_kerf_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float)
     length = np.hypot(*step.T)
     share = np.minimum(LEAVES_WITHIN * kerf / np.maximum(length, 1e-9), 1.0)
     rest = np.stack([lines[:, 0] + share[:, None] * step, lines[:, 1]], axis=1)
-    away: NDArray[np.float64] = shapely.distance(as_lines(rest), kerf_line)
+    away: NDArray[np.float64] = shapely.distance(leads_as_lines(rest), kerf_line)
     # GEOS treats a line of length zero as empty, and nothing is near an empty line.
     short = share >= 1.0
     away[short] = shapely.distance(shapely.points(lines[short, 1]), kerf_line)
@@ -352,7 +354,7 @@ def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float
     if not len(lines):
         return []
     a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=reach)
-    side = np.array([scrap_of(contours[k]) for k in members])
+    side = np.array([scrap_number(contours[k]) for k in members])
     keep = (a != b) & (side[a] == side[b])
     a, b = a[keep], b[keep]
     away = shapely.distance(lines[a], lines[b])
@@ -437,7 +439,7 @@ def _spaced_positions(contour: CutContour, wanted: dict[float, float], most: int
     """
     kept: list[float] = []
     for at in sorted(wanted, key=lambda a: (wanted[a], a)):
-        if contour.in_loop(at) or any(distance_along(at, b, contour.path.length) < SAME_PLACE for b in kept):
+        if contour.in_loop(at) or any(distance_on_closed_path(at, b, contour.path.length) < SAME_PLACE for b in kept):
             continue
         kept.append(at)
         if len(kept) == most:
@@ -463,7 +465,7 @@ def _close_pairs(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float
 # -- chains of a plan file -------------------------------------------------------------------------------------------
 
 
-def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
+def chains_from_plan_file(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
     """Return the chains that a plan file fixes, or all chains in the file if `everything` is set.
 
     Raises PlanError if a bridge does not fit.
@@ -525,7 +527,7 @@ def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
             stuck = _add_single_starts(cutting, scrap, members, starts)
             if stuck is None:
                 return replace(cutting, scrap=scrap, starts=[s for k in sorted(starts) for s in starts[k]])
-            chains = _without_nearest(cutting, chains, stuck)
+            chains = _without_nearest_bridge(cutting, chains, stuck)
     return cutting
 
 
@@ -563,18 +565,18 @@ def _add_single_starts(
 
 
 def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart]:
-    contour, own = cutting.contours[number], cutting.starts_of([number])
+    contour, own = cutting.contours[number], cutting.starts_on([number])
     if contour.kind != "cut":
         return own
 
     def is_free(start: CutStart) -> bool:
         lines = cutting.lead_lines(start)
-        return not lines or bool(scrap.allows(lines, contour, leaves_sheet=not start.pierce).all())
+        return not lines or bool(scrap.allowed_mask(lines, contour, leaves_sheet=not start.pierce).all())
 
-    return [s for s in own if is_free(s)] or starts_of(number, contour, scrap, NEW_PLACES)
+    return [s for s in own if is_free(s)] or find_contour_starts(number, contour, scrap, NEW_PLACES)
 
 
-def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
+def _without_nearest_bridge(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
     """Remove the bridge that is closest to the contour `stuck`."""
     line = cutting.contours[stuck].line
     at = [(n, i) for n, chain in enumerate(chains) for i in range(len(chain) - 1)]
@@ -588,9 +590,13 @@ def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]
     """Return the starts of a chain whose lead-ins keep clear of its bridges. The list may be empty."""
     contours, kerf = cutting.contours, cutting.rules.kerf
     bridges = [shapely.LineString([a.exit, b.entry]) for a, b in itertools.pairwise(chain)]
-    head, last = chain[0], _last_step(contours[chain[-1].contour], chain[-1], scrap, bridges[-1])
+    head, last = chain[0], _with_chain_lead_out(contours[chain[-1].contour], chain[-1], scrap, bridges[-1])
     contour, found = contours[head.contour], []
-    begun = cutting.starts_of([head.contour]) if head.contour in cutting.fixed else _first_starts(contour, head, scrap)
+    begun = (
+        cutting.starts_on([head.contour])
+        if head.contour in cutting.fixed
+        else _chain_entry_starts(contour, head, scrap)
+    )
     for first in begun:
         if abs(first.at - head.at) > SAME or first.clockwise != head.clockwise:
             continue
@@ -600,7 +606,7 @@ def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]
     return found[:MOST_STARTS]
 
 
-def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
+def _chain_entry_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
     """Return a start for each lead that fits at the position of a step."""
     rules = contour.rules
     if rules.edge_start:
@@ -616,12 +622,12 @@ def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[Cut
     return list(dict.fromkeys(found))
 
 
-def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
+def _with_chain_lead_out(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
     """Add a lead-out to the last step of a chain.
 
     This is the longest lead-out that keeps clear of the bridge to this step. If none fits, the step has no lead-out.
     """
-    end, wanted = contour.end_of(step.at, step.clockwise), contour.lead_out
+    end, wanted = contour.end_position(step.at, step.clockwise), contour.lead_out
     for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
         lead = replace(wanted, length=share * wanted.length)
         out, leave = fitting_lead_out(contour, scrap, (step.at, step.clockwise), lead)

@@ -99,7 +99,7 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGa
     for i, j in zip(first.tolist(), second.tolist(), strict=True):
         a, b = owner[i], owner[j]
         if a < b and contours[a].source.parent == contours[b].source.parent:
-            slot = _edge_gap((a, b), table[i], table[j], gap, least_length(rules))
+            slot = _edge_gap((a, b), table[i], table[j], gap, min_common_length(rules))
             if slot is not None:
                 found.append(slot)
     found = found if rules.half > 0.0 else _with_curved_edges(found, contours)
@@ -150,7 +150,7 @@ def _between_corners(piece: Any, corners: Any) -> tuple[Point, ...]:
     return tuple((float(x), float(y)) for x, y in (ends[0], *inner, ends[1]))
 
 
-def least_length(rules: CutRules) -> float:
+def min_common_length(rules: CutRules) -> float:
     """Return how far two facing edges must overlap to be cut as a common line, mm."""
     return LEAST if rules.half <= 0.0 else max(LEAST_KERFS * rules.kerf, LEAST)
 
@@ -193,7 +193,7 @@ def _edge_gap(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: f
 # -- edges that are cut twice -----------------------------------------------------------------------------------------
 
 
-def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue]:
+def doubled_edge_issues(contours: Sequence[CutContour], rules: CutRules) -> list[Issue]:
     """Warn about coincident edges that are cut twice because the kerf is not compensated.
 
     Raises PlanError if a contour shares more than half of its path with another contour.
@@ -210,7 +210,7 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
         x, y = shapely.get_coordinates(shared)[0].tolist()
         short = min((a, b), key=lambda k: lines[k].length)
         if not (cut[a].group or cut[b].group) and shared.length > MOST * lines[short].length:
-            raise PlanError(_refusal(cut[short].name(), cut[a + b - short].name(), shared.length, rules))
+            raise PlanError(_shared_path_message(cut[short].name(), cut[a + b - short].name(), shared.length, rules))
         lengths.append(shared.length)
         places.append(f"({x:.5g}, {y:.5g})")
     if not lengths or rules.half > 0.0:
@@ -275,7 +275,7 @@ def is_acyclic(pairs: Iterable[tuple[int, int]]) -> bool:
     return True
 
 
-def _refusal(one: str, other: str, length: float, rules: CutRules) -> Message:
+def _shared_path_message(one: str, other: str, length: float, rules: CutRules) -> Message:
     if rules.half > 0.0:
         return Message(
             "{} is one kerf away from {} over {:.4g} mm, more than half of its length, and would be cut "

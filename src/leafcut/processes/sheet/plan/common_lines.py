@@ -26,17 +26,24 @@ from leafcut.message import Message
 from leafcut.model.cutting import Lead
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod
-from leafcut.processes.sheet.plan.common_edges import CROSSING, GAP, EdgeGap, facing_edges, is_acyclic, least_length
+from leafcut.processes.sheet.plan.common_edges import (
+    CROSSING,
+    GAP,
+    EdgeGap,
+    facing_edges,
+    is_acyclic,
+    min_common_length,
+)
 from leafcut.processes.sheet.plan.contours import (
     OFFSET_TOLERANCE,
     ROUNDING,
     CutContour,
+    chord_line,
     corner_turns,
     corners_along,
-    flat_line,
 )
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-from leafcut.processes.sheet.plan.leads import FLATNESS, LEAST_KERFS, LEAST_LEAD, lead_shape, placed_leads
+from leafcut.processes.sheet.plan.leads import FLATNESS, LEAST_KERFS, LEAST_LEAD, lead_shape, place_leads
 from leafcut.processes.sheet.plan.scrap import PART_SHRINKAGE, Scrap
 
 #: Maximum distance between ends or paths that meet, mm.
@@ -119,7 +126,7 @@ def _common_cut_groups(contours: list[CutContour], slots: Sequence[EdgeGap], scr
         shared[slot.parts] = shared.get(slot.parts, 0.0) + slot.length
     of: dict[int, frozenset[int]] = {k: frozenset([k]) for pair in shared for k in pair}
     found: dict[frozenset[int], CommonCutGroup] = {}
-    for members in _connected(shared):
+    for members in _connected_components(shared):
         group = grouper.group(members)
         if group is not None:
             found[members] = group
@@ -143,7 +150,7 @@ def _common_cut_groups(contours: list[CutContour], slots: Sequence[EdgeGap], scr
     return sorted(found.values(), key=lambda g: min(g.members))
 
 
-def _connected(pairs: Iterable[tuple[int, int]]) -> list[frozenset[int]]:
+def _connected_components(pairs: Iterable[tuple[int, int]]) -> list[frozenset[int]]:
     of: dict[int, set[int]] = {}
     for a, b in pairs:
         both = of.get(a, {a}) | of.get(b, {b})
@@ -154,7 +161,7 @@ def _connected(pairs: Iterable[tuple[int, int]]) -> list[frozenset[int]]:
 def _outer_contour(contours: list[CutContour], group: CommonCutGroup, number: int) -> CutContour:
     first = contours[min(group.members)]
     source = replace(first.source, path=group.shape)
-    line = flat_line(group.path)
+    line = chord_line(group.path)
     return CutContour(
         index=first.index,
         source=source,
@@ -178,7 +185,7 @@ def _line_contour(contours: list[CutContour], group: CommonCutGroup, number: int
         index=index,
         source=replace(first, path=path, kind="cut", depth=first.depth + 1, parent=outline, chamber=False),
         path=path,
-        line=flat_line(path),
+        line=chord_line(path),
         hole=False,
         diameter=0.0,
         rules=owner.rules,
@@ -211,10 +218,10 @@ def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
         return []
     if slots:
         return _separate_edge_issues(slots, rules)
-    return [Issue("L616", _no_common_lines(least_length(rules), rules), "", Severity.NOTE)]
+    return [Issue("L616", _no_common_lines_message(min_common_length(rules), rules), "", Severity.NOTE)]
 
 
-def _no_common_lines(least: float, rules: CutRules) -> Message:
+def _no_common_lines_message(least: float, rules: CutRules) -> Message:
     if rules.half <= 0.0:
         return Message(
             "no common lines: without compensation, parts share only edges that coincide over {:.3g} mm or more", least
@@ -329,7 +336,7 @@ class Grouper:
         path = self._outer_path(shape)
         if path is None:
             return None
-        around = flat_line(path)
+        around = chord_line(path)
         whole = self._extended_to_kerfs([self._merged_line(own) for own in self._continuous_gaps(inside)], around)
         if whole is None:
             return None
@@ -378,7 +385,7 @@ class Grouper:
             return None
         if len(rings) != 1:
             return None
-        return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
+        return _without_flat_arcs(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
     def _follows_torch_paths(self, lines: Any, members: frozenset[int]) -> bool:
         """Return whether the lines follow the torch path of each part without cutting into a part.
@@ -514,7 +521,7 @@ class Grouper:
         then = other.points if _is_at_end(first[-1], other.ends[:1]) else other.points[::-1]
         points = (*first, *then[1:])
         parts = tuple(sorted({*one.parts, *other.parts}))
-        return CommonLine(points, one.shared + other.shared, parts, self._inlets(points, members, around))
+        return CommonLine(points, one.shared + other.shared, parts, self._lead_ins(points, members, around))
 
     def _common_line(
         self, points: tuple[Point, ...], inside: Sequence[int], members: frozenset[int], around: Any
@@ -525,15 +532,15 @@ class Grouper:
         # A gap that crosses the line overlaps it only by the width of a kerf.
         shared = {n: length for n, length in along.items() if length > 0.1 * self.rules.kerf + 8.0 * GAP}
         parts = tuple(sorted({k for n in shared for k in self.slots[n].parts}))
-        return CommonLine(points, math.fsum(shared.values()), parts, self._inlets(points, members, around))
+        return CommonLine(points, math.fsum(shared.values()), parts, self._lead_ins(points, members, around))
 
-    def _inlets(
+    def _lead_ins(
         self, points: tuple[Point, ...], members: frozenset[int], around: Any
     ) -> tuple[Lead | None, Lead | None]:
-        first = self._inlet(points[0], points[1], members, around, False)
-        return first, self._inlet(points[-1], points[-2], members, around, True)
+        first = self._lead_in(points[0], points[1], members, around, False)
+        return first, self._lead_in(points[-1], points[-2], members, around, True)
 
-    def _inlet(self, here: Point, to: Point, members: frozenset[int], around: Any, backward: bool) -> Lead | None:
+    def _lead_in(self, here: Point, to: Point, members: frozenset[int], around: Any, backward: bool) -> Lead | None:
         """Return a lead-in for the end `here` of a line, or None if the line cannot start at this end."""
         if shapely.distance(around, shapely.Point(here)) > 2.0 * MEET:
             return None
@@ -541,36 +548,36 @@ class Grouper:
         if wanted.style == "none":
             # If a part next to the group is cut earlier, its kerf leaves no metal for the pierce.
             owners = [self.contours[k] for k in members]
-            return Lead() if self.scrap.allows([shapely.Point(here)], *owners, leaves_sheet=True)[0] else None
+            return Lead() if self.scrap.allowed_mask([shapely.Point(here)], *owners, leaves_sheet=True)[0] else None
         travel = (np.array([to]) - np.array([here])) / math.dist(here, to)
         least = max(LEAST_KERFS * self.rules.kerf, LEAST_LEAD)
         lengths = list(dict.fromkeys(max(share * wanted.length, least) for share in SHARES))
         for splash, angle, length in itertools.product((self.rules.kerf, 0.0), ANGLES, lengths):
             lead = Lead("line", length, angle)
-            points = placed_leads(lead_shape(lead), np.array([here]), travel, backward)[0]
-            if self._has_room(points, members, around, splash):
+            points = place_leads(lead_shape(lead), np.array([here]), travel, backward)[0]
+            if self._has_room_for_lead(points, members, around, splash):
                 return lead
         return None
 
-    def _has_room(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
+    def _has_room_for_lead(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
         """Return whether a straight lead-in, float64[2, 2], stays inside the scrap around the group.
 
         `splash` is the radius around the pierce that must be free of parts, mm.
         """
         kerf = self.rules.kerf
         owners = [self.contours[k] for k in members]
-        if not self.scrap.allows([shapely.LineString(lead)], *owners)[0]:
+        if not self.scrap.allowed_mask([shapely.LineString(lead)], *owners)[0]:
             return False
         count = max(math.ceil(math.dist(*lead) / (0.25 * kerf)), 2)
         shares = np.linspace(0.0, 1.0, count + 1)[:, None]
         places = lead[1] + shares * (lead[0] - lead[1])
         # `Scrap` shrinks the parts slightly, so a lead along a part could be too close to it.
-        if not self.scrap.is_clear(places, self.rules.half + ROUNDING + PART_SHRINKAGE - 1.5 * MEET).all():
+        if not self.scrap.clear_mask(places, self.rules.half + ROUNDING + PART_SHRINKAGE - 1.5 * MEET).all():
             return False
         apart = shapely.distance(shapely.points(places), around)
         # From the path around the group outwards, the distance increases until the kerfs are separate.
         leaves = np.all((np.diff(apart) > 0.0) | (apart[1:] >= kerf)) and apart[-1] >= 0.5 * kerf
-        return bool(leaves) and bool(self.scrap.is_clear(lead[:1], splash)[0])
+        return bool(leaves) and bool(self.scrap.clear_mask(lead[:1], splash)[0])
 
 
 def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
@@ -581,7 +588,7 @@ def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
     return any(bool(np.all(np.abs(shapely.distance(corner, points) - half) < ROUNDING)) for corner in corners)
 
 
-def _straightened(path: Polyline) -> Polyline:
+def _without_flat_arcs(path: Polyline) -> Polyline:
     """Replace nearly straight arcs with lines. No controller accepts arcs with such a large radius."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
@@ -650,7 +657,7 @@ def _pierce_point(line: CommonLine, at: int) -> Any:
     if lead is None:
         return None
     travel = (np.array([points[1]]) - np.array([points[0]])) / math.dist(points[0], points[1])
-    return shapely.Point(placed_leads(lead_shape(lead), np.array([points[0]]), travel, bool(at))[0, 0])
+    return shapely.Point(place_leads(lead_shape(lead), np.array([points[0]]), travel, bool(at))[0, 0])
 
 
 def _end_precedence(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:

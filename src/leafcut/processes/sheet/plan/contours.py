@@ -24,7 +24,7 @@ from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.kinds import CutMethod
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.cut_rules import NARROWEST_HOLE, CutRules
-from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lead_shape, placed_leads
+from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lead_shape, place_leads
 
 #: Tolerance for offset paths, mm.
 OFFSET_TOLERANCE = 0.01
@@ -125,7 +125,7 @@ class CutContour:
         return self.rules.joints if self.has_leads and not self.hole and not self.is_small else 0
 
     @property
-    def closing_joint(self) -> float:
+    def closing_joint_length(self) -> float:
         """Length of the gap that a micro-joint leaves at the end of the path, mm.
 
         It includes half a kerf on each side.
@@ -153,7 +153,7 @@ class CutContour:
     @property
     def directions(self) -> tuple[bool, ...]:
         """The allowed cutting directions; True means clockwise."""
-        wanted = self.rules.direction_of(self.hole)
+        wanted = self.rules.cut_direction(self.hole)
         return {"clockwise": (True,), "counter-clockwise": (False,), "free": (False, True)}[wanted]
 
     def name(self) -> str:
@@ -177,7 +177,7 @@ class CutContour:
         """Return whether the scrap is to the left of the direction of travel."""
         return self.hole != clockwise
 
-    def travel_at(self, at: float, clockwise: bool) -> Point:
+    def travel_direction(self, at: float, clockwise: bool) -> Point:
         """Return the direction of travel at a position on the contour, as a unit vector.
 
         At a corner, this is the bisector of the directions before and after the corner.
@@ -190,21 +190,23 @@ class CutContour:
         sign = -1.0 if clockwise else 1.0
         return sign * x / length, sign * y / length
 
-    def end_of(self, at: float, clockwise: bool) -> float:
+    def end_position(self, at: float, clockwise: bool) -> float:
         """Return the position at which a cut ends if it starts at the position `at`, mm along the path."""
-        past = self.overcut - self.closing_joint
+        past = self.overcut - self.closing_joint_length
         return at - past if clockwise else at + past
 
     def is_smooth(self, at: float) -> bool:
         """Return whether a position is far enough from corners for the controller to start kerf compensation."""
-        return all(distance_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
+        return all(
+            distance_on_closed_path(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners
+        )
 
     def in_loop(self, at: float) -> bool:
         """Return whether a position is in a corner loop, or so close that the closing joint would be in the loop.
 
         A joint must lie on the edge of the part. A joint in a loop would leave the arc around the corner uncut.
         """
-        length, room = self.path.length, BESIDE_LOOP + self.closing_joint
+        length, room = self.path.length, BESIDE_LOOP + self.closing_joint_length
         return any((at - begin + room) % length <= end - begin + 2.0 * room for begin, end in self.loops)
 
     def may_start(self, at: float) -> bool:
@@ -213,22 +215,22 @@ class CutContour:
 
     def lead_points(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Points:
         """Return the points of a lead at a position, in the direction of travel, float64[k, 2], mm."""
-        here, travel = np.array([self.path.point_at(at)]), np.array([self.travel_at(at, clockwise)])
-        points: Points = placed_leads(lead_shape(lead), here, travel, self.is_scrap_left(clockwise), out)[0]
+        here, travel = np.array([self.path.point_at(at)]), np.array([self.travel_direction(at, clockwise)])
+        points: Points = place_leads(lead_shape(lead), here, travel, self.is_scrap_left(clockwise), out)[0]
         return points
 
-    def lead_at(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Polyline | None:
+    def lead_path_at(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Polyline | None:
         """Return the path of a lead at a position, or None if the lead has no length."""
         left = self.is_scrap_left(clockwise)
-        return lead_path(lead, self.path.point_at(at), self.travel_at(at, clockwise), left, out)
+        return lead_path(lead, self.path.point_at(at), self.travel_direction(at, clockwise), left, out)
 
 
-def distance_along(a: float, b: float, length: float) -> float:
+def distance_on_closed_path(a: float, b: float, length: float) -> float:
     """Return the distance between two positions along a closed path, mm."""
     return min((a - b) % length, (b - a) % length)
 
 
-def flat_line(path: Polyline) -> Any:
+def chord_line(path: Polyline) -> Any:
     """Approximate a path by chords, as a shapely line that is prepared for distance queries."""
     points = path.flattened(FLATNESS)
     if len(points) < 2:
@@ -238,7 +240,7 @@ def flat_line(path: Polyline) -> Any:
     return line
 
 
-def names_of(contours: Sequence[CutContour]) -> str:
+def name_list(contours: Sequence[CutContour]) -> str:
     """List the names of the first few contours, for a message."""
     return ", ".join(c.name() for c in contours[:3]) + (" …" if len(contours) > 3 else "")
 
@@ -260,11 +262,11 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
             continue
         contour = _prepare_contour(index, source, rules)
         if contour is None:
-            remarks.append(_too_narrow(index, source, rules))
+            remarks.append(_too_narrow_remark(index, source, rules))
         else:
             kept.append(contour)
             remarks += _contour_remarks(contour, chambers)
-    issues = _group_remarks(remarks)
+    issues = _merge_remarks(remarks)
     if not kept:
         raise PlanError(
             Message("{}: nothing is left to cut", sheet.name) + (f"; {issues[0].message}" if issues else "")
@@ -276,7 +278,7 @@ def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour
     """Compute the torch path of a contour. Return None if the contour is too narrow for the kerf."""
     drawn = source.path
     if source.kind != "cut" or not drawn.closed:
-        return CutContour(index, source, drawn, flat_line(drawn), False, 0.0, rules)
+        return CutContour(index, source, drawn, chord_line(drawn), False, 0.0, rules)
     path = drawn if drawn.area >= 0.0 else drawn.reversed()
     diameter = 2.0 * math.sqrt(abs(drawn.area) / math.pi)
     pinched: tuple[Polyline, ...] = ()
@@ -286,14 +288,14 @@ def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour
             return None
         pinched = tuple(rings[1:])
         path = rings[0] if rings[0].area >= 0.0 else rings[0].reversed()
-    line = flat_line(path)
+    line = chord_line(path)
     if rules.half > 0.0 and source.is_hole and not _has_room_for_pierce(path, line, rules):
         return None
     corners = corners_along(drawn, path, line)
     return CutContour(index, source, path, line, source.is_hole, diameter, rules, corners, pinched=pinched)
 
 
-def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
+def assign_closed_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
     """Set `notch_of` for each contour that lies in a closed notch, and return all contours.
 
     The kerfs on both sides of a notch close it if its mouth is narrower than two kerfs.
@@ -356,7 +358,7 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 # -- issues ----------------------------------------------------------------------------------------------------------
 
 
-def _contour_issue(
+def _remark(
     code: str, one: Message, several: Message, place: Message, missing: MissingWork | None = None
 ) -> tuple[Message, Issue]:
     """Combine an issue about one contour with the message to use if several contours have the same issue.
@@ -366,15 +368,15 @@ def _contour_issue(
     return several, Issue(code, one, place, missing=missing)
 
 
-def _group_remarks(remarks: list[tuple[Message, Issue]]) -> list[Issue]:
+def _merge_remarks(remarks: list[tuple[Message, Issue]]) -> list[Issue]:
     """Return the issues of all remarks. If several contours have the same remark, their issues are merged into one."""
     groups: dict[tuple[str, Message], list[Issue]] = {}
     for several, issue in remarks:
         groups.setdefault((issue.code, several), []).append(issue)
-    return [own[0] if len(own) == 1 else _merged_issue(several, own) for (_, several), own in groups.items()]
+    return [own[0] if len(own) == 1 else _merge_issues(several, own) for (_, several), own in groups.items()]
 
 
-def _merged_issue(several: Message, own: list[Issue]) -> Issue:
+def _merge_issues(several: Message, own: list[Issue]) -> Issue:
     place = Message.joined("; ", (issue.place for issue in own[:3])) + (" …" if len(own) > 3 else "")
     works = [issue.missing for issue in own if issue.missing is not None]
     missing = None
@@ -385,7 +387,7 @@ def _merged_issue(several: Message, own: list[Issue]) -> Issue:
     return Issue(own[0].code, message, place, missing=missing)
 
 
-def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[Message, Issue]:
+def _too_narrow_remark(index: int, source: Contour, rules: CutRules) -> tuple[Message, Issue]:
     x, y = source.path.start
     low_x, low_y, high_x, high_y = source.path.extents
     size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:.4g}"
@@ -408,10 +410,10 @@ def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[Message, 
             "{} holes have a neck narrower than the kerf of {} mm, or no room for a pierce: not cut", "", kerf
         )
     work = MissingWork("hole", 1, ((x, y),), (source.path,))
-    return _contour_issue("L611", words, several, _contour_place(index, source, x, y), work)
+    return _remark("L611", words, several, _contour_place_text(index, source, x, y), work)
 
 
-def _contour_place(index: int, source: Contour, x: float, y: float) -> Message:
+def _contour_place_text(index: int, source: Contour, x: float, y: float) -> Message:
     place = Message("contour {} at ({:.6g}, {:.6g})", index + 1, x, y)
     return Message("{}, entity {}", place, source.handle) if source.handle else place
 
@@ -427,7 +429,7 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Messa
     left, outlines = closed.difference(drawn), contour.pinched
     cut = [chambers[k] for k in np.flatnonzero(shapely.covers(closed.buffer(ROUNDING), chambers))]
     if cut:
-        reach = shapely.union_all([*cut, *(flat_line(path) for path in contour.pinched)]).buffer(ROUNDING)
+        reach = shapely.union_all([*cut, *(chord_line(path) for path in contour.pinched)]).buffer(ROUNDING)
         rest = shapely.get_parts(left.difference(shapely.union_all(cut)))
         left = shapely.union_all([part for part in rest if part.area > SMALL and part.intersects(reach)])
         rings = [part.exterior.coords[:-1] for part in shapely.get_parts(left)]
@@ -448,7 +450,7 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Messa
     )
     x, y = outlines[0].start
     work = MissingWork("place", 1, ((x, y),), outlines)
-    return [_contour_issue("L612", words, several, _contour_place(contour.index, source, x, y), work)]
+    return [_remark("L612", words, several, _contour_place_text(contour.index, source, x, y), work)]
 
 
 def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Message, Issue]]:
@@ -468,7 +470,7 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Mes
             several = Message("{} contours have a gap narrower than the kerf, which remains uncut", "")
             px, py = points[worst].tolist()
             work = MissingWork("place", 1, ((px, py),))
-            found.append(_contour_issue("L612", words, several, _contour_place(contour.index, source, px, py), work))
+            found.append(_remark("L612", words, several, _contour_place_text(contour.index, source, px, py), work))
     narrowest = NARROWEST_HOLE * rules.data.thickness
     if rules.kind == CutMethod.PLASMA and contour.hole and contour.diameter < narrowest:
         words = Message(
@@ -480,5 +482,5 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Mes
             f"{narrowest:g}",
             f"{NARROWEST_HOLE:g}",
         )
-        found.append(_contour_issue("L615", words, several, _contour_place(contour.index, source, *source.path.start)))
+        found.append(_remark("L615", words, several, _contour_place_text(contour.index, source, *source.path.start)))
     return found

@@ -92,7 +92,7 @@ class CutRules:
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed
 
-    def compensated_by_program(self) -> CutRules:
+    def with_program_compensation(self) -> CutRules:
         """Return the rules for a contour whose kerf the program must compensate because the controller cannot."""
         return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
@@ -101,7 +101,7 @@ class CutRules:
         """Width of the cut, mm."""
         return self.data.kerf
 
-    def direction_of(self, hole: bool) -> str:
+    def cut_direction(self, hole: bool) -> str:
         """Return the direction in which holes or outlines are cut: ``clockwise``, ``counter-clockwise`` or ``free``."""
         if self.outline_direction == "free" or not hole:
             return self.outline_direction
@@ -161,7 +161,7 @@ def resolve_rules(
         edge_start=not data.can_pierce,
         compensation=options.compensation,
         common_lines=options.common_lines,
-        once=options.compensation == "none" and not options_against_common_lines(options, data, planned),
+        once=options.compensation == "none" and not options_excluding_common_lines(options, data, planned),
     )
 
 
@@ -203,7 +203,7 @@ def _check_options(kind: str, options: CutOptions, data: CutData, planned: bool)
             raise OptionError("--compensation controller: starts at the edge need --compensation geometry")
 
 
-def options_against_common_lines(options: CutOptions, data: CutData, planned: bool) -> list[str]:
+def options_excluding_common_lines(options: CutOptions, data: CutData, planned: bool) -> list[str]:
     """Return the names of the options and settings in use that rule out common lines."""
     given = {
         "--chains": options.chains,
@@ -219,6 +219,6 @@ def options_against_common_lines(options: CutOptions, data: CutData, planned: bo
 
 
 def _check_common_lines(options: CutOptions, data: CutData, planned: bool) -> None:
-    wrong = options_against_common_lines(options, data, planned)
+    wrong = options_excluding_common_lines(options, data, planned)
     if wrong:
         raise OptionError("--common-lines cannot be combined with {}; leave out one of them", " and ".join(wrong))

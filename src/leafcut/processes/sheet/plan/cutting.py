@@ -27,22 +27,22 @@ from leafcut.model.kinds import CutMethod
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.common_edges import doubled_edges, precedence_for_pierces
+from leafcut.processes.sheet.plan.common_edges import doubled_edge_issues, precedence_for_pierces
 from leafcut.processes.sheet.plan.contours import (
     CORNER,
     ROUNDING,
     CutContour,
+    assign_closed_notches,
+    chord_line,
     corner_turns,
     corners_along,
-    flat_line,
-    names_of,
+    name_list,
     prepare_contours,
-    with_notches,
 )
 from leafcut.processes.sheet.plan.cut_rules import LOOP_ANGLE, CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS
 from leafcut.processes.sheet.plan.scrap import Scrap
-from leafcut.processes.sheet.plan.starts import FEWEST_PLACES, CutStart, find_starts, starts_of
+from leafcut.processes.sheet.plan.starts import FEWEST_PLACES, CutStart, find_contour_starts, find_starts
 from leafcut.timing.travel import travel_cost
 
 #: Tolerance for the radius of an arc around a corner, relative to half a kerf.
@@ -79,11 +79,11 @@ class HeadTravel:
         """Return the cost of a rapid, in s or mm."""
         return travel_cost(self.metric, a, b)
 
-    def neighbours(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
+    def adjacent_positions(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
         """Return the positions of the head just before and just after cut number `k`."""
         return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
 
-    def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
+    def cost_to_and_from(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
         """Return the cost of the travel to and from a cut.
 
         `around` contains the positions of the head before and after the cut.
@@ -118,12 +118,12 @@ class Cutting:
     _cut_cache: dict[CutStart, Cut] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
-    def heads(self) -> list[int]:
+    def first_contours(self) -> list[int]:
         """Indices of the contours at which a cut starts. Only the later contours of chains are missing."""
         return [k for k, own in enumerate(self.by_contour) if own]
 
     @cached_property
-    def head_pairs(self) -> list[tuple[int, int]]:
+    def cut_precedence(self) -> list[tuple[int, int]]:
         """Precedence pairs (before, after) of cuts. Each cut is identified by the index of its first contour."""
         head = {k: s.contour for s in self.starts for k in s.contours}
         return sorted({(head[a], head[b]) for a, b in self.pairs if head[a] != head[b]})
@@ -141,7 +141,7 @@ class Cutting:
             found[start.contour].append(number)
         return found
 
-    def starts_of(self, members: Iterable[int]) -> list[CutStart]:
+    def starts_on(self, members: Iterable[int]) -> list[CutStart]:
         """Return the starts of the contours with the indices `members`."""
         return [self.starts[number] for k in members for number in self.by_contour[k]]
 
@@ -152,7 +152,7 @@ class Cutting:
             self._cut_cache[start] = make(self.contours, start, self.fixed)
         return self._cut_cache[start]
 
-    def seconds(self, start: CutStart) -> float:
+    def cutting_time(self, start: CutStart) -> float:
         """Return the duration of a cut without travel, s.
 
         It is the pierce time plus the time to follow the path at its feed.
@@ -169,7 +169,7 @@ class Cutting:
         contour = self.contours[start.contour]
         leads = [(start.lead_in, start.at, False)] if contour.path.closed or start.lead_in.length else []
         if contour.path.closed:
-            leads.append((start.lead_out, contour.end_of(start.at, start.clockwise), True))
+            leads.append((start.lead_out, contour.end_position(start.at, start.clockwise), True))
         points = [contour.lead_points(lead, at, start.clockwise, out=out) for lead, at, out in leads]
         return [shapely.LineString(own) for own in points if len(own) > 1] if contour.kind == "cut" else []
 
@@ -214,12 +214,12 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     """Find all possible starts for the cuts of a sheet. Raises PlanError if a kerf or a lead does not fit."""
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
-    check_kerfs(contours, scrap)
+    check_kerf_clearance(contours, scrap)
     if rules.compensation == "controller":
-        contours, found = compensate_where_needed(contours, scrap)
+        contours, found = compensate_in_program_where_needed(contours, scrap)
         issues = [*issues, *found]
     if rules.loops:
-        contours = with_loops(contours, scrap)
+        contours = with_corner_loops(contours, scrap)
         scrap = Scrap(sheet, contours, rules)
     order: list[tuple[int, int]] = []
     if rules.common_lines or rules.once:
@@ -227,14 +227,14 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
         contours, order, found = with_common_lines(contours, scrap)
         scrap, issues = scrap_with_lead_ins(Scrap(sheet, contours, rules), contours), [*issues, *found]
-    contours = with_notches(contours, rules)
+    contours = assign_closed_notches(contours, rules)
     starts = find_starts(contours, scrap)
-    issues = [*issues, *doubled_edges(contours, rules), *_lead_issues(contours, starts, rules)]
+    issues = [*issues, *doubled_edge_issues(contours, rules), *_lead_issues(contours, starts, rules)]
     order += precedence_for_pierces(contours, starts, [*precedence_pairs(sheet, contours), *order], rules)
     return Cutting(sheet, rules, contours, scrap, starts, tuple(issues), tuple(order))
 
 
-def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
+def check_kerf_clearance(contours: list[CutContour], scrap: Scrap) -> None:
     """Raise PlanError if a kerf touches another part or a clamp, or if the centreline of a kerf leaves the sheet."""
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
@@ -308,7 +308,7 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
         (without, Message("{} × no room for a lead-out of {:g} mm: left out", len(without), rules.lead_out.length)),
     ):
         if group:
-            yield Issue("L613", message, names_of(group), Severity.NOTE)
+            yield Issue("L613", message, name_list(group), Severity.NOTE)
 
 
 def precedence_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
@@ -364,16 +364,16 @@ def build_problem(
     PlanError
         If the precedence has a cycle.
     """
-    check_order(cutting)
-    nodes = cutting.starts_of(members)
+    check_precedence(cutting)
+    nodes = cutting.starts_on(members)
     cluster_of = {k: c for c, k in enumerate(members)}
     timed = head.metric.unit == "s"
-    pairs = [(cluster_of[a], cluster_of[b]) for a, b in cutting.head_pairs if a in cluster_of and b in cluster_of]
+    pairs = [(cluster_of[a], cluster_of[b]) for a, b in cutting.cut_precedence if a in cluster_of and b in cluster_of]
     return RoutingProblem(
         entry=np.array([n.entry for n in nodes], dtype=np.float64).reshape(-1, 2),
         exit=np.array([n.exit for n in nodes], dtype=np.float64).reshape(-1, 2),
         cluster=np.array([cluster_of[n.contour] for n in nodes], dtype=np.int32),
-        service=np.array([head.overhead + cutting.seconds(n) if timed else 0.0 for n in nodes], dtype=np.float64),
+        service=np.array([head.overhead + cutting.cutting_time(n) if timed else 0.0 for n in nodes], dtype=np.float64),
         metric=head.metric,
         precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
         start=head.start if first else None,
@@ -382,20 +382,20 @@ def build_problem(
     )
 
 
-def check_order(cutting: Cutting) -> None:
+def check_precedence(cutting: Cutting) -> None:
     """Raise PlanError if the precedence has a cycle. Only a plan file with a fixed order can cause this."""
-    if len(_drawing_order(cutting)) < len(cutting.heads):
+    if len(_first_contours_in_drawing_order(cutting)) < len(cutting.first_contours):
         raise PlanError("the fixed order of the plan file contradicts inner before outer; remove 'order' from a cut")
 
 
-def _drawing_order(cutting: Cutting) -> list[int]:
+def _first_contours_in_drawing_order(cutting: Cutting) -> list[int]:
     """List the first contour of each cut in drawing order. The order only changes where the precedence requires it."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
-    for a, b in cutting.head_pairs:
+    for a, b in cutting.cut_precedence:
         after.setdefault(a, []).append(b)
         missing[b] += 1
-    ready = [k for k in cutting.heads if not missing[k]]
+    ready = [k for k in cutting.first_contours if not missing[k]]
     heapq.heapify(ready)
     order = []
     while ready:
@@ -410,11 +410,11 @@ def _drawing_order(cutting: Cutting) -> list[int]:
 
 def drawing_order(cutting: Cutting) -> list[CutStart]:
     """Return one start for each cut, in drawing order. The order only changes where the precedence requires it."""
-    check_order(cutting)
-    return [cutting.starts[cutting.by_contour[k][0]] for k in _drawing_order(cutting)]
+    check_precedence(cutting)
+    return [cutting.starts[cutting.by_contour[k][0]] for k in _first_contours_in_drawing_order(cutting)]
 
 
-def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = math.dist) -> float:
+def total_travel(start: Point | None, order: Sequence[CutStart], travel: Any = math.dist) -> float:
     """Add up the cost of the travel moves between cuts. `travel` computes the cost of a move between two points."""
     total, here = 0.0, start
     for s in order:
@@ -423,7 +423,7 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
     return total
 
 
-def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
+def sweep_bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
     """Group the cuts into bands that follow each other in the direction of the sweep.
 
     Without a sweep, there is one band.
@@ -438,7 +438,7 @@ def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[lis
         that part is wider.
     """
     if options.sweep == "free":
-        return [cutting.heads]
+        return [cutting.first_contours]
     axis, backward = "xy".index(options.sweep[-1]), options.sweep.startswith("-")
     position = {i: k for k, c in enumerate(cutting.contours) if not c.common for i in c.indices}
     outlines = {c.source.part: k for k, c in enumerate(cutting.contours) if c.has_leads and not c.hole}
@@ -457,7 +457,7 @@ def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[lis
 
 def sorted_by_band(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
     """Sort the cuts by the bands of the sweep. Within each band, the order stays the same."""
-    band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
+    band = {k: number for number, members in enumerate(sweep_bands(cutting, options)) for k in members}
     return sorted(order, key=lambda s: band[s.contour])
 
 
@@ -474,7 +474,7 @@ def _outermost_contour(cutting: Cutting, k: int, position: dict[int, int], outli
 # -- loops at sharp outer corners ------------------------------------------------------------------------------------
 
 
-def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
+def with_corner_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
     """Add a loop at each sharp corner of an outline, provided that the loop fits into the scrap.
 
     Without a loop, the torch would slow down at the corner. With a loop, it cuts straight past the corner, turns around
@@ -485,12 +485,12 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
     loops = [(k, at, loop) for k, c in outlines for at, loop in _possible_loops(c)]
     if not loops:
         return contours
-    lines = [flat_line(Polyline(rows)) for _, _, (_, rows) in loops]
+    lines = [chord_line(Polyline(rows)) for _, _, (_, rows) in loops]
     fits = np.zeros(len(loops), dtype=bool)
     apart = min(0.9 * rules.loop_length, rules.kerf)
     for number, (k, _, (_, rows)) in enumerate(loops):
-        turn = flat_line(Polyline(np.array([rows[1], [*rows[2, :2], 0.0]])))
-        free = scrap.allows([lines[number]], contours[k])[0]
+        turn = chord_line(Polyline(np.array([rows[1], [*rows[2, :2], 0.0]])))
+        free = scrap.allowed_mask([lines[number]], contours[k])[0]
         fits[number] = free and not shapely.dwithin(turn, contours[k].line, apart)
     pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=rules.kerf)
     for a, b in sorted(zip(*pairs.tolist(), strict=True)):
@@ -500,7 +500,7 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
     for (k, at, loop), fit in zip(loops, fits.tolist(), strict=True):
         if fit:
             chosen.setdefault(k, {})[at] = loop
-    return [_with_own_loops(c, chosen[k]) if k in chosen else c for k, c in enumerate(contours)]
+    return [_insert_corner_loops(c, chosen[k]) if k in chosen else c for k, c in enumerate(contours)]
 
 
 def _possible_loops(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
@@ -547,7 +547,7 @@ def _loop_vertices(ends: tuple[Point, Point], before: Point, after: Point, half:
     return np.array([[*start, 0.0], [*a, bulge], [*b, 0.0], [*end, 0.0]])
 
 
-def _with_own_loops(contour: CutContour, loops: dict[int, _Loop]) -> CutContour:
+def _insert_corner_loops(contour: CutContour, loops: dict[int, _Loop]) -> CutContour:
     path = contour.path
     rows: list[Points] = []
     spans: list[tuple[float, float]] = []
@@ -564,7 +564,7 @@ def _with_own_loops(contour: CutContour, loops: dict[int, _Loop]) -> CutContour:
         rows.append(path.vertices[at : at + 1])
         length += float(path.lengths[at])
     whole = Polyline(np.vstack(rows), closed=True)
-    line = flat_line(whole)
+    line = chord_line(whole)
     corners = corners_along(contour.source.path, whole, line)
     return replace(contour, path=whole, line=line, loops=tuple(spans), corners=corners)
 
@@ -599,9 +599,9 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
         )
     body, past = path_from_start(contour, start)
     closed = contour.path.closed
-    lead_in = contour.lead_at(start.lead_in, start.at, start.clockwise) if closed or start.lead_in.length else None
+    lead_in = contour.lead_path_at(start.lead_in, start.at, start.clockwise) if closed or start.lead_in.length else None
     end = start.at - past if start.clockwise else start.at + past
-    out = contour.lead_at(start.lead_out, end, start.clockwise, out=True) if closed else None
+    out = contour.lead_path_at(start.lead_out, end, start.clockwise, out=True) if closed else None
     whole = joined(*(without_tiny_segments(p) for p in (lead_in, body, out) if p is not None))
     begin = lead_in.length if lead_in is not None else 0.0
     leave, overcut = begin + body.length, max(past, 0.0)
@@ -613,8 +613,8 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
         torch_off_at=leave - overcut if rules.torch_off_in_overcut and overcut > 0.0 else whole.length,
         speeds=((0.0, contour.feed),),
         choice=choice,
-        joints=joints_of(contour, start, begin),
-        loops=loops_of(contour, start, begin),
+        joints=joint_spans(contour, start, begin),
+        loops=loop_spans(contour, start, begin),
         pierce=start.pierce and contour.kind == "cut",
         kind=contour.kind,
         part=contour.source.part,
@@ -637,7 +637,7 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
     bridges: list[Span] = []
     joints: list[Span] = []
     loops: list[Span] = []
-    lead_in = first.lead_at(start.lead_in, start.at, start.clockwise)
+    lead_in = first.lead_path_at(start.lead_in, start.at, start.clockwise)
     at = lead = 0.0
     if lead_in is not None:
         pieces.append(lead_in)
@@ -651,12 +651,12 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
             pieces.append(bridge)
             bridges.append((at, at + bridge.length))
             at += bridge.length
-        joints += joints_of(contour, step, at)
-        loops += loops_of(contour, step, at)
+        joints += joint_spans(contour, step, at)
+        loops += loop_spans(contour, step, at)
         pieces.append(body)
         at += body.length
     overcut, end = max(past, 0.0), steps[-1]
-    out = last.lead_at(end.lead_out, end.at + (-past if end.clockwise else past), end.clockwise, out=True)
+    out = last.lead_path_at(end.lead_out, end.at + (-past if end.clockwise else past), end.clockwise, out=True)
     whole = joined(*(without_tiny_segments(p) for p in (*pieces, *([out] if out is not None else []))))
     choices = [plan_file_entry(contours[s.contour], s, fixed.get(s.contour, ())) for s in steps]
     return Cut(
@@ -694,7 +694,7 @@ def path_from_start(contour: CutContour, start: CutStart, *, overcut: bool = Tru
     path = contour.path
     if not path.closed:
         return (path.reversed() if start.clockwise else path), 0.0
-    past = (contour.overcut if overcut else 0.0) - contour.closing_joint
+    past = (contour.overcut if overcut else 0.0) - contour.closing_joint_length
     return _path_from(path, start.at, path.length + past, start.clockwise), past
 
 
@@ -730,7 +730,7 @@ def _distance_along_cut(contour: CutContour, start: CutStart, at: float) -> floa
     return (start.at - at if start.clockwise else at - start.at) % contour.path.length
 
 
-def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
+def loop_spans(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
     """Return the corner loops of a cut as sections of its path.
 
     The contour itself starts `begin` mm along this path.
@@ -742,7 +742,7 @@ def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, 
     return tuple(sorted(spans))
 
 
-def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
+def joint_spans(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
     """Return the micro-joints of a laser cut as evenly spaced sections of its path.
 
     The beam is off for the length of a joint plus a kerf. No joint lies near a corner, where it would be hard to break
@@ -757,7 +757,7 @@ def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span,
         (at - room, at + room)
         for at in (0.0, length, *(_distance_along_cut(contour, start, c) for c in contour.corners))
     ]
-    taken += [(low - room, high + room) for low, high in loops_of(contour, start, 0.0)]
+    taken += [(low - room, high + room) for low, high in loop_spans(contour, start, 0.0)]
     spans = []
     for k in range(count):
         middle, reach = length * (k + 0.5) / count, 0.5 * (length / count - off)
@@ -773,14 +773,16 @@ def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span,
 # -- compensation by the controller ----------------------------------------------------------------------------------
 
 
-def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
+def compensate_in_program_where_needed(
+    contours: list[CutContour], scrap: Scrap
+) -> tuple[list[CutContour], list[Issue]]:
     """Switch contours to compensation by the program where the controller cannot compensate the kerf.
 
     This happens in three cases: run-in and arc do not fit, as in small holes; the radius of a concave arc is too small;
     or a notch is narrower than the kerf. The function returns all contours and a note about the changed contours.
     """
     made = [
-        replace(c, rules=c.rules.compensated_by_program())
+        replace(c, rules=c.rules.with_program_compensation())
         if c.has_leads and not _controller_can_compensate(k, c, scrap)
         else c
         for k, c in enumerate(contours)
@@ -800,7 +802,7 @@ def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[l
             "concave arc that is too tight for it",
             scrap.rules.kerf,
         )
-    return made, [Issue("L626", words, names_of(own), Severity.NOTE)]
+    return made, [Issue("L626", words, name_list(own), Severity.NOTE)]
 
 
 def _controller_can_compensate(number: int, contour: CutContour, scrap: Scrap) -> bool:
@@ -811,7 +813,7 @@ def _controller_can_compensate(number: int, contour: CutContour, scrap: Scrap) -
     concave, lengths = side * np.asarray(corner_turns(drawn)) > CORNER, drawn.lengths
     if (concave & (np.minimum(lengths, np.roll(lengths, 1)) < SHORTEST_KERFS * rules.kerf)).any():
         return False
-    return bool(starts_of(number, contour, scrap, FEWEST_PLACES))
+    return bool(find_contour_starts(number, contour, scrap, FEWEST_PLACES))
 
 
 def _drawn_path(contour: CutContour) -> Polyline:
@@ -828,28 +830,28 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
     half, here, travel = (
         contour.rules.half,
         contour.path.point_at(start.at),
-        contour.travel_at(start.at, start.clockwise),
+        contour.travel_direction(start.at, start.clockwise),
     )
     side = 1.0 if contour.is_scrap_left(start.clockwise) else -1.0
     on = (here[0] + side * travel[1] * half, here[1] - side * travel[0] * half)
     drawn = _drawn_path(contour)
-    line, point = flat_line(drawn), shapely.Point(*on)
+    line, point = chord_line(drawn), shapely.Point(*on)
     if shapely.distance(point, line) > ROUNDING + FLATNESS:
         raise PlanError(
             "{}: the controller's compensation cannot start at ({:.5g}, {:.5g})", contour.name(), on[0], on[1]
         )
     at = float(shapely.line_locate_point(line, point, normalized=True)) * drawn.length
     body = _path_from(drawn, at, drawn.length + contour.overcut, start.clockwise)
-    wanted = contour.lead_at(start.lead_in, start.at, start.clockwise)
+    wanted = contour.lead_path_at(start.lead_in, start.at, start.clockwise)
     if wanted is None:
         return body, 0.0
     radius = start.lead_in.length / start.lead_in.angle
     center = (here[0] - side * travel[1] * radius, here[1] + side * travel[0] * radius)
-    lead = _widened_lead(wanted, center, radius + half, body.start)
+    lead = _with_lead_radius(wanted, center, radius + half, body.start)
     return joined(lead, body), lead.length
 
 
-def _widened_lead(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
+def _with_lead_radius(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
     """Change the radius of the arc in a lead. Its first point and the centre of the arc stay the same."""
     x, y = lead.vertices[1, :2].tolist()
     scale = radius / math.hypot(x - center[0], y - center[1])

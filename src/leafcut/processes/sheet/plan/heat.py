@@ -18,7 +18,7 @@ PASSES = 4
 PENALTY = 1e6
 
 
-def close_starts(order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
+def hot_start_pairs(order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
     """Return the pairs of consecutive positions in an order at which the starts are less than `apart` mm apart."""
     return [(j - 1, j) for j in range(len(order)) if _starts_in_hot_metal(order, j, apart)]
 
@@ -28,7 +28,7 @@ def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
 
     The result is a warning if there are such starts. Otherwise, it is a note.
     """
-    left = close_starts(order, apart)
+    left = hot_start_pairs(order, apart)
     if not left:
         words = Message(
             "no cut starts within {:g} mm of the previous start. The nearest-neighbour order, which is only "
@@ -63,7 +63,7 @@ def spread_starts(
     """Reduce the number of starts that are less than `apart` mm from the previous start.
 
     The function makes small changes to the order and to the starts. It keeps precedence, fixed choices and bands
-    (`cutting.bands`) intact, and stops when `late` returns True.
+    (`cutting.sweep_bands`) intact, and stops when `late` returns True.
     """
     cutting, order = cuts.cutting, list(cuts.starts)
     band = {k: number for number, members in enumerate(bands) for k in members}
@@ -76,13 +76,13 @@ def spread_starts(
         return a not in before.get(b, ()) and band.get(a) == band.get(b)
 
     for _ in range(PASSES):
-        near = {j for _, j in close_starts(order, apart)}
+        near = {j for _, j in hot_start_pairs(order, apart)}
         changed = False
         for contour in [order[j].contour for j in sorted(near)]:
             if late():
                 return cuts.with_starts(order)
             j = next(k for k, s in enumerate(order) if s.contour == contour)
-            better = _best_change(cutting, order, j, _movable_range(order, j, may_swap), apart, head)
+            better = _cheapest_change(cutting, order, j, _movable_range(order, j, may_swap), apart, head)
             if better is not None:
                 order, changed = better, True
         if not changed:
@@ -103,7 +103,7 @@ def _movable_range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, 
     return low, high
 
 
-def _best_change(
+def _cheapest_change(
     cutting: Cutting, order: list[CutStart], j: int, places: tuple[int, int], apart: float, head: HeadTravel
 ) -> list[CutStart] | None:
     """Find the cheapest order in which the cut at position `j` moves to another position or uses another start.
@@ -111,7 +111,7 @@ def _best_change(
     Return None if the current order is at least as cheap. `places` contains the first and last position to try.
     """
     own, (low, high) = order[j], places
-    starts = cutting.starts_of([own.contour]) if own.pierce else []
+    starts = cutting.starts_on([own.contour]) if own.pierce else []
     starts = [own] if "start" in cutting.fixed.get(own.contour, ()) else [own, *starts]
     rest = order[:j] + order[j + 1 :]
     first, last = max(0, low - 1), min(len(order), high + 2)

@@ -44,7 +44,7 @@ def lead_shape(lead: Lead) -> Points:
     return np.vstack([arc[0] - lead.run_in * along, arc])
 
 
-def placed_leads(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
+def place_leads(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
     """Place a lead at n positions along contours, and return its points, float64[n, k, 2], mm.
 
     Parameters
@@ -72,7 +72,7 @@ def placed_leads(shape: Points, at: Points, travel: Points, left: bool, out: boo
 
 def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = False) -> Polyline | None:
     """Return a lead as a path in the direction of travel, or None if the lead has no length."""
-    ends = placed_leads(lead_shape(lead), np.array([at]), np.array([travel]), left, out)[0]
+    ends = place_leads(lead_shape(lead), np.array([at]), np.array([travel]), left, out)[0]
     if len(ends) < 2:
         return None
     bulge = 0.0 if lead.style == "line" else math.tan(0.25 * lead.angle) * (1.0 if left else -1.0)
@@ -99,6 +99,6 @@ def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
     return list(dict.fromkeys(found))
 
 
-def as_lines(leads: NDArray[np.float64]) -> Any:
+def leads_as_lines(leads: NDArray[np.float64]) -> Any:
     """Return leads, float64[n, k, 2], as an array of shapely lines."""
     return shapely.linestrings(leads)

@@ -18,9 +18,9 @@ import shapely
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.contours import ROUNDING
-from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, route_length
+from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, total_travel
 from leafcut.processes.sheet.plan.leads import FLATNESS
-from leafcut.processes.sheet.plan.starts import CutStart, start_at
+from leafcut.processes.sheet.plan.starts import CutStart, start_with_same_leads
 
 #: Minimum step along a contour, mm, and first step relative to the length of the contour.
 FINEST, FIRST_SHARE = 0.25, 1.0 / 16.0
@@ -56,13 +56,13 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
         for k, here in enumerate(order):
             if late():
                 return cuts.with_starts(order)
-            around = head.neighbours(order, k)
+            around = head.adjacent_positions(order, k)
             if settled.get(k) == around:
                 continue  # neither neighbour has changed since the last trial of this start
             order[k], gain = _slide_start(cuts.cutting, here, head, around)
             settled[k] = around
             gained += gain
-        if gained <= LEAST_GAIN * route_length(head.start, order, head.cost):
+        if gained <= LEAST_GAIN * total_travel(head.start, order, head.cost):
             break
     return cuts.with_starts(order)
 
@@ -78,17 +78,19 @@ def _slide_start(
     contour = cutting.contours[start.contour]
     if start.then or not contour.path.closed or not start.pierce or "start" in cutting.fixed.get(start.contour, ()):
         return start, 0.0
-    first = now = head.detour(around, start)
+    first = now = head.cost_to_and_from(around, start)
     step = FIRST_SHARE * contour.path.length
 
     def cheaper(moved: CutStart) -> bool:
-        return head.detour(around, moved) < now - NO_GAIN
+        return head.cost_to_and_from(around, moved) < now - NO_GAIN
 
     while step >= FINEST:
         for shift in (step, -step):
-            moved = start_at(contour, cutting.scrap, start, (start.at + shift) % contour.path.length, cheaper)
+            moved = start_with_same_leads(
+                contour, cutting.scrap, start, (start.at + shift) % contour.path.length, cheaper
+            )
             if moved is not None:
-                start, now = moved, head.detour(around, moved)
+                start, now = moved, head.cost_to_and_from(around, moved)
                 break
         else:
             step *= 0.5
@@ -106,15 +108,15 @@ def clear_pierces_of_kerfs(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     """
     burnt = _CutPaths(cuts)
     for _ in range(PIERCE_PASSES):
-        burnt.build()
+        burnt.rebuild_index()
         wrong = burnt.near_earlier_kerfs()
         moved = False
         for k in wrong:
-            better = _clear_start(burnt, k, head)
+            better = _start_with_fewest_conflicts(burnt, k, head)
             if better is not None:
                 burnt.order[k], moved = better, True
                 if len(wrong) <= MOST_IN_TURN:
-                    burnt.build()
+                    burnt.rebuild_index()
         if not moved:
             break
     return cuts.with_starts(burnt.order)
@@ -138,20 +140,20 @@ class _CutPaths:
             self._lines[id(start)] = start, shapely.LineString(path.flattened(FLATNESS))
         return self._lines[id(start)][1]
 
-    def build(self) -> None:
+    def rebuild_index(self) -> None:
         nothing = shapely.LineString()
-        burns = [self._burns(s) for s in self.order]
+        burns = [self._cuts_through(s) for s in self.order]
         self.lines = [self.line(s) if b else nothing for s, b in zip(self.order, burns, strict=True)]
         places = [s.entry if b and s.pierce else (math.nan, math.nan) for s, b in zip(self.order, burns, strict=True)]
         points: Any = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
         self._tree, self._pierces = shapely.STRtree(self.lines), shapely.STRtree(points)
         self._points = points
 
-    def _burns(self, start: CutStart) -> bool:
+    def _cuts_through(self, start: CutStart) -> bool:
         return self.cutting.contours[start.contour].kind == "cut"
 
     @property
-    def _reaches(self) -> tuple[float, float]:
+    def _clearances(self) -> tuple[float, float]:
         """Two distances from a centreline, mm.
 
         A pierce within the first distance is in the kerf. A pierce within the second distance is too close to it.
@@ -161,11 +163,11 @@ class _CutPaths:
 
     def near_earlier_kerfs(self) -> list[int]:
         """Return the positions of the cuts that are pierced in the kerf of an earlier cut or too close to it."""
-        pierce, kerf = self._tree.query(self._points, predicate="dwithin", distance=max(self._reaches))
+        pierce, kerf = self._tree.query(self._points, predicate="dwithin", distance=max(self._clearances))
         wrong: list[int] = np.unique(pierce[kerf < pierce]).tolist()
         return wrong
 
-    def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
+    def count_conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
         """Count the conflicts that cut `k` would have if it used the given start.
 
         The pierce of the start is checked against the kerfs of earlier cuts. If `line` is given, it is the torch path
@@ -176,10 +178,10 @@ class _CutPaths:
         tuple of int
             The number of pierces in a kerf, and the number of pierces too close to a kerf.
         """
-        if not start.pierce or not self._burns(start):
+        if not start.pierce or not self._cuts_through(start):
             return 0, 0
         counts = []
-        for reach in self._reaches:
+        for reach in self._clearances:
             earlier = self._tree.query(shapely.Point(*start.entry), predicate="dwithin", distance=reach)
             count = int((earlier < k).sum())
             if line is not None:
@@ -188,17 +190,17 @@ class _CutPaths:
         return counts[0], counts[1]
 
 
-def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
+def _start_with_fewest_conflicts(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
     """Return the start of cut `k` with the fewest conflicts. If several starts are equal, return the cheapest.
 
     Return None if no start has fewer conflicts than the current start.
     """
     cutting, own = burnt.cutting, burnt.order[k]
-    around, best = head.neighbours(burnt.order, k), None
-    least = (*burnt.conflicts(k, own, burnt.lines[k]), 0.0)
-    for other in cutting.starts_of([own.contour]):
-        cost = head.detour(around, other) + cutting.seconds(other)
-        rank = (*burnt.conflicts(k, other, burnt.line(other)), cost)
+    around, best = head.adjacent_positions(burnt.order, k), None
+    least = (*burnt.count_conflicts(k, own, burnt.lines[k]), 0.0)
+    for other in cutting.starts_on([own.contour]):
+        cost = head.cost_to_and_from(around, other) + cutting.cutting_time(other)
+        rank = (*burnt.count_conflicts(k, other, burnt.line(other)), cost)
         if rank[:2] < least[:2] or (best is not None and rank < least):
             least, best = rank, other
     return best
@@ -223,7 +225,7 @@ def with_leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     return cuts.with_starts(order)
 
 
-def without_meeting_starts(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
+def without_conflicting_starts(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
     """Remove all starts whose leads would run into the leads or bridges of the given order.
 
     The starts that the order uses are kept.
@@ -288,6 +290,8 @@ def _start_with_clear_leads(
 
     if clear(own):
         return None  # the other cut has already moved
-    around = head.neighbours(order, k)
-    others = sorted(cutting.starts_of([own.contour]), key=lambda s: head.detour(around, s) + cutting.seconds(s))
+    around = head.adjacent_positions(order, k)
+    others = sorted(
+        cutting.starts_on([own.contour]), key=lambda s: head.cost_to_and_from(around, s) + cutting.cutting_time(s)
+    )
     return next((s for s in others if s.pierce == own.pierce and clear(s)), None)

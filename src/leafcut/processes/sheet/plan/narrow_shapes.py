@@ -21,7 +21,7 @@ from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.plan.contours import ROUNDING, SMALL, flat_line
+from leafcut.processes.sheet.plan.contours import ROUNDING, SMALL, chord_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS
 
@@ -151,8 +151,8 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
     """
     if rules.edge_start:
         return sheet
-    contours, lines = list(sheet.contours), [flat_line(one.path) for one in sheet.contours]
-    obstacles = np.array([*(shapely.box(*zone) for zone in sheet.zones), *map(flat_line, sheet.paths)], dtype=object)
+    contours, lines = list(sheet.contours), [chord_line(one.path) for one in sheet.contours]
+    obstacles = np.array([*(shapely.box(*zone) for zone in sheet.zones), *map(chord_line, sheet.paths)], dtype=object)
     for index, one in enumerate(sheet.contours):
         if one.is_hole or one.kind != "cut" or not one.path.closed:
             continue
@@ -169,7 +169,7 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
             contours[k] = replace(contours[k], parent=len(contours) + (piece or 0))
         chamber = replace(contours[index], depth=one.depth + 1, chamber=True)
         contours += (replace(chamber, path=path) for path in pieces)
-        lines += map(flat_line, pieces)
+        lines += map(chord_line, pieces)
     return replace(sheet, contours=tuple(contours))
 
 

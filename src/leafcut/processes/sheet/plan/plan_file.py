@@ -20,9 +20,9 @@ from leafcut.processes.sheet.plan.scrap import Scrap
 from leafcut.processes.sheet.plan.starts import (
     CutStart,
     edge_starts,
+    find_contour_starts,
     fitting_lead_out,
     leads_to_try,
-    starts_of,
     starts_with_leads,
     starts_without_lead,
 )
@@ -35,7 +35,7 @@ SAME = 0.01
 NEAR = 2.0
 
 
-def check_fit(sheet: Sheet, plan: PlanFile) -> None:
+def check_plan_fits_drawing(sheet: Sheet, plan: PlanFile) -> None:
     """Raise PlanError if a plan file does not fit the drawing. The error names the first difference."""
 
     def refuse(reason: str) -> PlanError:
@@ -61,12 +61,12 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
         )
 
 
-def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
+def restrict_starts_to_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
     """Remove all starts that contradict the fixed choices of a plan file, or all its choices if `everything` is set.
 
     Raises PlanError if the drawing has changed, or if a fixed choice cannot be cut.
     """
-    check_fit(cutting.sheet, plan)
+    check_plan_fits_drawing(cutting.sheet, plan)
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chosen: dict[int, CutChoice] = {}
     for number, choice in enumerate(plan.cuts, 1):
@@ -78,14 +78,14 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
     for k in range(len(cutting.contours)):
         wanted = chosen.get(k)
         if wanted is None or not set(wanted.fixed) - {"order", "ahead"}:
-            starts += cutting.starts_of([k])
+            starts += cutting.starts_on([k])
         else:
-            starts += _fixed_starts(cutting, k, wanted, plan)
+            starts += _starts_matching_choice(cutting, k, wanted, plan)
     fixed = {k: c.fixed for k, c in chosen.items() if c.fixed}
     in_order = [k for k, c in chosen.items() if "order" in c.fixed]
     pairs = (*itertools.pairwise(in_order), *_ahead_pairs([*chosen], fixed))
     made = replace(cutting, starts=starts, order=pairs, fixed=fixed)
-    _check_order(made, in_order, plan)
+    _check_fixed_order(made, in_order, plan)
     return made
 
 
@@ -105,7 +105,7 @@ def _ahead_pairs(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tup
     return pairs
 
 
-def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
+def _check_fixed_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
     """Raise PlanError if a fixed order detaches a part before a contour inside it is cut."""
     before: dict[int, set[int]] = {}
     for a, b in cutting.pairs:
@@ -147,18 +147,18 @@ def _contour_position(
     return position[index]
 
 
-def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
+def order_as_planned(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
     """Sort the cuts as in the plan file, unless the precedence requires another order.
 
     Return one start for each cut.
     """
     rank = {c.contours[0]: number for number, c in enumerate(plan.cuts)}
     last = len(plan.cuts)
-    by_rank = sorted(cutting.heads, key=lambda k: (rank.get(cutting.contours[k].index, last), k))
+    by_rank = sorted(cutting.first_contours, key=lambda k: (rank.get(cutting.contours[k].index, last), k))
     placed: set[int] = set()
     order: list[int] = []
     before: dict[int, list[int]] = {}
-    for a, b in cutting.head_pairs:
+    for a, b in cutting.cut_precedence:
         before.setdefault(b, []).append(a)
     waiting = list(reversed(by_rank))
     while waiting:
@@ -174,7 +174,7 @@ def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
     return [cutting.starts[cutting.by_contour[k][0]] for k in order]
 
 
-def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
+def _starts_matching_choice(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
     """Return the starts of a contour that match its entry in the plan file. Raises PlanError if there is none."""
     contour, scrap = cutting.contours[k], cutting.scrap
     lead = choice.lead_in if "lead" in choice.fixed else None
@@ -200,16 +200,16 @@ def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -
             )
         places = [float(shapely.line_locate_point(contour.line, point, normalized=True)) * contour.path.length]
     else:
-        places = sorted({s.at for s in cutting.starts_of([k])})
+        places = sorted({s.at for s in cutting.starts_on([k])})
     if not contour.path.closed:
-        own = [s for s in starts_of(k, contour, scrap, 4) if s.clockwise in directions]
+        own = [s for s in find_contour_starts(k, contour, scrap, 4) if s.clockwise in directions]
         return own if "start" not in choice.fixed else [min(own, key=lambda s: _distance_from_choice(s, choice))]
     if contour.has_leads and rules.edge_start:
         found = [] if contour.hole else edge_starts(k, contour, scrap, places)
         found = [s for s in found if s.clockwise in directions and (lead is None or _has_lead(s, lead))]
     else:
         if contour.has_leads and rules.compensation == "controller":
-            places = _smooth_places(contour, places, plan)
+            places = _compensable_positions(contour, places, plan)
         found = _starts_at(k, contour, scrap, [(at, way) for way in directions for at in places], lead)
     if lead is not None and contour.has_leads and (rules.edge_start or rules.lead_in.style != "none"):
         found = _with_lead_out(contour, scrap, found, choice)
@@ -223,7 +223,7 @@ def _has_lead(start: CutStart, lead: Lead) -> bool:
     return own.style == lead.style and max(abs(own.length - lead.length), abs(own.angle - lead.angle)) < SAME
 
 
-def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
+def _compensable_positions(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
     """Return the positions at which a controller with kerf compensation can start.
 
     Raises PlanError if it cannot start at any of the given positions.

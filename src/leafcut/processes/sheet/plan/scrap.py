@@ -41,7 +41,7 @@ class Scrap:
         rings = [path.flattened(FLATNESS) for path in sheet.paths]
         outline = shapely.Polygon(rings[0], rings[1:]) if rings else None
         self.sheet = outline
-        self.inner = None if outline is None else outline.buffer(-(self._half - ROUNDING))
+        self.inner = None if outline is None else outline.buffer(-(self._half_kerf - ROUNDING))
         if self.inner is not None:
             shapely.prepare(self.inner)
         self.bridge_owners = np.zeros((0, 2), dtype=np.int64)
@@ -58,11 +58,11 @@ class Scrap:
         return other
 
     @property
-    def _half(self) -> float:
+    def _half_kerf(self) -> float:
         """Half the width of the kerf that a lead leaves, mm. It does not matter whether the kerf is compensated."""
         return 0.5 * self.rules.kerf
 
-    def allows(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
+    def allowed_mask(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
         """Return a mask of the lines, bool[n], that the torch may follow when it cuts the contours `owners`.
 
         The kerf along an allowed line touches no part, no clamp, and no kerf or bridge of another contour. It also
@@ -72,12 +72,12 @@ class Scrap:
         lines = np.asarray(lines, dtype=object)
         ok = np.ones(len(lines), dtype=bool)
         # Without compensation, a lead ends on the edge of its own part.
-        reach = self._half if self.rules.half > 0.0 else 0.0
+        reach = self._half_kerf if self.rules.half > 0.0 else 0.0
         ok[self._metal.near(lines, reach)[0]] = False
-        pairs = self._kerfs.near(lines, 2.0 * self._half - ROUNDING)
+        pairs = self._kerfs.near(lines, 2.0 * self._half_kerf - ROUNDING)
         ok[pairs[0][~np.isin(self._line_owner[pairs[1]], own)]] = False
         if len(self.bridge_owners):
-            pairs = self._bridge_tree.query(lines, predicate="dwithin", distance=2.0 * self._half - ROUNDING)
+            pairs = self._bridge_tree.query(lines, predicate="dwithin", distance=2.0 * self._half_kerf - ROUNDING)
             ok[pairs[0][~np.isin(self.bridge_owners[pairs[1]], own).any(axis=1)]] = False
         ok[self.zones_near(lines)[0]] = False
         if self.inner is not None and not leaves_sheet:
@@ -86,20 +86,20 @@ class Scrap:
 
     def parts_near(self, lines: Any) -> NDArray[np.int64]:
         """Return pairs (line, part), int64[2, k], in which the kerf along the line touches the part."""
-        return self._metal.near(lines, self._half)
+        return self._metal.near(lines, self._half_kerf)
 
     def zones_near(self, lines: Any) -> NDArray[np.int64]:
         """Return pairs (line, keep-out zone), int64[2, k], in which the kerf along the line touches the zone."""
-        return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
+        return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half_kerf))
 
-    def is_clear(self, places: Points, radius: float) -> Mask:
+    def clear_mask(self, places: Points, radius: float) -> Mask:
         """Return a mask of the points, float64[n, 2], that have no part within `radius` mm."""
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
             ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
         return ok
 
-    def leave_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
+    def mask_leaving_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
         """Return a mask of the lead-ins that do not re-enter the kerf of their own contour.
 
         `leads`, float64[n, k, 2], end on the contour.
@@ -109,7 +109,7 @@ class Scrap:
         apart = away >= self.rules.kerf - ROUNDING
         left = np.maximum.accumulate(apart, axis=1)
         # The pierce must be at least half a kerf away; otherwise its hole would reach the part.
-        ok: Mask = (apart | ~left).all(axis=1) & (away[:, -1] >= self._half - ROUNDING)
+        ok: Mask = (apart | ~left).all(axis=1) & (away[:, -1] >= self._half_kerf - ROUNDING)
         return ok
 
 

@@ -14,9 +14,9 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point, Points
 from leafcut.message import Message
 from leafcut.model.cutting import Lead
-from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, distance_along
+from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, distance_on_closed_path
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines, lead_shape, lead_variants, placed_leads
+from leafcut.processes.sheet.plan.leads import NO_LEAD, lead_shape, lead_variants, leads_as_lines, place_leads
 from leafcut.processes.sheet.plan.scrap import Scrap
 
 #: Shorter leads are tried until a contour has this number of starts, and this share of its positions has a start.
@@ -79,16 +79,16 @@ def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
     found: list[CutStart] = []
     stuck: list[CutContour] = []
     for number, contour in enumerate(contours):
-        starts = starts_of(number, contour, scrap, most)
+        starts = find_contour_starts(number, contour, scrap, most)
         found += starts
         if not starts:
             stuck.append(contour)
     if stuck:
-        raise PlanError(_refusal(stuck, contours, scrap.rules))
+        raise PlanError(_no_start_message(stuck, contours, scrap.rules))
     return found
 
 
-def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRules) -> Message:
+def _no_start_message(stuck: list[CutContour], contours: list[CutContour], rules: CutRules) -> Message:
     names = Message.joined("; ", (c.name() for c in stuck[:3]))
     names = Message("{} and {} more", names, len(stuck) - 3) if len(stuck) > 3 else names
     if rules.edge_start:
@@ -119,7 +119,7 @@ def _has_common_edge(one: CutContour, contours: list[CutContour]) -> bool:
     return not one.hole and any(near.intersection(other.line).length > 2.0 * one.rules.kerf for other in others)
 
 
-def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list[CutStart]:
+def find_contour_starts(number: int, contour: CutContour, scrap: Scrap, most: int) -> list[CutStart]:
     """Find the starts of a contour at up to `most` positions.
 
     If no lead fits at these positions, more positions are tried. If no lead fits anywhere, the list is empty. `number`
@@ -130,13 +130,13 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list
         # If the torch cannot pierce, an open cut cannot start, because it has no lead from the edge of the sheet.
         pierces = contour.kind == "cut" and not rules.data.can_pierce
         return [] if pierces else _plain_starts(number, contour, most)
-    places = start_places(contour, most)
+    places = start_positions(contour, most)
     if rules.edge_start:
         return [] if contour.hole else edge_starts(number, contour, scrap, places)
     if rules.lead_in.style == "none":
         return starts_without_lead(number, contour, [(at, way) for at in places for way in contour.directions])
     for finer in (1, 4):
-        dense = places if finer == 1 else _smooth_places(contour, _even_places(path.length, 4 * len(places)))
+        dense = places if finer == 1 else _compensable_positions(contour, _even_positions(path.length, 4 * len(places)))
         for splash in (True, False) if rules.kerf > 0.0 else (False,):
             tried = [(at, clockwise) for clockwise in contour.directions for at in dense]
             starts = starts_with_leads(number, contour, scrap, tried, leads_to_try(contour), splash)
@@ -149,7 +149,7 @@ def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]
     path = contour.path
     if not path.closed:
         return list(_open_starts(number, contour))
-    places = start_places(contour, most)
+    places = start_positions(contour, most)
     return [CutStart(number, at, False, path.point_at(at), path.point_at(at)) for at in places]
 
 
@@ -166,10 +166,10 @@ def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
 def starts_without_lead(number: int, contour: CutContour, places: Sequence[Place]) -> list[CutStart]:
     """Return starts of a closed contour without a lead-in. The torch pierces directly on the path."""
     point = contour.path.point_at
-    return [CutStart(number, at, way, point(at), point(contour.end_of(at, way))) for at, way in places]
+    return [CutStart(number, at, way, point(at), point(contour.end_position(at, way))) for at, way in places]
 
 
-def start_places(contour: CutContour, most: int) -> list[float]:
+def start_positions(contour: CutContour, most: int) -> list[float]:
     """Return the positions along a closed contour at which to try a start, mm.
 
     These are its corners, and positions between them.
@@ -180,14 +180,14 @@ def start_places(contour: CutContour, most: int) -> list[float]:
     corners = [at for at in contour.corners if not contour.in_loop(at) and not by_controller]
     if len(corners) > most:
         corners = corners[:: math.ceil(len(corners) / most)]
-    even = [at for at in _even_places(length, count) if not contour.in_loop(at)]
+    even = [at for at in _even_positions(length, count) if not contour.in_loop(at)]
     if by_controller:
-        return _smooth_places(contour, even)
+        return _compensable_positions(contour, even)
     near = 0.25 * length / count
-    return sorted(corners + [at for at in even if all(distance_along(at, c, length) > near for c in corners)])
+    return sorted(corners + [at for at in even if all(distance_on_closed_path(at, c, length) > near for c in corners)])
 
 
-def _smooth_places(contour: CutContour, places: list[float]) -> list[float]:
+def _compensable_positions(contour: CutContour, places: list[float]) -> list[float]:
     """Return the positions at which a cut can start.
 
     If the controller compensates the kerf, a cut cannot start at a corner.
@@ -197,7 +197,7 @@ def _smooth_places(contour: CutContour, places: list[float]) -> list[float]:
     return [at for at in places if contour.is_smooth(at)]
 
 
-def _even_places(length: float, count: int) -> list[float]:
+def _even_positions(length: float, count: int) -> list[float]:
     # Begin half a step from the start of the path as drawn, which is often a corner.
     return [length * (k + 0.5) / count for k in range(count)]
 
@@ -233,7 +233,7 @@ def starts_with_leads(
     starts: list[CutStart] = []
     for wanted in leads:
         tried = [wanted] * len(places) if wanted else leads_from_centre(contour, places)
-        fits, entries = lead_ins_fit(contour, scrap, tried, places, splash)
+        fits, entries = check_lead_ins(contour, scrap, tried, places, splash)
         starts += [
             _start_with_lead(number, contour, scrap, place, lead, (x, y))
             for place, lead, fit, (x, y) in zip(places, tried, fits, entries.tolist(), strict=True)
@@ -261,12 +261,12 @@ def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> floa
 
     On the side of the scrap, the angle is between 0 and π.
     """
-    tx, ty = contour.travel_at(*place)
+    tx, ty = contour.travel_direction(*place)
     sign = 1.0 if contour.is_scrap_left(place[1]) else -1.0
     return math.atan2(sign * (tx * dy - ty * dx), -(tx * dx + ty * dy))
 
 
-def lead_ins_fit(
+def check_lead_ins(
     contour: CutContour, scrap: Scrap, leads: list[Lead], places: list[Place], splash: bool
 ) -> tuple[NDArray[np.bool_], Points]:
     """Check which lead-ins fit into the scrap.
@@ -282,22 +282,22 @@ def lead_ins_fit(
     """
     fits, entries = np.zeros(len(leads), dtype=bool), np.full((len(leads), 2), math.nan)
     at = np.array([contour.path.point_at(a) for a, _ in places])
-    travel = np.array([contour.travel_at(a, clockwise) for a, clockwise in places])
+    travel = np.array([contour.travel_direction(a, clockwise) for a, clockwise in places])
     groups: dict[tuple[Lead, bool], list[int]] = {}
     for k, (lead, (_, clockwise)) in enumerate(zip(leads, places, strict=True)):
         groups.setdefault((lead, clockwise), []).append(k)
     by_size: dict[int, list[tuple[Points, list[int]]]] = {}
     for (lead, clockwise), group in groups.items():
         if lead.length > 0.0 and 0.0 < lead.angle < math.pi:
-            shape = placed_leads(lead_shape(lead), at[group], travel[group], contour.is_scrap_left(clockwise))
+            shape = place_leads(lead_shape(lead), at[group], travel[group], contour.is_scrap_left(clockwise))
             by_size.setdefault(shape.shape[1], []).append((shape, group))
     for members in by_size.values():
         points = np.concatenate([shape for shape, _ in members])
         row = np.concatenate([group for _, group in members])
-        ok = scrap.allows(as_lines(points), contour)
-        ok &= scrap.leave_own_kerf(points, contour)
+        ok = scrap.allowed_mask(leads_as_lines(points), contour)
+        ok &= scrap.mask_leaving_own_kerf(points, contour)
         if splash:
-            ok &= scrap.is_clear(points[:, 0], scrap.rules.kerf)
+            ok &= scrap.clear_mask(points[:, 0], scrap.rules.kerf)
         fits[row], entries[row] = ok, points[:, 0]
     return fits, entries
 
@@ -316,12 +316,15 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
     If the requested lead-out does not fit, it is shortened or left out.
     """
     wanted = contour.lead_out if wanted is None else wanted
-    end = contour.end_of(*place), place[1]
+    end = contour.end_position(*place), place[1]
     if wanted.style != "none":
         for share in (1.0, 0.5, 0.25):
             out = replace(wanted, length=share * wanted.length)
             points = contour.lead_points(out, *end, out=True)[None]
-            if scrap.allows(as_lines(points), contour)[0] and scrap.leave_own_kerf(points[:, ::-1], contour)[0]:
+            if (
+                scrap.allowed_mask(leads_as_lines(points), contour)[0]
+                and scrap.mask_leaving_own_kerf(points[:, ::-1], contour)[0]
+            ):
                 x, y = points[0, -1].tolist()
                 return out, (x, y)
     return NO_LEAD, contour.path.point_at(end[0])
@@ -351,9 +354,10 @@ def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence
             length = inside + IN_THE_AIR + 0.5 * rules.kerf
             entry = (x + length * dx, y + length * dy)
             points = np.array([[entry, (x, y)]])
-            lines = as_lines(points)
+            lines = leads_as_lines(points)
             if len(pieces) > 1 or not (
-                scrap.allows(lines, contour, leaves_sheet=True)[0] and scrap.leave_own_kerf(points, contour)[0]
+                scrap.allowed_mask(lines, contour, leaves_sheet=True)[0]
+                and scrap.mask_leaving_own_kerf(points, contour)[0]
             ):
                 continue
             for clockwise in contour.directions:
@@ -368,7 +372,7 @@ def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence
 # -- other places ----------------------------------------------------------------------------------------------------
 
 
-def start_at(
+def start_with_same_leads(
     contour: CutContour,
     scrap: Scrap,
     like: CutStart,
@@ -384,7 +388,7 @@ def start_at(
     place, rules = (at, like.clockwise), contour.rules
     lead = leads_from_centre(contour, [place])[0] if _is_from_centre(contour, like) else like.lead_in
     x, y = contour.lead_points(lead, *place)[0].tolist()
-    end = contour.end_of(*place)
+    end = contour.end_position(*place)
     moved = replace(like, at=at, lead_in=lead, entry=(x, y), exit=contour.path.point_at(end))
     if like.lead_out.style != "none":
         u, v = contour.lead_points(like.lead_out, end, like.clockwise, out=True)[-1].tolist()
@@ -392,8 +396,8 @@ def start_at(
     if not wanted(moved):
         return None
     if like.lead_in.style != "none" and contour.has_leads:
-        clear = bool(rules.kerf > 0.0 and scrap.is_clear(np.array([like.entry]), rules.kerf)[0])
-        if not lead_ins_fit(contour, scrap, [lead], [place], clear)[0].all():
+        clear = bool(rules.kerf > 0.0 and scrap.clear_mask(np.array([like.entry]), rules.kerf)[0])
+        if not check_lead_ins(contour, scrap, [lead], [place], clear)[0].all():
             return None
     if like.lead_out.style == "none":
         return moved

@@ -121,7 +121,7 @@ def generate_cuts(
         if torch.mark_tool is not None:
             tool = _change_tool(builder, tool, torch.mark_tool if cut.kind == "mark" else 0)
         for place in (*corners.get(number, ()), cut.path.start):
-            _travel(builder, avoided, place)
+            _travel_to(builder, avoided, place)
         if number == 0 and safe_z is not None:
             builder.rapid(z=clearance)
         _generate_cut(builder, cut, torch)
@@ -129,17 +129,17 @@ def generate_cuts(
     _change_tool(builder, tool, 0)
     if end is not None:
         for place in (*corners.get(len(cuts), ()), end):
-            _travel(builder, avoided, place)
+            _travel_to(builder, avoided, place)
     if safe_z is not None:
         builder.machine(z=safe_z)
     builder.spindle(0.0)
-    if torch.probe is not None and any(_pierces(cut) for cut in cuts):
+    if torch.probe is not None and any(_is_pierced(cut) for cut in cuts):
         builder.set_place(Kind.SHIFT, (UNKNOWN, UNKNOWN, UNKNOWN), 0)
     builder.end()
     return builder.build(), rows
 
 
-def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
+def _travel_to(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
     here = (builder.position[0], builder.position[1])
     if obstacles is not None and obstacles.between(here, to, None) != -math.inf:
         turns = obstacles.route_around(here, to, None)
@@ -159,12 +159,12 @@ def _change_tool(builder: ToolpathBuilder, tool: int, wanted: int) -> int:
     return wanted
 
 
-def _pierces(cut: Cut) -> bool:
+def _is_pierced(cut: Cut) -> bool:
     return cut.pierce and cut.kind == "cut"
 
 
 def _generate_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
-    pierces = _pierces(cut)
+    pierces = _is_pierced(cut)
     if pierces and torch.probe is not None:
         builder.probe(-torch.probe.depth, feed=torch.probe.feed)
         builder.set_place(Kind.SHIFT, (*cut.path.start, -torch.probe.switch_offset), 0)

@@ -75,8 +75,8 @@ def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, uni
     torch = dialect.torch
     if torch is None:
         return compare_motion(planned, written, tolerance)
-    moves, states = _TorchTracker(dialect, torch, 2.0 * tolerance, planned=True).moves(planned)
-    read, found = _TorchTracker(dialect, torch, 2.0 * tolerance, planned=False).moves(written)
+    moves, states = _TorchTracker(dialect, torch, 2.0 * tolerance, planned=True).moves_with_states(planned)
+    read, found = _TorchTracker(dialect, torch, 2.0 * tolerance, planned=False).moves_with_states(written)
     if differences := compare_motion(moves, read, tolerance):
         return differences
     if len(states) != len(found):
@@ -127,7 +127,7 @@ class _TorchTracker:
         #: Whether the torch was switched on a moment ago, so that a pierce delay may follow.
         self.piercing = False
 
-    def moves(self, path: Toolpath) -> tuple[Toolpath, NDArray[np.float64]]:
+    def moves_with_states(self, path: Toolpath) -> tuple[Toolpath, NDArray[np.float64]]:
         """Return the moves and commands of a path, and the `_State` at each of them, float64[n, 10].
 
         Straight moves of at most `shortest` mm are left out. The events before such a move count for the next move.
@@ -135,8 +135,8 @@ class _TorchTracker:
         rows, states = list[Motion](), list[_State]()
         last = [math.nan] * 3
         for given in path:
-            # A plan contains no offsets; `proof.torch.check_scribe` checks them.
-            if self._switch(given) or given.kind is Kind.OFFSET:
+            # A plan contains no offsets; `proof.torch.check_lighting_tool` checks them.
+            if self._apply_switch(given) or given.kind is Kind.OFFSET:
                 continue
             self.piercing &= given.kind not in MOTIONS
             if self.planned and not self.dialect.has_z_words and given.kind in (Kind.PROBE, Kind.SHIFT):
@@ -159,7 +159,7 @@ class _TorchTracker:
     def _is_still(self, row: Motion, last: list[float]) -> bool:
         return all(math.isnan(p) or abs(p - q) <= self.shortest for p, q in zip(row.end, last, strict=True))
 
-    def _switch(self, row: Motion) -> bool:
+    def _apply_switch(self, row: Motion) -> bool:
         """Apply a row that only changes the state of the torch. Return False if the row does anything else."""
         kind, torch, now = row.kind, self.torch, self.now
         if kind is Kind.SPINDLE:
@@ -205,7 +205,7 @@ class _TorchTracker:
             self.now = self.now._replace(dark_s=self.now.dark_s + seconds)
 
 
-def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
+def read_cut_program(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
     """Read a cutting program back and return the motion that its controller would execute.
 
     Modal states that an earlier program left behind do not affect the result. If the controller takes feeds from its

@@ -16,8 +16,8 @@ from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, part_areas, targets_of
-from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, burning_pieces
+from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, build_targets, part_areas
+from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, burning_sections
 
 #: Chords are divided into sections of at most this length, mm.
 PIECE = 1.0
@@ -93,12 +93,12 @@ class MatchedRuns:
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: CutRequest) -> None:
         self.runs, self.plan, self.asked = runs, plan, asked
-        self.targets = targets_of(sheet, asked.half)
+        self.targets = build_targets(sheet, asked.half)
         self.parts, self.numbers = part_areas(sheet)
         rings = [path.flattened(FLATNESS) for path in sheet.paths]
         self.sheet = shapely.Polygon(rings[0], rings[1:]) if rings else None
         self.zones = [shapely.box(*zone) for zone in sheet.zones]
-        self.marks = _marking_runs(runs, dialect, asked.power)
+        self.marks = _marking_mask(runs, dialect, asked.power)
         self.lines = np.array([shapely.MultiLineString(run.lines()) for run in runs], dtype=object)
         ways = np.array([t.centreline for t in self.targets], dtype=object)
         self.pairs = shapely.STRtree(ways).query(self.lines, predicate="dwithin", distance=TOLERANCE).T.tolist()
@@ -110,7 +110,7 @@ class MatchedRuns:
 
     def _match_run(self, number: int, target: Target) -> RunMatch | None:
         run = self.runs[number]
-        middles, lengths, along = burning_pieces(run, PIECE)
+        middles, lengths, along = burning_sections(run, PIECE)
         near = shapely.dwithin(target.centreline, shapely.points(middles), TOLERANCE)
         if not near.any():
             return None
@@ -167,7 +167,7 @@ class MatchedRuns:
         return int(run.row_line[int(np.argmin(shapely.distance(chords, shapely.Point(x, y))))])
 
 
-def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
+def _marking_mask(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
     """Return whether each run marks.
 
     A run marks if it uses the spindle of the marking tool or less than the cutting power.

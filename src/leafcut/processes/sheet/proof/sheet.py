@@ -30,7 +30,7 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.proof.matched_runs import MOST, PIECE, CutRequest, MatchedRuns, RunMatch, sheet_difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
 from leafcut.processes.sheet.proof.torch import check_torch
-from leafcut.processes.sheet.proof.torch_runs import TorchRun, burning_pieces, torch_runs
+from leafcut.processes.sheet.proof.torch_runs import TorchRun, burning_sections, torch_runs
 from leafcut.proof.difference import cap_differences, position_text
 from leafcut.proof.envelope import check_envelope
 
@@ -86,7 +86,7 @@ def check_sheet(
     return cap_differences([*found, *check_envelope(path, machine)])
 
 
-def uncut_contours(matched: MatchedRuns) -> list[Difference]:
+def uncut_contour_faults(matched: MatchedRuns) -> list[Difference]:
     """Return a fault for each contour that is not cut, or not cut completely."""
     found = []
     for target in matched.targets:
@@ -99,7 +99,7 @@ def uncut_contours(matched: MatchedRuns) -> list[Difference]:
                 sheet_difference(
                     Message("not marked") if target.marks else Message("not cut"),
                     Message("{} is not marked" if target.marks else "{} is not cut", target.name),
-                    _line_of(matched.runs, claims),
+                    _first_line(matched.runs, claims),
                 )
             )
             continue
@@ -116,7 +116,7 @@ def uncut_contours(matched: MatchedRuns) -> list[Difference]:
                 bare[0].length,
                 position_text(x, y),
             )
-            found.append(sheet_difference(Message("incomplete"), text, _line_of(matched.runs, claims)))
+            found.append(sheet_difference(Message("incomplete"), text, _first_line(matched.runs, claims)))
     return found
 
 
@@ -131,10 +131,10 @@ def _uncut_stretches(matched: MatchedRuns, target: Target, lines: Sequence[Any])
     left = target.centreline.difference(burnt.buffer(1.5 * TOLERANCE))
     if target.shape is not None and len(pieces := shapely.get_parts(left)) > 1:
         left = shapely.line_merge(shapely.multilinestrings(pieces))
-    return [g for g in shapely.get_parts(left) if g.length > SHORT and not _at_corner(matched, target, g, burnt)]
+    return [g for g in shapely.get_parts(left) if g.length > SHORT and not _is_corner_arc(matched, target, g, burnt)]
 
 
-def _at_corner(matched: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bool:
+def _is_corner_arc(matched: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bool:
     """Return whether an uncut section is the arc around a corner, and the kerfs reach the corner anyway."""
     half = matched.asked.half
     if not len(target.corners):
@@ -149,7 +149,7 @@ def _at_corner(matched: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bo
     )
 
 
-def repeated_cuts(matched: MatchedRuns) -> list[Difference]:
+def repeated_cut_faults(matched: MatchedRuns) -> list[Difference]:
     """Return a fault for each contour that is cut twice, and for each run that does not follow any contour."""
     found = []
     for claims in matched.of_target.values():
@@ -174,7 +174,7 @@ def repeated_cuts(matched: MatchedRuns) -> list[Difference]:
     return found
 
 
-def find_gouges(matched: MatchedRuns) -> list[Difference]:
+def gouge_faults(matched: MatchedRuns) -> list[Difference]:
     """Return a fault for each part that a kerf cuts into."""
     found = []
     metal = ShapeIndex(matched.parts)
@@ -195,7 +195,7 @@ def find_gouges(matched: MatchedRuns) -> list[Difference]:
     return found
 
 
-def find_strays(matched: MatchedRuns) -> list[Difference]:
+def clamp_and_sheet_faults(matched: MatchedRuns) -> list[Difference]:
     """Return a fault for each kerf that hits a clamp or leaves the sheet.
 
     Starts beyond the edge of the sheet are allowed.
@@ -226,7 +226,7 @@ def _points_off_sheet(matched: MatchedRuns, number: int, inside: Any) -> NDArray
 
     If the cut starts at the edge of the sheet, its lead is allowed to lie outside.
     """
-    middles, _, along = burning_pieces(matched.runs[number], PIECE)
+    middles, _, along = burning_sections(matched.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
     if not matched.pierces(number):
         out &= along >= min((c.first for c in matched.claims if c.run == number), default=0.0)
@@ -234,7 +234,7 @@ def _points_off_sheet(matched: MatchedRuns, number: int, inside: Any) -> NDArray
     return places
 
 
-def _line_of(runs: list[TorchRun], claims: list[RunMatch]) -> int:
+def _first_line(runs: list[TorchRun], claims: list[RunMatch]) -> int:
     return runs[claims[0].run].line if claims else 0
 
 
@@ -257,7 +257,7 @@ def plan_faults(matched: MatchedRuns) -> list[Difference]:
     ]
 
 
-def order_faults(matched: MatchedRuns) -> list[Difference]:
+def late_contour_faults(matched: MatchedRuns) -> list[Difference]:
     """Return a fault for each contour that is cut too late, after an outer contour has already detached it."""
     closed = [t for t in matched.targets if t.shape is not None]
     everything = list(matched.targets)
@@ -268,19 +268,19 @@ def order_faults(matched: MatchedRuns) -> list[Difference]:
         shape = around.shape.buffer(-TOLERANCE)
         inside = set(tree.query(shape, predicate="contains").tolist())
         if not around.source.is_hole:
-            inside |= _in_notches(matched, around, whole, inside)
+            inside |= _contours_in_notches(matched, around, whole, inside)
         for number in sorted(inside):
             inner = everything[number]
             if inner.source.is_hole and around.source.is_hole and inner.source.part == around.source.part:
                 continue  # holes of a part are not nested, but parts of a divided hole may overlap in a short neck
-            late = _run_after(matched, inner, around) if inner.index != around.index else None
+            late = _late_run(matched, inner, around) if inner.index != around.index else None
             if late is not None:
                 text = Message("{} comes after {}, which detaches it", inner.name, around.name)
                 found.append(sheet_difference(Message("out of order"), text, matched.runs[late].line))
     return found
 
 
-def _in_notches(matched: MatchedRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
+def _contours_in_notches(matched: MatchedRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
     """Return the contours inside an outline and in its closed notches, as indices of targets.
 
     If there are no other contours nearby, the result is empty.
@@ -303,7 +303,7 @@ def _in_notches(matched: MatchedRuns, around: Target, edges: Any, known: set[int
     return found
 
 
-def _run_after(matched: MatchedRuns, inner: Target, around: Target) -> int | None:
+def _late_run(matched: MatchedRuns, inner: Target, around: Target) -> int | None:
     """Return the last run of the contour `inner` if it ends after the cut of the contour `around` has started.
 
     Otherwise, return None.
@@ -406,7 +406,7 @@ def check_chains(matched: MatchedRuns) -> list[Difference]:
         if len(own) < 2 and len(planned) < 2:
             continue
         run, steps = matched.runs[number], sorted(own, key=lambda f: f.first)
-        found += _order_faults(run, steps, planned)
+        found += _chain_order_faults(run, steps, planned)
         for before, after in itertools.pairwise(steps):
             bridge = _stretch_of_run(run, before.last, after.first)
             if bridge is None:
@@ -424,7 +424,7 @@ def check_chains(matched: MatchedRuns) -> list[Difference]:
     return found
 
 
-def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[int]) -> list[Difference]:
+def _chain_order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[int]) -> list[Difference]:
     """Return a fault if a run does not cut the planned contours one after the other in the planned order."""
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
@@ -534,12 +534,12 @@ def _group_faults(matched: MatchedRuns, group: int, own: Sequence[int]) -> Itera
             text = Message("the common line that starts at {} is not within its parts", position_text(*runs[k].start))
             yield sheet_difference(Message("out of order"), text, runs[k].line)
     asked = cuts[last].choice.direction
-    if asked in ("clockwise", "counter-clockwise") and _clockwise(runs[last]) != (asked == "clockwise"):
+    if asked in ("clockwise", "counter-clockwise") and _is_clockwise(runs[last]) != (asked == "clockwise"):
         text = Message("the cut around parts with common lines is not {}", asked)
         yield sheet_difference(Message("direction"), text, runs[last].line)
 
 
-def _clockwise(run: TorchRun) -> bool:
+def _is_clockwise(run: TorchRun) -> bool:
     x, y = (run.points - run.points[0]).T
     return float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) < 0.0
 
@@ -568,7 +568,7 @@ def check_detached_parts(
     reported, close = matched.plan.crossings, matched.plan.close
     if dialect.moves_z or reported is None:
         return []
-    found = crossings(matched, path)
+    found = detached_part_crossings(matched, path)
     if len(found) > reported:
         line, where = found[0]
         count = count_of(len(found), "travel move")
@@ -579,7 +579,7 @@ def check_detached_parts(
             position_text(*where),
         )
         return [Difference(Message("travel over a detached part"), 0, line, text)]
-    near = crossings(matched, path, 0.5 * nozzle) if nozzle > 0.0 else []
+    near = detached_part_crossings(matched, path, 0.5 * nozzle) if nozzle > 0.0 else []
     if len(near) > reported + close:
         line, where = near[0]
         text = Message(
@@ -593,7 +593,9 @@ def check_detached_parts(
     return []
 
 
-def crossings(matched: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
+def detached_part_crossings(
+    matched: MatchedRuns, path: Toolpath, radius: float = 0.0
+) -> list[tuple[int, tuple[float, float]]]:
     """Find the travel moves that cross a detached part.
 
     The moves between two runs form a route, and only the first crossing of each route is reported. The check samples
@@ -682,12 +684,12 @@ def _comes_near(points: Points, part: Any, distance: float) -> bool:
 
 #: The checks of the runs against the sheet.
 CHECKS: tuple[Callable[[MatchedRuns], list[Difference]], ...] = (
-    uncut_contours,
-    repeated_cuts,
-    find_gouges,
-    find_strays,
+    uncut_contour_faults,
+    repeated_cut_faults,
+    gouge_faults,
+    clamp_and_sheet_faults,
     plan_faults,
-    order_faults,
+    late_contour_faults,
     pierce_faults,
     direction_faults,
     check_chains,

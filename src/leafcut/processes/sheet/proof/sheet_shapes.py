@@ -83,12 +83,12 @@ class Target:
         return Message("contour {} ({}, at X{:.3f} Y{:.3f})", self.index + 1, kind, x, y)
 
 
-def targets_of(sheet: Sheet, half: float) -> list[Target]:
+def build_targets(sheet: Sheet, half: float) -> list[Target]:
     """Return the contours that must be cut or marked, in the order of the sheet.
 
     `half` is the distance from the centreline of the kerf to a part, mm.
     """
-    found = (_target(k, source, half) for k, source in enumerate(sheet.contours) if source.kind != "sheet")
+    found = (_build_target(k, source, half) for k, source in enumerate(sheet.contours) if source.kind != "sheet")
     return [target for target in found if target is not None]
 
 
@@ -96,7 +96,7 @@ def _polygon(one: Contour) -> Any:
     return shapely.Polygon(one.path.flattened(FLATNESS))
 
 
-def _target(index: int, source: Contour, half: float) -> Target | None:
+def _build_target(index: int, source: Contour, half: float) -> Target | None:
     """Return the target of a contour.
 
     Return None for a hole that the kerf fills or divides, or that has no room for a pierce.
@@ -116,10 +116,10 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
         return None
     # The kerf closes notches with a narrow mouth, and follows the outer ring.
     way = shapely.LineString(polygons[0].exterior.coords)
-    return Target(index, source, shape, edge, way, _corners(source.path), not pierces[1])
+    return Target(index, source, shape, edge, way, _sharp_corners(source.path), not pierces[1])
 
 
-def _corners(path: Polyline) -> NDArray[np.float64]:
+def _sharp_corners(path: Polyline) -> NDArray[np.float64]:
     """Return the vertices at which a closed path turns sharply, float64[k, 2], mm.
 
     At each end of an arc, the angle between the arc and its chord is 2 atan(bulge), which is half the angle of the arc.
@@ -154,7 +154,7 @@ def part_areas(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
 # -- divided holes and chambers --------------------------------------------------------------------------------------
 
 
-def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
+def check_divided_shapes(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     """Check the holes and notches that were divided, and return the faults.
 
     Parameters
@@ -172,12 +172,12 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     pieces = [_polygon(one) for one in (*(sheet.contours[k] for k in changed), *added) if not one.chamber]
     found = _check_chambers(drawn, [_polygon(one) for one in added if one.chamber], half)
     found += [
-        _divided_fault(Message("the contour at {} is cut in sections, which only a hole may be", _place_in(shape)))
+        _divided_fault(Message("the contour at {} is cut in sections, which only a hole may be", _place_text(shape)))
         for k, shape in holes.items()
         if not drawn.contours[k].is_hole
     ]
     found += [
-        _divided_fault(Message("a divided hole is cut beyond its edge, at {}", _place_in(piece)))
+        _divided_fault(Message("a divided hole is cut beyond its edge, at {}", _place_text(piece)))
         for piece in pieces
         if not any(hole.buffer(TOLERANCE).covers(piece) for hole in holes.values())
     ]
@@ -186,7 +186,9 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
         for reached in shapely.get_parts(hole.buffer(-half, quad_segs=QUARTER)):
             room = not reached.buffer(-half - 2.0 * TOLERANCE).is_empty
             if room and not whole.covers(reached):
-                found.append(_divided_fault(Message("a piece of a divided hole is not cut, at {}", _place_in(reached))))
+                found.append(
+                    _divided_fault(Message("a piece of a divided hole is not cut, at {}", _place_text(reached)))
+                )
     return found
 
 
@@ -215,13 +217,13 @@ def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Diff
             alone = shapely.distance(ways[k], ways[:k] + ways[k + 1 :]).min() > 2.0 * half + 4.0 * TOLERANCE
             room = alone and not ring.buffer(-half - 2.0 * TOLERANCE).is_empty
             if room and not whole.covers(ring):
-                found.append(_divided_fault(Message("a chamber of a notch is not cut, at {}", _place_in(ring))))
+                found.append(_divided_fault(Message("a chamber of a notch is not cut, at {}", _place_text(ring))))
     return found + [
-        _divided_fault(Message("a chamber is cut beyond its notch, at {}", _place_in(chamber))) for chamber in lost
+        _divided_fault(Message("a chamber is cut beyond its notch, at {}", _place_text(chamber))) for chamber in lost
     ]
 
 
-def _place_in(shape: Any) -> str:
+def _place_text(shape: Any) -> str:
     x, y = shape.representative_point().coords[0]
     return position_text(x, y)
 

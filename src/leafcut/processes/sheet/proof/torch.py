@@ -50,7 +50,7 @@ def check_torch(
         *_rapid_faults(path, lowest if heights else None),
         *_material_faults(path, text, plan, dialect, asked.material_number),
     ]
-    found += check_scribe(path, dialect)
+    found += check_lighting_tool(path, dialect)
     found += check_probing(path, runs, plan, asked.probe if heights else None)
     waits = torch is None or torch.waits
     for run, cut in zip(runs, plan.cuts, strict=False):
@@ -60,7 +60,7 @@ def check_torch(
     return found
 
 
-def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
+def check_lighting_tool(path: Toolpath, dialect: Dialect) -> list[Difference]:
     """Return a fault for each row that switches on the torch or the scribe in the wrong state.
 
     The state is wrong if another tool is selected, or if its offset is not active. An offset becomes
@@ -115,7 +115,7 @@ def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Pr
             fresh = False
     if probe is None:
         return found
-    pierces = [run.lightings[0].line for run, cut in zip(runs, plan.cuts, strict=False) if _pierces(run, cut)]
+    pierces = [run.lightings[0].line for run, cut in zip(runs, plan.cuts, strict=False) if _is_pierced(run, cut)]
     return found + [
         Difference(Message("probe"), 0, line, Message("the torch is switched on without probing the sheet first"))
         for line in pierces
@@ -123,7 +123,7 @@ def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Pr
     ]
 
 
-def _pierces(run: TorchRun, cut: Cut) -> bool:
+def _is_pierced(run: TorchRun, cut: Cut) -> bool:
     return bool(run.lightings) and cut.pierce and cut.kind == "cut"
 
 

@@ -175,12 +175,12 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
             else:
                 found.resting = False
         elif row.kind in (Kind.ARC_CW, Kind.ARC_CCW):
-            found.move(row, before[number], arc_chords(path, number))
+            found.move(row, before[number], arc_chord_ends(path, number))
     found.close()
     return found.runs
 
 
-def burning_pieces(
+def burning_sections(
     run: TorchRun, longest: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Divide the chords with the torch on into sections of at most `longest` mm.
@@ -278,7 +278,7 @@ def _moves_sideways(row: Motion, before: NDArray[np.float64]) -> bool:
     )
 
 
-def arc_chords(path: Toolpath, row: int) -> NDArray[np.float64]:
+def arc_chord_ends(path: Toolpath, row: int) -> NDArray[np.float64]:
     """Return the ends of the chords that approximate an arc, float64[k, 2], mm.
 
     The chord error is r·(1 − cos(step/2)).

@@ -169,7 +169,7 @@ def cut_title(plan: CutPlan, number: int) -> str:
     return " · ".join(words)
 
 
-def part_kinds(plan: CutPlan, part: int) -> list[str]:
+def part_contour_kinds(plan: CutPlan, part: int) -> list[str]:
     """Return ``cut`` or ``mark`` for each contour of a part."""
     contours = (plan.sheet.contours[i] for cut in plan.cuts if not cut.common for i in cut.contours)
     return [c.kind for c in contours if c.part == part]
@@ -177,12 +177,12 @@ def part_kinds(plan: CutPlan, part: int) -> list[str]:
 
 def part_title(plan: CutPlan, part: int) -> str:
     """Return the title of a part, such as ``part 3 · 5 contours · 31.0 s``."""
-    words = [f"part {part}", count(part_kinds(plan, part).count("cut"), "contour")]
+    words = [f"part {part}", count(part_contour_kinds(plan, part).count("cut"), "contour")]
     words += [time_words(p.times.total_s) for p in plan.measures.parts if p.part == part]
     return " · ".join(words)
 
 
-def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
+def consumption_texts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
     """Return the name and amount of each medium and wear part. If the chart has no data, the amount is a dash."""
     # Names in the chart are the same in each language.
     gas: str = name_words(rates.gas) if rates.gas else Message("gas")

@@ -61,7 +61,7 @@ def cycle_time_rows(norm: CutMeasures) -> list[NormRow]:
             len(own),
             math.fsum(p.times.perimeter_mm for p in own),
             math.fsum(p.times.total_s for p in own),
-            _total(p.used for p in own),
+            _total_consumption(p.used for p in own),
         )
         for own in kinds.values()
     ]
@@ -82,7 +82,7 @@ def batch_row(norm: CutMeasures) -> NormRow:
     return NormRow("batch", "", norm.quantity, norm.batch.perimeter_mm, norm.batch.total_s, norm.batch_used)
 
 
-def _total(used: Iterable[Consumption]) -> Consumption:
+def _total_consumption(used: Iterable[Consumption]) -> Consumption:
     each = list(used)
 
     def whole(name: str) -> float | None:
@@ -135,11 +135,11 @@ def cycle_times_csv(plan: CutPlan) -> str:
     writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n", restval="")
     writer.writeheader()
     for row in cycle_times_as_json(plan.measures):
-        writer.writerow({key: _cell(value) for key, value in (cutting_data | row).items()})
+        writer.writerow({key: _csv_cell(value) for key, value in (cutting_data | row).items()})
     return text.getvalue()
 
 
-def _cell(value: Any) -> Any:
+def _csv_cell(value: Any) -> Any:
     """Return the text of a CSV cell.
 
     Names come from drawings, so a spreadsheet must not interpret the text as a formula.

@@ -115,19 +115,19 @@ def sheet_drawing(
         Whether the element has a width and height.
     """
     frame = scene.frame
-    drawn = element("use", href=parts) if parts.startswith("#") else _stock(scene, plan, parts.removeprefix("="))
+    drawn = element("use", href=parts) if parts.startswith("#") else _draw_sheet(scene, plan, parts.removeprefix("="))
     moves, arrow = _travel_moves(frame, plan), _RAPID_ARROW_OF_MANY if scene.many else _RAPID_ARROW
     window = f"window-{name}"
     moving = (
-        _rapids(scene, moves),
-        *(_cut_drawing(scene, plan, k) for k in range(len(plan.cuts))),
-        _kerf_arrows(scene, plan),
+        _draw_rapids(scene, moves),
+        *(_draw_cut(scene, plan, k) for k in range(len(plan.cuts))),
+        _draw_kerf_arrows(scene, plan),
     )
     inside = (
         drawn,
         missing_drawing(frame, scene.missing),
         element("g", *moving, arrow_heads(moves, arrow), clip_path=f"url(#{window})"),
-        *_order_marks(scene, plan, moves),
+        *_draw_order_marks(scene, plan, moves),
     )
     return frame.drawing(words, window, inside, "drawing sheet ramped" if scene.many else "drawing sheet", size)
 
@@ -140,20 +140,22 @@ def part_id(part: int) -> str:
     return f"part-{part}"
 
 
-def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
+def _draw_sheet(scene: SheetScene, plan: CutPlan, name: str) -> str:
     """Draw the edge of the sheet, the clamps, and the parts without their holes."""
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
-        shapes.append(element("path", d=_area(frame, sheet.paths), class_="stock"))
+        shapes.append(element("path", d=_area_data(frame, sheet.paths), class_="stock"))
     areas: dict[int, list[Polyline]] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
             areas.setdefault(c.part, []).append(c.path)
     for part, paths in areas.items():
         words = title(part_title(plan, part))
-        shapes.append(element("path", words, id=part_id(part) if name else None, d=_area(frame, paths), class_="part"))
-    return element("g", scaled_group(*shapes), *(_clamp(frame, zone) for zone in sheet.zones), id=name or None)
+        shapes.append(
+            element("path", words, id=part_id(part) if name else None, d=_area_data(frame, paths), class_="part")
+        )
+    return element("g", scaled_group(*shapes), *(_draw_clamp(frame, zone) for zone in sheet.zones), id=name or None)
 
 
 def part_window(scene: SheetScene, part: int) -> str:
@@ -172,7 +174,7 @@ def _chords(frame: Frame, path: Polyline) -> Points:
     return frame.place(path.flattened(_CHORDS / frame.scale))
 
 
-def _area(frame: Frame, paths: Sequence[Polyline]) -> str:
+def _area_data(frame: Frame, paths: Sequence[Polyline]) -> str:
     return "".join(f"{lines_data(_segments(_chords(frame, path)))}z" for path in paths)
 
 
@@ -180,7 +182,7 @@ def _segments(points: Points) -> Points:
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
+def _draw_clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
     (x0, y1), (x1, y0) = frame.place(np.array([zone[:2], zone[2:]])).tolist()
     width, height = x1 - x0, y1 - y0
     lines = []
@@ -229,20 +231,22 @@ def _kind_at(cut: Cut, at: float) -> str:
     return "kerf"
 
 
-def _cut_drawing(scene: SheetScene, plan: CutPlan, number: int) -> str:
+def _draw_cut(scene: SheetScene, plan: CutPlan, number: int) -> str:
     cut, frame = plan.cuts[number], scene.frame
     data: dict[str, str] = {}
     for kind, low, high in path_sections(cut):
         points = _chords(frame, cut.path.piece(low, high))
         data[kind] = data.get(kind, "") + lines_data(_segments(points))
     # Leads are drawn over the kerf, because they are short and start at its end.
-    lines = [element("path", d=d, class_=kind, stroke_width=_width(scene, kind)) for kind, d in sorted(data.items())]
+    lines = [
+        element("path", d=d, class_=kind, stroke_width=_line_width(scene, kind)) for kind, d in sorted(data.items())
+    ]
     x, y = frame.place(np.array(cut.path.start)).tolist()
     dot = element("circle", cx=x, cy=y, r=scene.dot * (0.8 if cut.kind == "mark" else 1.0), class_=dot_class(cut))
     return element("g", title(cut_title(plan, number)), scaled_group(*lines), dot)
 
 
-def _width(scene: SheetScene, kind: str) -> float:
+def _line_width(scene: SheetScene, kind: str) -> float:
     if kind == "dark":
         return 0.6 * STEPS
     return STEPS * (scene.kerf if kind == "kerf" else max(scene.kerf, _THINNEST_KERF))
@@ -256,7 +260,7 @@ def dot_class(cut: Cut) -> str:
     return "begin mark" if cut.kind == "mark" else "begin pierce" if cut.pierce else "begin edge-start"
 
 
-def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
+def _draw_kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
     heads = []
     for cut in plan.cuts:
         length = cut.lead_out - cut.lead_in
@@ -276,7 +280,7 @@ def _travel_moves(frame: Frame, plan: CutPlan) -> Points:
     return frame.place(np.array(moves, dtype=np.float64).reshape(-1, 2, 2))
 
 
-def _rapids(scene: SheetScene, moves: Points) -> str:
+def _draw_rapids(scene: SheetScene, moves: Points) -> str:
     """Draw the travel moves as thin dashed lines. If there are many cuts, the lines are coloured from first to last."""
     if not scene.many:
         return scaled_group(element("path", d=lines_data(moves), class_="rapid")) if len(moves) else ""
@@ -286,7 +290,7 @@ def _rapids(scene: SheetScene, moves: Points) -> str:
     )
 
 
-def _order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[str]:
+def _draw_order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[str]:
     """Draw the marks for the start and the end, and the numbers of the cuts where there is room."""
     if not plan.cuts:
         return []

@@ -20,13 +20,13 @@ from leafcut.model.sheet import Sheet
 from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import (
-    amounts,
+    consumption_texts,
     cost_figure,
     cut_counts,
     cut_name,
     cutting_as_json,
     name_words,
-    part_kinds,
+    part_contour_kinds,
     size_words,
 )
 from leafcut.processes.sheet.report.norms import NormRow, batch_row, cycle_time_rows, cycle_times_csv, sheet_row
@@ -129,7 +129,7 @@ class SheetReport(PathReport[SheetDetail]):
         on_sheet = Message("{} of cutting, {} of rapids", cutting, rapids)
         facts = [
             Fact("cutting", answer),
-            Fact(sentence="; ".join(words for _, words in _data_rows(plan)), name="cut with"),
+            Fact(sentence="; ".join(words for _, words in _cutting_data_rows(plan)), name="cut with"),
             Fact("cutting.sheet.total_s", times.total_s, "s", on_sheet, Message("Time of a sheet")),
             Fact(
                 "cutting.sheet.pierces", times.pierces, "", Message("{} of piercing", pierced),
@@ -155,7 +155,9 @@ class SheetReport(PathReport[SheetDetail]):
             words = Message("cost {}; {}", cost, words) if norm.cost > 0.0 else words
             name = Message("Batch of {} sheets", f"{norm.quantity:,}")
             facts.append(Fact("cutting.batch.total_s", norm.batch.total_s, "s", words, name))
-        uses = [f"{amount} {name}" for name, amount in amounts(norm.used, plan.data.rates) if amount != NO_VALUE]
+        uses = [
+            f"{amount} {name}" for name, amount in consumption_texts(norm.used, plan.data.rates) if amount != NO_VALUE
+        ]
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
@@ -187,7 +189,7 @@ class SheetReport(PathReport[SheetDetail]):
         kinds = {"feed": Message("cutting"), "dwell": Message("piercing"), "rapid": Message("rapids")}
         rows = [
             (name, {"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, time_words(t.total_s))
-            for name, t in self._times()
+            for name, t in self._times_by_order()
         ]
         return {
             "times": stacked_bars(kinds, rows),
@@ -207,17 +209,18 @@ class SheetReport(PathReport[SheetDetail]):
             "size": sheet_size(plan),
             "saved": self.saved(),
             "way": "Between cuts",
-            "parts": _parts(scene, plan),
+            "parts": _parts_section(scene, plan),
             "sheet": {
                 "drawings": self._drawings(scene),
                 "wide": scene.frame.wide,
                 "details": [cut_detail(plan, number) for number in detailed_cuts(plan)],
                 "legend": legend(scene, known),
                 "orders": [
-                    (f"{t.pierces:,}", length_words(t.rapid_mm), length_words(t.length_mm)) for _, t in self._times()
+                    (f"{t.pierces:,}", length_words(t.rapid_mm), length_words(t.length_mm))
+                    for _, t in self._times_by_order()
                 ],
                 "common": any(n.sheet.common_mm > 0.0 for n in self.outcome.detail.norms if n is not None),
-                "data": _data(plan),
+                "data": _cutting_data_section(plan),
             },
         }
 
@@ -256,7 +259,7 @@ class SheetReport(PathReport[SheetDetail]):
     def _plans(self) -> list[CutPlan]:
         return [plan for plan in self.outcome.detail.plans if plan is not None]
 
-    def _times(self) -> list[tuple[str, CutTimes]]:
+    def _times_by_order(self) -> list[tuple[str, CutTimes]]:
         norms = zip(self.order_names(), self.outcome.detail.norms, strict=True)
         return [(name, norm.sheet) for name, norm in norms if norm is not None]
 
@@ -318,7 +321,7 @@ def parts_table(plan: CutPlan) -> PageRow:
             "number": replace_unprintable(f"{p.part} {p.name}".rstrip()) if p.part else Message("in no part"),
             "contours": _contours_words(plan, p.part),
             "area": f"{p.area / 100.0:,.4g}" if p.area else NO_VALUE,
-            **_cells(p.times, p.cost, places),
+            **_totals_cells(p.times, p.cost, places),
         }
         for p in norm.parts[:MOST_PART_ROWS]
     ]
@@ -328,16 +331,16 @@ def parts_table(plan: CutPlan) -> PageRow:
     if rest >= _LEAST_REST:
         ends = CutTimes(rapid_s=rest)
         only = {"perimeter": "", "pierces": "", "cutting": "", "piercing": "", "cost": "", "total": time_words(rest)}
-        feet.append({"name": Message("start and end"), **_cells(ends, 0.0, places), **only})
-    feet.append({"name": Message("Sheet"), **_cells(norm.sheet, norm.cost, places)})
+        feet.append({"name": Message("start and end"), **_totals_cells(ends, 0.0, places), **only})
+    feet.append({"name": Message("Sheet"), **_totals_cells(norm.sheet, norm.cost, places)})
     if norm.quantity > 1:
         sheets = Message("{} sheets", f"{norm.quantity:,}")
-        feet.append({"name": sheets, **_cells(norm.batch, norm.batch_cost, places)})
+        feet.append({"name": sheets, **_totals_cells(norm.batch, norm.batch_cost, places)})
     left_out = len(norm.parts) - len(rows)
     return {"rows": rows, "feet": feet, "cost": with_cost, "left_out": left_out, "long": len(rows) > _LONG_TABLE}
 
 
-def _parts(scene: SheetScene, plan: CutPlan) -> PageRow:
+def _parts_section(scene: SheetScene, plan: CutPlan) -> PageRow:
     table = parts_table(plan)
     shown = [
         {**row, "href": f"#{part_id(row['part'])}" if window else "", "window": window}
@@ -347,7 +350,7 @@ def _parts(scene: SheetScene, plan: CutPlan) -> PageRow:
     return {**table, "rows": shown}
 
 
-def _cells(times: CutTimes, cost: float, places: int) -> dict[str, str]:
+def _totals_cells(times: CutTimes, cost: float, places: int) -> dict[str, str]:
     return {
         "perimeter": length_words(times.perimeter_mm),
         "pierces": f"{times.pierces:,}",
@@ -357,7 +360,7 @@ def _cells(times: CutTimes, cost: float, places: int) -> dict[str, str]:
 
 
 def _contours_words(plan: CutPlan, part: int) -> str:
-    mine = part_kinds(plan, part)
+    mine = part_contour_kinds(plan, part)
     marks = mine.count("mark")
     return f"{len(mine) - marks}" + (f" + {count(marks, 'mark')}" if marks else "")
 
@@ -373,11 +376,11 @@ def cycle_time_table(plan: CutPlan) -> PageRow:
     feet = [(Message("Sheet"), sheet_row(norm))]
     if norm.quantity > 1:
         feet.append((Message("{} sheets", f"{norm.quantity:,}"), batch_row(norm)))
-    of_sheet = amounts(norm.used, rates)
+    of_sheet = consumption_texts(norm.used, rates)
     known = [amount != NO_VALUE for _, amount in of_sheet]
 
     def cells(row: NormRow) -> PageRow:
-        shown = [amount for _, amount in compress(amounts(row.used, rates), known)]
+        shown = [amount for _, amount in compress(consumption_texts(row.used, rates), known)]
         perimeter = length_words(row.total_perimeter)
         return {"perimeter": perimeter, "clock": [f"{figure:,}" for figure in row.clock], "amounts": shown}
 
@@ -402,7 +405,7 @@ def cycle_time_table(plan: CutPlan) -> PageRow:
 # -- cutting data ----------------------------------------------------------------------------------------------------
 
 
-def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
+def _cutting_data_rows(plan: CutPlan) -> list[tuple[str, str]]:
     """Return the cutting data as pairs (heading, text). Each text also makes sense without its heading."""
     data = plan.data
     amps = f" {data.amps:g} A" if data.amps is not None else ""
@@ -423,11 +426,13 @@ def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
     return rows + ([("gas", f"gas {' and '.join(gases)}")] if gases else [])
 
 
-def _data(plan: CutPlan) -> PageRow:
+def _cutting_data_section(plan: CutPlan) -> PageRow:
     # The confidence is one or two words; in some charts, it is followed by a comma and the reason.
     confidence, why = [*re.split(r"[,;:]\s*", replace_unprintable(plan.data.confidence), maxsplit=1), ""][:2]
     return {
-        "rows": [(name, replace_unprintable(words.removeprefix(f"{name} "))) for name, words in _data_rows(plan)],
+        "rows": [
+            (name, replace_unprintable(words.removeprefix(f"{name} "))) for name, words in _cutting_data_rows(plan)
+        ],
         "source": replace_unprintable(plan.data.source),
         "confidence": confidence,
         "why": why,
@@ -502,9 +507,9 @@ def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
     edge = element("rect", x=0.0, y=0.0, width=_WIDTH, height=_HEIGHT)
     near = [c for c in plan.cuts if c is not cut and view.shows(c.path.extents)]
     inside = (
-        _part_areas(view, plan.sheet),
-        *(_kerf_band(view, c, plan.data.kerf) for c in (*near, cut)),
-        _start_marks(view, plan, cut),
+        _draw_parts(view, plan.sheet),
+        *(_draw_kerf_band(view, c, plan.data.kerf) for c in (*near, cut)),
+        _draw_start_marks(view, plan, cut),
     )
     words = f"Cut {number + 1}: {cut_name(plan, cut)}"
     svg = element(
@@ -513,7 +518,7 @@ def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
         element("clipPath", edge, id=window),
         element("rect", x=0.0, y=0.0, width=_WIDTH, height=_HEIGHT, class_="look"),
         element("g", *inside, clip_path=f"url(#{window})"),
-        _scale_bar(view),
+        _draw_scale_bar(view),
         viewBox=f"0 0 {_WIDTH:g} {_HEIGHT:g}",
         class_="drawing sheet closer",
         role="img",
@@ -534,7 +539,7 @@ def _lead_words(cut: Cut) -> str:
     return ", ".join(words)
 
 
-def _part_areas(view: DetailView, sheet: Sheet) -> str:
+def _draw_parts(view: DetailView, sheet: Sheet) -> str:
     """Draw the visible parts as areas without their holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
@@ -544,7 +549,7 @@ def _part_areas(view: DetailView, sheet: Sheet) -> str:
     return scaled_group(*(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen))
 
 
-def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
+def _draw_kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
     """Draw a cut to scale, as a band with a centreline."""
     lines = []
     for kind, low, high in path_sections(cut):
@@ -555,7 +560,7 @@ def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
     return scaled_group(*lines)
 
 
-def _start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
+def _draw_start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
     """Mark the start of a cut with arrowheads on its lead-in and just after it."""
     x, y = view.place(np.array(cut.path.start)).tolist()
     heads = []
@@ -566,7 +571,7 @@ def _start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
     return "".join(heads) + element("circle", cx=x, cy=y, r=radius, class_=dot_class(cut))
 
 
-def _scale_bar(view: DetailView) -> str:
+def _draw_scale_bar(view: DetailView) -> str:
     step = nice_step(_WIDTH / view.scale, 6)
     length = step * view.scale
     bar = element("path", d=f"M{_WIDTH - 10 - length:.2f} {_HEIGHT - 13}v6m0 -3h{length:.2f}m0 -3v6", class_="bar")
