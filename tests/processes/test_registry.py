@@ -152,7 +152,7 @@ class Mistaken(Engraving):
 
     name = "mistaken"
     command = "mistaken"
-    asked_as = ("mistaken", "laser")
+    process_values = ("mistaken", "laser")
 
 
 @dataclass(frozen=True)
@@ -241,7 +241,7 @@ class Sounding(Engraving):
     """One process with that option."""
 
     name = command = "sounding"
-    asked_as = ("sounding", "loud")
+    process_values = ("sounding", "loud")
     options = (Loudness,)
 
 
@@ -256,7 +256,7 @@ class Shouting(Engraving):
     """One that is asked for by the same word."""
 
     name = command = "shouting"
-    asked_as = ("shouting", "loud")
+    process_values = ("shouting", "loud")
 
 
 @pytest.mark.parametrize("other, shared", [("Humming", "--loudness"), ("Shouting", "--process loud")])

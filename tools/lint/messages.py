@@ -21,7 +21,7 @@ CATALOGUE = sources.PACKAGE / "studio" / "texts" / "messages_es.toml"
 #: Functions and classes with a template → index of its argument, and prefix of the template. Errors are found by name.
 TEMPLATES = {"Message": (0, ""), "ReadError": (1, ""), "problem": (1, "'{}' ")}
 #: Functions with a noun that is counted in a message → index of its argument.
-NOUNS = {"count_of": 1, "count": 1, "MissingWork": 0, "_count_and_area": 1, "_describe_sizes": 1}
+NOUNS = {"count_of": 1, "count": 1, "MissingWork": 0, "_count_and_area_text": 1, "_describe_sizes": 1}
 ERROR = re.compile(r"\w+Error|BlockError|UnclearBlock|_RunEnded|_AlarmStop|_NoAnswer|PortLost")
 #: Errors of Python, whose text is not a template.
 OF_PYTHON = re.compile(r"(Value|Type|Key|Index|Runtime|OS|Import|Attribute|Assertion|Overflow|Lookup)Error")

@@ -101,7 +101,7 @@ class ForeignProgram(Process):
     command = "reorder"
     help = "Reorder another CAM's G-code program for less machine time, and prove that it does the same work."
     takes = "a G-code program"
-    asked_as = ("reorder", *ProgramKind)
+    process_values = ("reorder", *ProgramKind)
     asks = "auto"
     reads = "program"
     with_nearest = False
