@@ -13,7 +13,7 @@ from leafcut.model.sequence import FixedBlocks
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.model import AvoidedAreas, ProgramDetail
 from leafcut.processes.program.options import pace_flags
-from leafcut.processes.program.proving import kept_issues, measure_program, replace_text, with_comments
+from leafcut.processes.program.proving import kept_task_issues, measure_program, replace_text, with_comments
 from leafcut.processes.program.tools import shown_stock
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
         issues.append(Issue("L515", detail.avoided.text, severity=severity))
     # Tool changes are saved only if the program was rewritten.
     issues += [issue for issue in work.after if not (issue.code == "L503" and best.order.unchanged)]
-    issues += kept_issues(work, best.order)
+    issues += kept_task_issues(work, best.order)
     return [*issues, *(detail.paced.issues if detail.paced else ())]
 
 

@@ -13,7 +13,7 @@ from leafcut.model.sequence import Section
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
-from leafcut.processes.program.planning import ForeignWork, staying_rows
+from leafcut.processes.program.planning import ForeignWork, fixed_hole_rows
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -33,10 +33,10 @@ def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ..
             solution = order.solutions[number]
             if not np.array_equal(solution.nodes, order.choices[number]):
                 solution = replace(solution, nodes=order.choices[number], lower_bound=None)
-            found.append(_operation(program, section, sequence.process, first, solution))
+            found.append(_describe_operation(program, section, sequence.process, first, solution))
         first += sum(piece.kind == "hole" for piece in section.pieces)
     starts = [int(program.first[section.pieces[0].begin]) for section in sequence.sections]
-    staying = _fixed_holes(program.path, staying_rows(program, sequence), [o.tool.number for o in found], starts)
+    staying = _fixed_holes(program.path, fixed_hole_rows(program, sequence), [o.tool.number for o in found], starts)
     return tuple(replace(one, staying=tuple(first + k for k in mine)) for one, mine in zip(found, staying, strict=True))
 
 
@@ -73,7 +73,9 @@ def _main_feed(path: Toolpath, works: NDArray[np.intp]) -> float:
     return float(feeds[np.bincount(of.reshape(-1), length).argmax()] if length.any() else path.value[works[0]])
 
 
-def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
+def _describe_operation(
+    program: Program, section: Section, process: str, first: int, solution: Solution
+) -> OperationOutcome:
     """Describe a section as an operation. Feed, speed and cycle come from its first hole, or from its first cut."""
     path, holes = program.path, [k for k, c in enumerate(section.pieces) if c.kind == "hole"]
     piece = section.pieces[holes[0] if holes else 0]

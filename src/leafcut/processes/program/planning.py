@@ -153,7 +153,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
             *read.issues,
             *controller_motion(original, read.dialect, job.settings.job.clearance_height)[1],
             *sequence.issues,
-            *_merge_offers(job, sequence),
+            *_merge_offer_issues(job, sequence),
         ),
     )
     return Plan(
@@ -289,7 +289,7 @@ def _tool_start(
     return stands, None if moved else stands
 
 
-def _merge_offers(job: Job, sequence: Sequence) -> list[Issue]:
+def _merge_offer_issues(job: Job, sequence: Sequence) -> list[Issue]:
     changes = sequence.mergeable
     if not changes or job.settings.solve.keeps_order:
         return []
@@ -317,9 +317,9 @@ def _few_speed_changes(program: Program, section: Section, solution: Solution) -
 
     Otherwise, group the work by speed, or keep the original order.
     """
-    from leafcut.processes.program.plan.resequencing import piece_order, speeds_of
+    from leafcut.processes.program.plan.resequencing import first_cut_speeds, piece_order
 
-    speeds = speeds_of(program, section)
+    speeds = first_cut_speeds(program, section)
     if len(np.unique(speeds)) < 2:
         return solution
     pieces = piece_order(section, solution.nodes)
@@ -352,11 +352,11 @@ def _few_speed_changes(program: Program, section: Section, solution: Solution) -
 def part_of_program(source: str, program: Program, sequence: Sequence) -> Part:
     """Return a part with the holes of a program. Holes in sections come first, followed by the fixed holes."""
     holes = [Hole(*piece.entry, 0.0) for s in sequence.sections for piece in s.pieces if piece.kind == "hole"]
-    holes += [Hole(x, y, 0.0) for x, y in program.path.end[staying_rows(program, sequence), :2].tolist()]
+    holes += [Hole(x, y, 0.0) for x, y in program.path.end[fixed_hole_rows(program, sequence), :2].tolist()]
     return Part(name=Path(source).stem, source=source, format="gcode", holes=tuple(holes))
 
 
-def staying_rows(program: Program, sequence: Sequence) -> NDArray[np.intp]:
+def fixed_hole_rows(program: Program, sequence: Sequence) -> NDArray[np.intp]:
     """Return the rows of the drilled holes that belong to no section."""
     path, stays = program.path, np.ones(len(program.path), dtype=bool)
     for section in sequence.sections:

@@ -176,7 +176,7 @@ def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: 
     return replace(order, choices=tuple(choices), kept=kept)
 
 
-def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
+def kept_task_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
     """Yield one issue for each reason why tasks keep their position although a better order was known."""
     by_reason: dict[str, list[tuple[int, int]]] = {}
     for place, reason in sorted(order.kept.items()):

@@ -217,7 +217,7 @@ def read_foreign(
     try:
         read = _read(text, source, settings, machine, program_dialect, check_cancelled)
     except ReadError as error:
-        if not free or not _reads(text, source, settings, _HAAS, check_cancelled):
+        if not free or not _can_read(text, source, settings, _HAAS, check_cancelled):
             raise
         hint = Message(
             "read as a program for {}, but a Haas would accept it: choose your machine, such as --machine {}",
@@ -230,7 +230,7 @@ def read_foreign(
         # Other dialects would ignore its material comments and move cuts past them.
         return _read_for_plasma(text, source, settings, check_cancelled, process)
     if free and read.process == ProgramKind.LASER and machine.head is Head.SPINDLE:
-        chosen = _other_machine(settings, _laser_for(read.program))
+        chosen = _other_machine(settings, _laser_profile_for(read.program))
         again = _read(text, source, settings, *chosen, check_cancelled)
         return replace(again, process="laser", issues=(_assumed_machine_note(again.machine, "laser"), *again.issues))
     if machine.head is Head.SPINDLE and read.process in _BEAMS:
@@ -260,7 +260,7 @@ _OF_QTPLASMAC = re.compile(r"^[^(;\n]*M0*(?:[35]\s*\$[0-2]|190\s*P)", re.IGNOREC
 _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
 
 
-def _reads(text: str, source: str, settings: Settings, machine: str, check_cancelled: Heartbeat) -> bool:
+def _can_read(text: str, source: str, settings: Settings, machine: str, check_cancelled: Heartbeat) -> bool:
     try:
         _read(text, source, settings, *_other_machine(settings, machine), check_cancelled)
     except ReadError:
@@ -288,7 +288,7 @@ def _timed_on_router(read: ProgramRead) -> ProgramRead:
         read.machine.name,
     )
     note = Issue("L807", message, severity=Severity.NOTE)
-    machine = timed_as(read.machine, load_machine(name))
+    machine = with_router_times(read.machine, load_machine(name))
     return replace(read, machine=machine, limits=read.machine, issues=(note, *read.issues))
 
 
@@ -311,7 +311,7 @@ def _assumed_machine_note(machine: Machine, what: str) -> Issue:
     return Issue("L807", message, severity=Severity.NOTE)
 
 
-def _laser_for(program: Program) -> str:
+def _laser_profile_for(program: Program) -> str:
     path = program.path
     feeds = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
     fastest = float(np.max(feeds, initial=0.0))
@@ -440,7 +440,7 @@ def router_for(program: Program) -> tuple[str, str] | None:
     return machine, f"S{fastest:.0f}"
 
 
-def timed_as(machine: Machine, router: Machine) -> Machine:
+def with_router_times(machine: Machine, router: Machine) -> Machine:
     """Return a machine with the motion and times of a router but with its own limits.
 
     The router is only a guess, so the lower of the two maximum feeds applies. Units, travel, heights and spindle do not

@@ -67,7 +67,7 @@ def stated_part(program: Program) -> StatedPart | None:
     return None
 
 
-def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
+def place_part_as_stated(mesh: Mesh, stated: StatedPart | None) -> Mesh:
     """Move the part to its place in program coordinates. Without a stated placement, the part does not move."""
     if stated is None:
         return mesh
@@ -102,11 +102,11 @@ def stock_before_cuts(
     holes = fed & ~across & ~np.isin(moves.tool, list(mills))
     rows = np.column_stack([moves.ends[holes, 3:5], moves.tool[holes]])
     for x, y, number in np.unique(rows, axis=0).tolist():
-        _fill(field, x, y, cutters[int(number)].radius)
+        _fill_hole(field, x, y, cutters[int(number)].radius)
     return field
 
 
-def _fill(field: HeightField, x: float, y: float, radius: float) -> None:
+def _fill_hole(field: HeightField, x: float, y: float, radius: float) -> None:
     """Fill a round hole up to the median height of its rim."""
     edge, reach = radius + 0.5 * field.cell, radius + 2.0 * field.cell
     heights, away = field.heights_around(x, y, reach)

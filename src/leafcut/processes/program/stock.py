@@ -25,7 +25,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
 from leafcut.processes.program.reading import BELOW_SURFACE, read_file
-from leafcut.processes.program.stated_part import StatedPart, part_as_placed, stated_part, stock_before_cuts
+from leafcut.processes.program.stated_part import StatedPart, place_part_as_stated, stated_part, stock_before_cuts
 from leafcut.processes.program.tools import tool_diameter_warnings, tools_of
 from leafcut.processes.program.workpiece import (
     block_around,
@@ -95,7 +95,7 @@ def cut_stock(
     stated = stated_part(mine.read.program)
     part = None
     if settings.stock.part:
-        part = part_as_placed(solid_file(settings.stock.part, ChosenSolid(settings.read.solid)), stated)
+        part = place_part_as_stated(solid_file(settings.stock.part, ChosenSolid(settings.read.solid)), stated)
     block = block_of_mesh(part) if part is not None else block_of(given, which) if given else _common_block(every)
     cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
     check_cancelled = heartbeat_for_step(progress, Message("cutting the stock"))

@@ -34,7 +34,7 @@ def test_left_out_are_those_pairs_that_others_imply(seed: int, at_once: int, mon
     rng = random.Random(seed)
     n = rng.randint(2, 30)
     pairs = {tuple(sorted(rng.sample(range(n), 2))) for _ in range(rng.randint(0, 80))}
-    kept = precedence._without_implied(np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2), n)
+    kept = precedence._transitive_reduction(np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2), n)
     assert len(kept) == len(pairs - implied(pairs, n))
     assert {(a, b) for a, b in kept.tolist()} == pairs - implied(pairs, n)
 

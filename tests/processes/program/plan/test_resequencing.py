@@ -8,7 +8,7 @@ import pytest
 from leafcut.errors import PlanError
 from leafcut.model.problem import Metric
 from leafcut.model.sequence import FixedBlocks, Section, Sequence
-from leafcut.processes.program.plan.resequencing import build_problem, find_sequence, speeds_of
+from leafcut.processes.program.plan.resequencing import build_problem, find_sequence, first_cut_speeds
 from rewriting import program_of
 
 HEAD = "G21 G90 / T1 M6 / S1000 M3 / G0 Z5 / "
@@ -317,5 +317,5 @@ def test_the_speed_of_a_piece_is_that_of_its_first_cut() -> None:
     )
     program = program_of(HEAD + body + FOOT)
     sections = find_sequence(program).sections
-    told = [speed for section in sections for speed in speeds_of(program, section).tolist()]
+    told = [speed for section in sections for speed in first_cut_speeds(program, section).tolist()]
     assert told == [1000, 2000, 2000, 3000, 1000]

@@ -10,7 +10,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, Sequence
 from leafcut.processes.program.plan.resequencing import (
     SectionFinder,
-    changes_saved,
+    count_saved_tool_changes,
     divide_at_operations,
     follows_compensation,
     merge_sections,
@@ -115,7 +115,7 @@ def test_as_many_changes_are_saved_as_were_counted_before() -> None:
         bodies = [tool(number, 100 * k, 100 * k + 10) for k, number in enumerate(order)]
         program, finder, sequence = found(*bodies)
         joined = merge_sections(program, sequence, finder.rows)
-        assert changes_saved(program, sequence, finder.rows) == saved
+        assert count_saved_tool_changes(program, sequence, finder.rows) == saved
         assert len(sequence.sections) - len(joined.sections) == saved
         assert sum("M6" in " ".join(texts(program, kept)) for kept in joined.dropped) == saved
         assert sorted(chain(*places(joined))) == sorted(chain(*places(sequence)))

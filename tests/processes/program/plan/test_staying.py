@@ -14,7 +14,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import StayGroup
 from leafcut.processes.program.plan.fixed_tasks import PHRASES, _immovable_tasks, count_pieces, group_stay_reasons
-from leafcut.processes.program.plan.precedence import ties_of
+from leafcut.processes.program.plan.precedence import ties_from_pairs
 from leafcut.processes.program.plan.resequencing import find_sequence
 
 HEAD = "G21 G90 G94 G17\nT1 M6 (T1 D=3. END MILL)\nS1000 M3\nG43 H1\nG0 Z5.\n"
@@ -139,5 +139,5 @@ def test_a_piece_is_held_where_it_has_the_same_place_in_every_order_that_the_pai
             if all(order.index(a) < order.index(b) for a, b in pairs.tolist()):
                 for piece in range(6):
                     places[piece].add(order.index(piece))
-        held = _immovable_tasks([ties_of(pairs, 6)], 6)
+        held = _immovable_tasks([ties_from_pairs(pairs, 6)], 6)
         assert held.tolist() == [len(place) == 1 for place in places]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from leafcut.model.toolpath import Kind, ToolpathBuilder
-from leafcut.processes.program.proof.order_rules import rows_in_order, visits_of
+from leafcut.processes.program.proof.order_rules import build_visits, rows_in_order
 from leafcut.processes.program.proof.order_thresholds import KEEP
 from leafcut.processes.program.proof.traces import traces_of
 from rewriting import features_in
@@ -24,7 +24,7 @@ def found(*rows: list[tuple[float, float]], bottoms: dict[int, float] | None = N
             visit.append(k)
     path = builder.build()
     features = features_in(path, path.kind == Kind.FEED)
-    visits = visits_of(features, traces_of(features), np.array(visit), len(rows), KEEP)
+    visits = build_visits(features, traces_of(features), np.array(visit), len(rows), KEEP)
     return [tuple(pair) for pair in rows_in_order(visits, KEEP).tolist()]
 
 

@@ -14,6 +14,7 @@ from leafcut.processes.program.proof.certificate import _moved_visits, _reordere
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
     Visits,
+    build_visits,
     detaching_visits_of_outlines,
     line_index,
     lowest_level,
@@ -21,7 +22,6 @@ from leafcut.processes.program.proof.order_rules import (
     passes_at_levels,
     passes_side_by_side,
     rows_in_order,
-    visits_of,
 )
 from leafcut.processes.program.proof.order_thresholds import FREE, KEEP, OrderThresholds
 from leafcut.processes.program.proof.outlines import Line, Outline
@@ -272,7 +272,7 @@ def made(builder: ToolpathBuilder) -> Features:
 
 def summary(features: Features, visit: Sequence[int], doubt: OrderThresholds = FREE) -> Visits:
     number = np.array(visit)
-    return visits_of(features, traces_of(features), number, int(number[-1]) + 1, doubt)
+    return build_visits(features, traces_of(features), number, int(number[-1]) + 1, doubt)
 
 
 def test_a_visit_has_the_ends_depths_and_length_of_its_sideways_cuts() -> None:

@@ -19,9 +19,9 @@ from leafcut.processes.program.proof.outlines import (
     area_of,
     is_point,
     joined_outlines,
-    lines_of,
     lines_starting_inside,
     outlines_of,
+    task_lines,
 )
 from leafcut.processes.program.proof.traces import traces_of
 from rewriting import features_in
@@ -261,7 +261,7 @@ def test_consecutive_cuts_of_a_piece_are_one_line_until_a_gap_or_the_next_piece(
     builder.feed(x=13.0, feed=1.0)
     made = features(builder)
     owner = np.array([0, 0, 0, 0, 0, 0, 1])
-    found = [(one.owner, one.points.tolist()) for one in lines_of(made, traces_of(made), owner, 0.01)]
+    found = [(one.owner, one.points.tolist()) for one in task_lines(made, traces_of(made), owner, 0.01)]
     assert found == [
         (0, [[0.0, 0.0], [5.0, 0.0], [5.0, 5.0], [9.0, 5.0]]),
         (0, [[9.0, 5.011], [12.0, 5.011]]),
@@ -269,6 +269,6 @@ def test_consecutive_cuts_of_a_piece_are_one_line_until_a_gap_or_the_next_piece(
         (0, [[12.0, 5.011], [12.0, 5.011]]),
     ]
     left_out = np.array([-1, -1, 2, -1, -1, -1, -1])
-    assert [(one.owner, one.points.tolist()) for one in lines_of(made, traces_of(made), left_out, 0.01)] == [
+    assert [(one.owner, one.points.tolist()) for one in task_lines(made, traces_of(made), left_out, 0.01)] == [
         (2, [[5.009, 5.0], [9.0, 5.0]])
     ]

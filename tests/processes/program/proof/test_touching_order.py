@@ -12,7 +12,7 @@ from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_swe
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import touching_in_new_order
 from leafcut.processes.program.proof.order_thresholds import FREE
-from leafcut.processes.program.proof.outlines import lines_of, lines_starting_inside, outlines_of
+from leafcut.processes.program.proof.outlines import lines_starting_inside, outlines_of, task_lines
 from leafcut.processes.program.proof.traces import traces_of
 from rewriting import features_in
 
@@ -55,7 +55,7 @@ def cuts_of(path: Toolpath) -> Features:
 
 def inside(features: Features, run: np.ndarray) -> list[int]:
     """Return the runs that start inside an outline of another run."""
-    lines = list(lines_of(features, traces_of(features), run, FREE.sagitta))
+    lines = list(task_lines(features, traces_of(features), run, FREE.sagitta))
     found = lines_starting_inside(lines, outlines_of(lines, None, FREE))
     return sorted(k for outline, inner in found for k in inner.tolist() if k not in outline.owners)
 

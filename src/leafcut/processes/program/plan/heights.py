@@ -138,7 +138,7 @@ class HeightLowering:
         state = 98
         for row, following in zip(series, [*series[1:], None], strict=True):
             code = 98 if following is None or not self._can_stay_at_plane(row, following, plane) else 99
-            if code != state or {98.0, 99.0} & self._codes(row):
+            if code != state or {98.0, 99.0} & self._g_codes(row):
                 found.append(CycleReturn(self._block(row), code))
             state = code
         return found if any(one.code == 99 for one in found) else []
@@ -159,11 +159,11 @@ class HeightLowering:
         """Return whether a lowered move would hit an obstacle. If so, record the line of the move in `kept`."""
         if self.obstacles is None or height >= self.obstacles.height:
             return False
-        over = [row for row in moves if height < self._least_height(row)]
+        over = [row for row in moves if height < self._min_height_over_obstacles(row)]
         self.kept.update(int(self.path.line[row]) for row in over)
         return bool(over)
 
-    def _least_height(self, row: int) -> float:
+    def _min_height_over_obstacles(self, row: int) -> float:
         """Return the lowest height that clears all obstacles below a move, mm, or −∞ without obstacles."""
         assert self.obstacles is not None
         (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
@@ -245,7 +245,7 @@ class HeightLowering:
 
     def _initial(self, first: int) -> list[Lowered]:
         path, high = self.path, float(self.path.end[first, 2])
-        series = self._at_height(first)
+        series = self._collect_at_height(first)
         if series is None or not all(self._states_height(one) for one in series.stated):
             return []
         lowest = max([*series.planes, *(contact + self.clearance for contact in series.contacts)])
@@ -268,7 +268,7 @@ class HeightLowering:
             return []
         return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
 
-    def _at_height(self, first: int) -> _MovesAtHeight | None:
+    def _collect_at_height(self, first: int) -> _MovesAtHeight | None:
         """Collect the cycles and travel moves at a stated height, up to the next vertical move.
 
         Return None if the height must not change.
@@ -311,7 +311,7 @@ class HeightLowering:
         there.planes.append(cycle.r_plane)
         there.returns |= abs(float(path.end[row, 2]) - high) < _SAME
         if self._moves_sideways(row) and (here or slants):
-            there.contacts += [self._at_plane(row, high)] if here else []
+            there.contacts += [self._contact_at_plane(row, high)] if here else []
             there.moves.append(row)
         return True
 
@@ -356,7 +356,7 @@ class HeightLowering:
         return (
             letters.count("Z") == 1
             and set(letters) <= _LETTERS | _BESIDE_LETTERS
-            and self._codes(row) <= _CODES | _BESIDE_CODES
+            and self._g_codes(row) <= _CODES | _BESIDE_CODES
         )
 
     def r_planes(self) -> list[Lowered]:
@@ -379,7 +379,7 @@ class HeightLowering:
         plane = cycles[0].r_plane
         if not self._plane_may_change(rows):
             return []
-        contacts = [self._at_plane(row, plane) for row in rows]
+        contacts = [self._contact_at_plane(row, plane) for row in rows]
         moves = [row for row in rows if self._starts_at_plane(row, plane)]
         # Moves at this height after the last hole go to the next position or straight up.
         after = self.next_effective_row(rows[-1])
@@ -388,7 +388,7 @@ class HeightLowering:
                 cycle = path.cycles[int(path.ref[after])]
                 if cycle.to_initial or cycle.approach != "level":
                     return []
-                contacts.append(self._at_plane(after, plane))
+                contacts.append(self._contact_at_plane(after, plane))
                 moves.append(after)
                 break
             if path.kind[after] not in (Kind.RAPID, Kind.TOOL, Kind.MACHINE, Kind.END, Kind.PAUSE, Kind.SPINDLE):
@@ -426,7 +426,7 @@ class HeightLowering:
             return False
         return not any(self.program.modal(self._block(row) + 1).incremental for row in rows)
 
-    def _at_plane(self, row: int, plane: float) -> float:
+    def _contact_at_plane(self, row: int, plane: float) -> float:
         """Return the height where a rapid to the R plane of a cycle first touches the material, mm."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         moves, over = self.loads.moves, self.loads.removed.over[which]
@@ -450,7 +450,7 @@ class HeightLowering:
         return {word.letter for word in self.program.words(self._block(row))}
 
     def _is_changeable(self, row: int) -> bool:
-        return self.program.is_plain(row) and self._letters(row) <= _LETTERS and self._codes(row) <= _CODES
+        return self.program.is_plain(row) and self._letters(row) <= _LETTERS and self._g_codes(row) <= _CODES
 
-    def _codes(self, row: int) -> set[float]:
+    def _g_codes(self, row: int) -> set[float]:
         return {word.value for word in self.program.words(self._block(row)) if word.letter == "G"}

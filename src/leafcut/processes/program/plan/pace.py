@@ -90,7 +90,7 @@ def plan_pace(
     stretches: dict[int, tuple[PaceStretch, ...]] = {}
     for row in np.unique(loads.source[candidates]).tolist():
         check_cancelled()
-        divisible = _may_change(program, row)
+        divisible = _can_divide(program, row)
         if divisible is None:
             continue
         which = slice(int(begins[row]), int(ends[row]))
@@ -147,7 +147,7 @@ def arcs_in_air(program: Program, loads: Loads, rules: PaceRules, machine: Machi
         if not (np.isfinite(chord).all() and chord.max() > _SAME) or path.arcs[int(path.ref[row])].turns > 1:
             continue
         bent = machine.rapid_style == "dogleg" and np.count_nonzero(chord > _SAME) > 1
-        if not bent and _may_change(program, row) is False:
+        if not bent and _can_divide(program, row) is False:
             found.append(row)
     return found
 
@@ -247,7 +247,7 @@ def reason_for_kept_feed(
     table = np.array(list(bounds.values()))
     least = np.argmin(table, axis=0)
     rows = loads.source[at]
-    changeable = {row: _may_change(program, row) is not None for row in np.unique(rows).tolist()}
+    changeable = {row: _can_divide(program, row) is not None for row in np.unique(rows).tolist()}
     free = table.min(axis=0) >= _STEP * (1.0 - 1e-9)
     lines = np.array([changeable[row] for row in rows.tolist()])
     above = np.where(loads.feed[at] >= machine.max_feed * (1.0 - 1e-9), "machine", np.where(lines, "short", "lines"))
@@ -310,7 +310,7 @@ def _limit_to_reachable(speed: Floats, own: Floats, length: Floats, acceleration
     return speed
 
 
-def _may_change(program: Program, row: int) -> bool | None:
+def _can_divide(program: Program, row: int) -> bool | None:
     """Return whether a motion can be divided, or None if not even its feed may change."""
     kind = int(program.path.kind[row])
     if kind not in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW):

@@ -21,11 +21,11 @@ from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
     LEVEL,
     Visits,
+    build_visits,
     detaching_visits,
     line_index,
     nearby_passes,
     rows_in_order,
-    visits_of,
 )
 from leafcut.processes.program.proof.order_thresholds import KEEP
 from leafcut.processes.program.proof.outlines import (
@@ -33,9 +33,9 @@ from leafcut.processes.program.proof.outlines import (
     MILL_TAB,
     TOUCHING,
     Line,
-    lines_of,
     lines_starting_inside,
     outlines_of,
+    task_lines,
 )
 from leafcut.processes.program.proof.program_work import has_no_mill
 from leafcut.processes.program.proof.traces import Traces, traces_of
@@ -83,12 +83,12 @@ class _OrderRuleInput:
 
     def lines(self) -> list[Line]:
         """Return the lines of all tasks. A task without lines is represented by its start point."""
-        lines = list(lines_of(self.features, self.traces, self.owner, KEEP.sagitta))
+        lines = list(task_lines(self.features, self.traces, self.owner, KEEP.sagitta))
         without = set(range(len(self.pieces))) - {line.owner for line in lines}
         return lines + [Line(number, np.array([self.pieces[number].entry] * 2)) for number in sorted(without)]
 
     def visits(self) -> Visits:
-        visits = visits_of(self.features, self.traces, self.owner, len(self.pieces), KEEP)
+        visits = build_visits(self.features, self.traces, self.owner, len(self.pieces), KEEP)
         entries = np.array([piece.entry for piece in self.pieces], dtype=np.float64)
         return replace(visits, start=entries, bottom=np.array([piece.bottom for piece in self.pieces]))
 
@@ -116,11 +116,11 @@ def with_precedence(
     causes = _related_pairs(work, process, check_cancelled)
     marked = _mark_detaching_tasks(work, process, check_cancelled)
     causes[FREES] = work_before_detaching(marked)
-    ties = {cause: ties_of(pairs, n) for cause, pairs in causes.items() if len(pairs)}
+    ties = {cause: ties_from_pairs(pairs, n) for cause, pairs in causes.items() if len(pairs)}
     stages = ties_at_edges(detaching_stages(marked), n)
     if stages is not None:
         ties[FREES] = combine_ties(ties.get(FREES), stages)
-    return Precedence(marked, _without_implied(np.concatenate(list(causes.values())), n, check_cancelled), ties)
+    return Precedence(marked, _transitive_reduction(np.concatenate(list(causes.values())), n, check_cancelled), ties)
 
 
 def are_related(
@@ -236,7 +236,7 @@ def _detaching_columns(
     return may, detaches, np.array([c.bottom for c in pieces], dtype=np.float64)
 
 
-def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
+def ties_from_pairs(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
     """Compute `Section.ties` for n tasks from the pairs (before, after), int64[k, 2]."""
     ties = no_ties(n)
     np.minimum.at(ties[:, 0], pairs[:, 0], pairs[:, 1].astype(np.int32))
@@ -269,7 +269,7 @@ def ties_at_edges(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
     return np.stack([ends[part], np.array([0, *inner], dtype=np.int32)[part] - 1], axis=1).astype(np.int32)
 
 
-def _without_implied(
+def _transitive_reduction(
     pairs: NDArray[np.int64], n: int, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> NDArray[np.int32]:
     """Remove the pairs that follow from other pairs (transitive reduction).

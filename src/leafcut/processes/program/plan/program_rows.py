@@ -230,7 +230,7 @@ def _add_calls_to_barriers(program: Program, barriers: dict[int, str]) -> None:
     free: set[int] = set()
     held: dict[int, str] = {}
     for begin, end in program.calls:
-        why = _why_called_stays(program, barriers, begin, end)
+        why = _reason_call_stays(program, barriers, begin, end)
         if why:
             held[begin] = why
         else:
@@ -243,7 +243,7 @@ def _add_calls_to_barriers(program: Program, barriers: dict[int, str]) -> None:
     barriers.update(held)
 
 
-def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, end: int) -> str:
+def _reason_call_stays(program: Program, barriers: dict[int, str], begin: int, end: int) -> str:
     """Return the reason why a call and its subprogram cannot move as a whole, or "" if they can."""
     for block in range(begin, end):
         fixed = program.fixed.get(block, "")

@@ -113,7 +113,9 @@ def find_sequence(
     if merge_tools:
         sequence = merge_sections(program, sequence, finder.rows, check_cancelled)
     else:
-        sequence = replace(sequence, mergeable=changes_saved(program, sequence, finder.rows, check_cancelled))
+        sequence = replace(
+            sequence, mergeable=count_saved_tool_changes(program, sequence, finder.rows, check_cancelled)
+        )
     sequence = divide_at_operations(program, sequence, finder.rows, mix_operations)
     if allow_reverse:
         sequence = with_reversible(program, sequence, finder.rows)
@@ -173,7 +175,7 @@ def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int
     return nodes
 
 
-def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
+def first_cut_speeds(program: Program, section: Section) -> NDArray[np.float64]:
     """Return the spindle speed at the first cut of each task in a section, rpm, float64[n]."""
     kind, first = program.path.kind, program.first
     ends = np.array([(piece.begin, piece.end) for piece in section.pieces], dtype=np.intp).reshape(-1, 2)
@@ -316,7 +318,7 @@ def divide_at_operations(program: Program, sequence: Sequence, rows: Rows, mix_o
         if not isinstance(item, Section):
             items.append(item)
             continue
-        apart = set() if mix_operations or sequence.process in BEAMS else set(_operations(program, item, rows))
+        apart = set() if mix_operations or sequence.process in BEAMS else set(_operation_starts(program, item, rows))
         edges = sorted({0, *apart, *detaching_stages(item.pieces), len(item.pieces)})
         whole = replace(item, stays=why_pieces_stay(item, sorted(apart)))
         items += [_subsection(whole, low, high) for low, high in pairwise(edges)]
@@ -338,7 +340,7 @@ def _subsection(section: Section, low: int, high: int) -> Section:
     )
 
 
-def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
+def _operation_starts(program: Program, section: Section, rows: Rows) -> list[int]:
     """Return the first task of every operation but the first operation."""
     pieces = section.pieces
     last_cut = np.concatenate([[-1], last_rows(rows.cut)])
@@ -403,7 +405,7 @@ def merge_sections(
     )
 
 
-def changes_saved(
+def count_saved_tool_changes(
     program: Program, sequence: Sequence, rows: Rows, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> int:
     """Count the tool changes that `merge_sections` would save."""
@@ -436,7 +438,7 @@ class _Merger:
         later, change = self.items[at], self.items[at - 1]
         if not isinstance(later, Section) or not isinstance(change, FixedBlocks) or at < 2:
             return False
-        if not self._is_change(change) or not self._may_follow(at):
+        if not self._is_movable_tool_change(change) or not self._may_follow(at):
             return False
         for place in range(at - 2, -1, -1):
             item = self.items[place]
@@ -466,16 +468,16 @@ class _Merger:
         self.dropped.append(
             replace(change, reasons=(Message("a change to a tool that has already finished its work"),))
         )
-        self.saved += self._kinds(change).count(Kind.TOOL)
+        self.saved += self._motion_kinds(change).count(Kind.TOOL)
         del self.items[at - 1 : at + 1]
 
-    def _kinds(self, kept: FixedBlocks) -> list[Kind]:
+    def _motion_kinds(self, kept: FixedBlocks) -> list[Kind]:
         rows = slice(int(self.program.first[kept.begin]), int(self.program.first[kept.end]))
         return [Kind(k) for k in self.program.path.kind[rows].tolist()]
 
     def _work_may_move_past(self, kept: FixedBlocks) -> bool:
         """Return whether the work after the fixed blocks may move to a position before them."""
-        if not _BETWEEN.issuperset(self._kinds(kept)):
+        if not _BETWEEN.issuperset(self._motion_kinds(kept)):
             return False
         for block in range(kept.begin, kept.end):
             words = self.reader.words(block)
@@ -484,8 +486,8 @@ class _Merger:
         one, other = self.program.modal(kept.begin), self.program.modal(kept.end)
         return all(getattr(one, f) == getattr(other, f) for f in _SAME if f not in _STATED_BY)
 
-    def _is_change(self, kept: FixedBlocks) -> bool:
-        return Kind.TOOL in self._kinds(kept) and self._work_may_move_past(kept)
+    def _is_movable_tool_change(self, kept: FixedBlocks) -> bool:
+        return Kind.TOOL in self._motion_kinds(kept) and self._work_may_move_past(kept)
 
     def _have_same_state(self, one: Section, other: Section) -> bool:
         before, after = (self.program.modal(s.pieces[0].begin) for s in (one, other))
@@ -504,7 +506,7 @@ class _Merger:
             return True
         if not isinstance(follower, FixedBlocks) or not isinstance(change, FixedBlocks):
             return False
-        kinds = self._kinds(follower)
+        kinds = self._motion_kinds(follower)
         first = int(self.program.first[follower.begin])
         cuts = self.rows.cut[first : first + len(kinds)]
         ends = Kind.END in kinds and not np.any(cuts)
@@ -570,14 +572,14 @@ class SectionFinder:
     def sections(self) -> list[Section]:
         """Return all sections in program order."""
         found: list[Section] = []
-        for section in reversed(list(self._candidates())):
+        for section in reversed(list(self._candidate_sections())):
             if (found and found[-1].pieces[0].begin == section.pieces[-1].end) or self._next_block_fits_all(section):
                 found.append(section)
             else:
                 self._record_reason(section.pieces, "goes-on", section.pieces[-1].end)
         return found[::-1]
 
-    def _candidates(self) -> Iterator[Section]:
+    def _candidate_sections(self) -> Iterator[Section]:
         waiting = list(reversed(runs_without_barriers(self.program, self.barriers)))
         while waiting:
             begin, end = waiting.pop()
@@ -740,10 +742,10 @@ class SectionFinder:
         rows = slice(int(first[starts[0].block]), int(first[starts[-1].block]))
         switched = path.kind[rows] == Kind.SPINDLE
         alone = bool((path.ref[rows][switched] == SPEED_ALONE).all())
-        cycles = any(path.kind[s.row] == Kind.DRILL and self._only_speed(s.block - 1) for s in starts[1:])
+        cycles = any(path.kind[s.row] == Kind.DRILL and self._sets_only_speed(s.block - 1) for s in starts[1:])
         return alone and not cycles
 
-    def _only_speed(self, block: int) -> bool:
+    def _sets_only_speed(self, block: int) -> bool:
         words, rows = self.reader.words(block), range(int(self.first[block]), int(self.first[block + 1]))
         path = self.program.path
         alone = [r for r in rows if path.kind[r] == Kind.SPINDLE and path.ref[r] == SPEED_ALONE]
@@ -873,7 +875,7 @@ class SectionFinder:
         for piece in pieces[1:]:
             begin = piece.begin
             while begin - 1 > result[-1].begin and (
-                self._stays_up(begin - 1, clearance) or self._only_speed(begin - 1)
+                self._stays_up(begin - 1, clearance) or self._sets_only_speed(begin - 1)
             ):
                 begin -= 1
             if begin < piece.begin:

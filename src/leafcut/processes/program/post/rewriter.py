@@ -284,11 +284,11 @@ class _Rewriter:
         z, original = self.place[2], self.original.place_before(piece.begin)[2]
         matters = depends_on_height(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
-        if _below(z, level):
+        if _is_below(z, level):
             self._write_rapid(z=level)
         lowest = min((v for v in map(self._stated_z, range(piece.begin, arrival + 1)) if v is not None), default=level)
-        down = matters and _below(original, self.place[2])
-        if _below(lowest, floor) or down:
+        down = matters and _is_below(original, self.place[2])
+        if _is_below(lowest, floor) or down:
             self._write_rapid(*entry)
         if down:
             self._write_rapid(z=original)
@@ -302,14 +302,14 @@ class _Rewriter:
     def _arrive_drilling(self, piece: ProgramTask, row: int, floor: float) -> None:
         """Move the tool to the height that a canned cycle requires for its sideways move and its retract."""
         path = self.program.path
-        if _below(max(self.place[2], path.cycles[int(path.ref[row])].r_plane), floor):
+        if _is_below(max(self.place[2], path.cycles[int(path.ref[row])].r_plane), floor):
             self._write_rapid(z=floor)
         risen = self.original.heights_of_first_return(range(row, int(self.program.first[piece.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
             # The height is never below the R plane of the first hole.
             wanted = max(risen[0], path.cycles[int(path.ref[row])].r_plane)
-            if _below(wanted, self.place[2]):
+            if _is_below(wanted, self.place[2]):
                 self._write_rapid(*piece.entry)
             if abs(self.place[2] - wanted) > _TOLERANCE or self.have.cycle is not None:
                 self._write_rapid(z=wanted)
@@ -428,7 +428,7 @@ class _Rewriter:
         level = max(self.place[2], path.cycles[int(path.ref[row])].r_plane) if drills else min(self.place[2], z)
         # An unknown height follows a move in machine coordinates, where the tool is retracted. A laser has no height.
         over = obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
-        return _below(level, over) or over == math.inf
+        return _is_below(level, over) or over == math.inf
 
     def _move_past_obstacles(self, x: float, y: float, *, down: bool) -> None:
         """Move over or around all obstacles to a point. If `down` is set, return to the previous height afterwards."""
@@ -444,7 +444,7 @@ class _Rewriter:
         """Restore the state that the fixed blocks depend on, and track the state that they leave."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
-        if _below(self.place[2], original[2]):
+        if _is_below(self.place[2], original[2]):
             self._rapid_to(z=original[2])
         goes = next_position(self.reader, blocks, min(original[2], self.place[2]))
         away = not all(
@@ -452,13 +452,13 @@ class _Rewriter:
         )
         if goes == HERE and away:
             self._rapid_to(*original[:2])
-        if _below(original[2], self.place[2]) and depends_on_height(self.reader, blocks):
+        if _is_below(original[2], self.place[2]) and depends_on_height(self.reader, blocks):
             self._rapid_to(z=original[2])
         risen = self.original.heights_of_first_return(
             range(int(program.first[kept.begin]), int(program.first[kept.end]))
         )
         initial = self.initial if self.have.cycle is not None else self.place[2]
-        if risen is not None and _below(max(initial, risen[1]), risen[0]):
+        if risen is not None and _is_below(max(initial, risen[1]), risen[0]):
             # In the original, the cycles retract to this initial height.
             self._rapid_to(z=risen[0])
         modal_use = self.reader.modal_use(kept.begin, kept.end)
@@ -518,7 +518,7 @@ class _Rewriter:
         return words is None or (block in self.program.fixed and not words.empty)
 
 
-def _below(height: float, other: float) -> bool:
+def _is_below(height: float, other: float) -> bool:
     return height < other - _TOLERANCE
 
 

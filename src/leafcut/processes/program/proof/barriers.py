@@ -21,7 +21,7 @@ from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Features, ProgramPath
-from leafcut.processes.program.proof.matching import FeatureChange, StateChange, change_of_state
+from leafcut.processes.program.proof.matching import FeatureChange, StateChange, state_change_text
 from leafcut.proof.clearance import rows_at_machine_height
 from leafcut.proof.difference import describe_motion, position_text
 
@@ -217,7 +217,7 @@ def _normalized_line(program: Program, line: int) -> str:
     return normalized(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
 
 
-def with_dwells(
+def with_barrier_dwells(
     marks: list[Barrier], features: Features, travel: Indices, across: Indices, program_path: ProgramPath
 ) -> tuple[list[Barrier], Mask]:
     """Add the dwells that belong to barriers. Return all barriers and a mask of these dwells.
@@ -296,7 +296,7 @@ class ComparisonGroups(NamedTuple):
     differences
         Differences between the barriers.
     states
-        Barriers that differ only in the machine state, with their changes in the format of `matching.change_of_state`.
+        Barriers that differ only in the machine state, with their changes as in `matching.state_change_text`.
     implied
         Changes that follow from removed or added tool changes and work offsets.
     """
@@ -463,7 +463,7 @@ def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
         return []
     states = zip(names, one.values[begin:], other.values[begin:], strict=False)
     return [
-        change_of_state(name, was, now)
+        state_change_text(name, was, now)
         for name, was, now in states
         if was != now and isinstance(was, int) and isinstance(now, int)
     ]

@@ -47,15 +47,15 @@ from leafcut.processes.program.proof.matching import Feature, MatchTolerance, Pa
 from leafcut.processes.program.proof.order_rules import (
     LEVEL,
     Visits,
+    build_visits,
     detaching_visits,
     line_index,
     nearby_passes,
     rows_in_order,
     touching_in_new_order,
-    visits_of,
 )
 from leafcut.processes.program.proof.order_thresholds import FREE
-from leafcut.processes.program.proof.outlines import BEAM_TAB, MILL_TAB, lines_of, lines_starting_inside, outlines_of
+from leafcut.processes.program.proof.outlines import BEAM_TAB, MILL_TAB, lines_starting_inside, outlines_of, task_lines
 from leafcut.processes.program.proof.program_work import (
     STILL,
     ProgramWork,
@@ -268,7 +268,7 @@ class _Comparison:
         Return the matched features and the number of reversed cuts.
         """
         both = [
-            in_reference_direction(work) if self.allow_reverse else unchanged_work(work) for work in (before, after)
+            in_reference_direction(work) if self.allow_reverse else without_reversals(work) for work in (before, after)
         ]
         features = [
             replace(
@@ -546,7 +546,7 @@ class DirectedWork(NamedTuple):
     turned: Mask
 
 
-def unchanged_work(work: ProgramWork) -> DirectedWork:
+def without_reversals(work: ProgramWork) -> DirectedWork:
     """Return the work without reversing any cut."""
     n = len(work.features)
     return DirectedWork(work, np.full(n, -1), np.zeros(n, dtype=bool))
@@ -718,7 +718,7 @@ class ChangedOrder:
         soonest = np.minimum.accumulate(np.concatenate([[missing], np.where(begins < 0, missing, begins)[::-1]]))[:n]
         moved = ((latest > ends) | (soonest[::-1] < ends)) & (ends >= 0)
         tab = BEAM_TAB if self.flat else MILL_TAB
-        lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
+        lines = list(task_lines(self.features, self.traces, self.run, FREE.sagitta))
         counts = {False: 0, True: 0}
         for outline, within in lines_starting_inside(lines, outlines_of(lines, tab, FREE, self.check_cancelled, moved)):
             if counts[outline.joined] > MOST_LISTED or (begins[outline.owners] < 0).any():
@@ -744,7 +744,7 @@ class ChangedOrder:
         first = ~self.gaps.opened_by_feature[self.gaps.gap_of]
         visit = np.cumsum(self.gaps.across[self.gaps.gap_of] | first, dtype=np.int64)
         visit = np.unique(visit, return_inverse=True)[1].ravel()
-        visits = visits_of(self.features, self.traces, visit, int(visit[-1]) + 1, FREE)
+        visits = build_visits(self.features, self.traces, visit, int(visit[-1]) + 1, FREE)
         changed = islice(self._passes(visits, visit, width), 2 * MOST_LISTED)
         yield from (self._difference(Message("order"), *pair) for pair in changed)
         text = partial(
@@ -764,7 +764,7 @@ class ChangedOrder:
 
         if np.count_nonzero(chosen) > 1:
             owner = np.where(chosen[visit], visit, -1)
-            near, of = line_index(lines_of(self.features, self.traces, owner, FREE.sagitta))
+            near, of = line_index(task_lines(self.features, self.traces, owner, FREE.sagitta))
             known: set[tuple[str, int, int]] = set()
             for relation, pairs in nearby_passes(visits, near, of, FREE, width, wanted):
                 self.check_cancelled()
@@ -838,7 +838,7 @@ class ChangedOrder:
 
     def _part_outlines(self) -> Indices:
         """Return the runs that are outlines of parts: closed cuts inside an even number of other outlines."""
-        lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
+        lines = list(task_lines(self.features, self.traces, self.run, FREE.sagitta))
         outlines = list(outlines_of(lines, None, FREE, self.check_cancelled))
         if not outlines:
             return np.zeros(0, dtype=np.int64)

@@ -210,7 +210,7 @@ def cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[Cell
 _FAR = 1 << 62
 
 
-def _shown_work_offset(tenths: int) -> str:
+def _work_offset_text(tenths: int) -> str:
     return f"G{tenths / 10:g}"
 
 
@@ -260,9 +260,9 @@ _EXACT_WORDS: dict[str, tuple[Message, Callable[[int], object]]] = {
     "tool": (Message("tool"), str),
     "coolant": (Message("coolant"), {0: "M9", 1: "M7", 2: "M8", 3: "M7 M8"}.get),
     "length": (Message("length offset"), lambda v: v if v >= 0 else Message("unknown")),
-    "frame": (Message("work offset"), _shown_work_offset),
+    "frame": (Message("work offset"), _work_offset_text),
     "radius": (Message("radius compensation"), lambda v: f"G{v}" if v > 0 else Message("unknown")),
-    "blending": (Message("blending"), lambda v: _shown_work_offset(v) if v else Message("not stated")),
+    "blending": (Message("blending"), lambda v: _work_offset_text(v) if v else Message("not stated")),
     "feed_mode": (Message("feed mode"), lambda v: f"G{v}"),
     "spindle": (Message("direction of the spindle"), {1: "M3", -1: "M4", 0: "M5"}.get),
     "obeyed": (Message("number of the preceding controller settings, (o=…) or #<…>,"), str),
@@ -270,7 +270,7 @@ _EXACT_WORDS: dict[str, tuple[Message, Callable[[int], object]]] = {
 }
 
 
-def change_of_state(name: str, was: int, now: int) -> FeatureChange:
+def state_change_text(name: str, was: int, now: int) -> FeatureChange:
     """Describe the change of a value in `EXACT`."""
     what, shown = _EXACT_WORDS[name]
     return FeatureChange(name, Message("{} {} became {}", what, shown(was), shown(now)), was, now)
@@ -286,7 +286,7 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[Featur
         for name in _EXACT_WORDS:
             was, now = a.exact[EXACT.index(name)], b.exact[EXACT.index(name)]
             if was != now:
-                found.append(change_of_state(name, was, now))
+                found.append(state_change_text(name, was, now))
         stated = EXACT.index("stated")
         found += (FeatureChange("stated", message) for message in _stated_changes(a.exact[stated], b.exact[stated]))
     amounts_a, amounts_b = dict(zip(AMOUNT, a.amount, strict=True)), dict(zip(AMOUNT, b.amount, strict=True))

@@ -23,7 +23,7 @@ from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
 from leafcut.processes.program.proof.order_thresholds import FREE, OrderThresholds
-from leafcut.processes.program.proof.outlines import TOUCHING, Line, Outline, lines_of, outlines_of
+from leafcut.processes.program.proof.outlines import TOUCHING, Line, Outline, outlines_of, task_lines
 from leafcut.processes.program.proof.traces import Traces
 
 #: Cuts whose depths differ by at most this distance are on the same level, mm.
@@ -85,7 +85,7 @@ class Visits:
     sideways: Mask
 
 
-def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: OrderThresholds) -> Visits:
+def build_visits(features: Features, traces: Traces, visit: Indices, n: int, doubt: OrderThresholds) -> Visits:
     """Build the columns of n visits.
 
     `visit` is the visit number of each feature. The numbers ascend, and each number occurs. `doubt` contains the
@@ -163,7 +163,7 @@ def touching_in_new_order(
     """
     found, compared = np.zeros((0, 2), dtype=np.int64), 0
     of_feature = np.where(new_of >= 0, np.arange(len(new_of)), -1)
-    near, owner = line_index(lines_of(features, traces, of_feature, FREE.sagitta))
+    near, owner = line_index(task_lines(features, traces, of_feature, FREE.sagitta))
 
     def changed(a: Indices, b: Indices) -> Mask:
         nonlocal compared
@@ -362,7 +362,7 @@ def detaching_visits(
         Masks of the visits that may detach a part, and of the visits that certainly detach a part, bool[n].
     """
     level = lowest_level(features, visits, visit, doubt) & (above <= doubt.through)[visit]
-    lines = lines_of(features, traces, np.where(level, visit, -1), doubt.sagitta)
+    lines = task_lines(features, traces, np.where(level, visit, -1), doubt.sagitta)
     tab = TOUCHING if doubt.keep else None
     return detaching_visits_of_outlines(
         visits, list(outlines_of(list(lines), tab, doubt, check_cancelled)), above, doubt

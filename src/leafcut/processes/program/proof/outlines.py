@@ -65,7 +65,7 @@ class Outline(NamedTuple):
     joined: bool = False
 
 
-def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float) -> Iterator[Line]:
+def task_lines(features: Features, traces: Traces, owner: Indices, sagitta: float) -> Iterator[Line]:
     """Yield the lines of all tasks. Holes and dwells become lines of zero length.
 
     `owner` is the task of each feature. Features with -1 are skipped.

@@ -10,7 +10,13 @@ from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.program.proof.barriers import Barrier, BarrierGroup, barriers_of, group_barriers, with_dwells
+from leafcut.processes.program.proof.barriers import (
+    Barrier,
+    BarrierGroup,
+    barriers_of,
+    group_barriers,
+    with_barrier_dwells,
+)
 from leafcut.processes.program.proof.features import (
     Features,
     ProgramPath,
@@ -74,7 +80,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     source = path.line.astype(np.int64)
     rows = ProgramPath(program, replace(path, line=program.path.line[source]), source)
     if straight is not None:
-        rows = _take(rows, merged_rows(rows, still=STILL, tolerance=straight))
+        rows = _select_rows(rows, merged_rows(rows, still=STILL, tolerance=straight))
     path, before = rows.path, rows.path.before
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     dark = cuts & (rows.modal("spindle") == 0) & np.full(len(path), beam)
@@ -84,7 +90,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     travel = np.flatnonzero(dark | ((path.kind == Kind.RAPID) & ~compensated))
     across = travel[goes_across(before[travel], path.end[travel])]
     marks = barriers_of(rows)
-    marks, part_of_barrier = with_dwells(marks, features, travel, across, rows)
+    marks, part_of_barrier = with_barrier_dwells(marks, features, travel, across, rows)
     features = features.pick(~part_of_barrier) if part_of_barrier.any() else features
     return ProgramWork(
         program,
@@ -174,7 +180,7 @@ def merged_rows(program_path: ProgramPath, *, still: float, tolerance: float) ->
     feeds &= ~np.isin(program_path.modal("blending"), _STOPPING)
     moves = np.flatnonzero(~(feeds & (np.abs(end - before) <= still).all(axis=1)))
     goes_on = np.zeros(len(moves), dtype=bool)
-    goes_on[1:] = _continues_feed(_take(program_path, moves), feeds[moves])
+    goes_on[1:] = _continues_feed(_select_rows(program_path, moves), feeds[moves])
     needed = np.ones(len(moves), dtype=bool)
     bounds = np.flatnonzero(np.diff(goes_on, prepend=False, append=False))
     for first, last in bounds.reshape(-1, 2).tolist():
@@ -187,7 +193,7 @@ def merged_rows(program_path: ProgramPath, *, still: float, tolerance: float) ->
     return moves[needed]
 
 
-def _take(program_path: ProgramPath, rows: Indices) -> ProgramPath:
+def _select_rows(program_path: ProgramPath, rows: Indices) -> ProgramPath:
     return ProgramPath(program_path.program, program_path.path.take(rows), program_path.source[rows])
 
 
