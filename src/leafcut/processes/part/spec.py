@@ -124,15 +124,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     data, of_data = milling_data(milling, asked, diameter, job.machine, mill)
     main = Mill(data, asked.step_down or 0.5 * diameter, milling.milling == "climb")
     tabs, finish = _tab_rules(settings, thickness), _allowance(settings, 0.5 * diameter)
-    edges, issues = edges_of(sheet.contours)
-    if not divided.rules and not settings.sheet.cut_layers:
-        issues += _pockets_through_plate(edges)
-    if not edges and not divided.rules:
-        raise PlanError(
-            "{}: nothing to mill: the drawing has no closed outlines except those that are marked or left out; check "
-            "--mark-layers, --cut-layers, --min-diameter and --max-diameter",
-            part.name,
-        )
+    edges, issues = _drawn_edges(sheet, divided, settings, part.name)
     edges, drilled, more = _split_holes(edges, divided, library, asked.diameter_tolerance, -bottom, diameter)
     issues += more
     area = None if sheet.outline is None else _sheet_area(sheet.outline, sheet.holes)
@@ -206,6 +198,22 @@ def _divide(part: Part, settings: Settings, thickness: float) -> LayeredPart:
     if file is None:
         return LayeredPart(part)
     return divide_by_layer(part, read_operations(file), file, thickness, settings.sheet)
+
+
+def _drawn_edges(sheet: Sheet, divided: LayeredPart, settings: Settings, name: str) -> tuple[list[Edge], list[Issue]]:
+    """Return the closed outlines to mill. Raises PlanError if there is neither an outline nor an operations file."""
+    edges, issues = edges_of(sheet.contours)
+    if divided.rules:
+        return edges, issues
+    if not edges:
+        raise PlanError(
+            "{}: nothing to mill: the drawing has no closed outlines except those that are marked or left out; check "
+            "--mark-layers, --cut-layers, --min-diameter and --max-diameter",
+            name,
+        )
+    if not settings.sheet.cut_layers:
+        issues += _pockets_through_plate(edges)
+    return edges, issues
 
 
 def _pockets_through_plate(edges: Sequence[Edge]) -> list[Issue]:
