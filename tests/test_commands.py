@@ -127,12 +127,18 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     "words, told",
     [
-        ("drill plate_10.dxf --kerf 2", "--kerf: not used for drilling; it applies to cutting a sheet and nesting; "),
+        (
+            "drill plate_10.dxf --kerf 2",
+            "--kerf: this option does not apply to drilling, only to cutting a sheet and nesting; ",
+        ),
         (
             "reorder cam_121.nc --no-chains",
-            "--no-chains: not used for reordering a program; it applies to cutting a sheet",
+            "--no-chains: this option does not apply to reordering a program, only to cutting a sheet",
         ),
-        ("optimize plate_10.dxf --gap=3", "--gap: not used for optimize; it applies to nesting; leave it out"),
+        (
+            "optimize plate_10.dxf --gap=3",
+            "--gap: this option does not apply to optimize, only to nesting; leave it out",
+        ),
         ("drill plate_10.dxf --speed 1000", r"unknown option '--speed'; did you mean '--spindle-speed'\?$"),
         ("drill plate_10.dxf --config a.toml", r"unknown option '--config' \(see leafcut drill --help\)$"),
         ("drill plate_10.dxf --tool 6", r"unknown option '--tool'; did you mean '--tools'\?$"),

@@ -173,7 +173,7 @@ def test_a_plasma_table_cuts_a_drawing_where_nobody_says_what_is_done(
         ("-", 2, "filter -: cannot be read from standard input; name a file"),
         ("nosuch.drl", 1, "nosuch.drl: file not found"),
         ("a.drl -o b.ngc", 2, "unknown option '-o'"),
-        ("a.drl --kerf 2", 2, "--kerf: not used for drilling"),
+        ("a.drl --kerf 2", 2, "--kerf: this option does not apply to drilling"),
         ("a.drl --depht 2", 2, "did you mean '--depth'?"),
     ],
 )

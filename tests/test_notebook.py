@@ -37,7 +37,7 @@ def test_every_cell_of_the_notebook_runs(
     assert values[0]._repr_html_().count("<img") == 1
     assert values[2].verified and values[3].same
     assert {path.name for path in tmp_path.iterdir()} >= {"plate.nc", "plate.html", "faster.nc"}
-    assert "--pierce-cost: not used for drilling" in capsys.readouterr().out
+    assert "--pierce-cost: this option does not apply to drilling" in capsys.readouterr().out
 
 
 def test_the_notebook_holds_no_outputs() -> None:

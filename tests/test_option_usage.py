@@ -204,7 +204,9 @@ def test_an_option_of_another_kind_of_work_is_refused_and_its_default_too(work: 
     assert others
     for group, name in others:
         settings = collect_settings({name: _default_or_some(group, name)})
-        with pytest.raises(OptionError, match=f"^{flag_name(name)}: not used for {WORKS[work].title};"):
+        with pytest.raises(
+            OptionError, match=f"^{flag_name(name)}: this option does not apply to {WORKS[work].title},"
+        ):
             settings_for(settings, WORKS[work])
 
 
@@ -252,11 +254,19 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
         (
             "holes.csv",
             {"quantity": 1},
-            "--quantity: not used for drilling; it applies to cutting a sheet; leave it out",
+            "--quantity: this option does not apply to drilling, only to cutting a sheet; leave it out",
         ),
-        ("holes.csv", {"strategy": "zigzag"}, "--strategy: not used for drilling; it applies to milling pockets"),
-        ("holes.csv", {"corner_loops": True}, "--corner-loops: not used for drilling"),
-        ("cam.nc", {"output_units": "mm"}, "--output-units: not used for reordering a program; .* keeps its own units"),
+        (
+            "holes.csv",
+            {"strategy": "zigzag"},
+            "--strategy: this option does not apply to drilling, only to milling pockets",
+        ),
+        ("holes.csv", {"corner_loops": True}, "--corner-loops: this option does not apply to drilling"),
+        (
+            "cam.nc",
+            {"output_units": "mm"},
+            "--output-units: this option does not apply to reordering a program, .* keeps its own units",
+        ),
         ("cam.nc", {"coolant": True}, "--coolant: "),
         ("cam.nc", {"depth": 3}, "--depth: "),
         (

@@ -131,7 +131,7 @@ def test_the_process_makes_a_program_with_its_own_option(circle: str, capsys: py
     assert run(["optimize", circle, "--process", "spot", "--depth", "3"]) == 2
     assert "use --spot-depth instead" in capsys.readouterr().err
     assert run(["optimize", circle, "--spot-depth", "0.8", "--dry-run"]) == 2
-    assert "it applies to spotting" in capsys.readouterr().err
+    assert "only to spotting" in capsys.readouterr().err
     assert run(["optimize", "--help-all"]) == 0
     told = capsys.readouterr().out
     assert "--spot-depth" in told

@@ -61,7 +61,7 @@ def test_an_unknown_name_is_an_error() -> None:
 )
 def test_the_option_of_another_process_is_refused_by_name(command: str, option: str) -> None:
     source = EXAMPLES / "cam_121.nc" if command == "reorder" else "example:plate-70"
-    with pytest.raises(OptionError, match=f"^--{option.replace('_', '-')}: not used for "):
+    with pytest.raises(OptionError, match=f"^--{option.replace('_', '-')}: this option does not apply to "):
         getattr(leafcut, command)(source, **{option: 1})
 
 

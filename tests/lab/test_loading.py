@@ -65,7 +65,7 @@ def test_every_shipped_experiment_can_be_meant_and_has_a_reduced_form_that_is_sm
         ("seeds = 3", "seed = 3", "unknown key 'seed'; did you mean 'seeds'"),
         ('command = "solve"', 'command = "solv"', "unknown command 'solv'; did you mean 'solve'"),
         ("iterations = 5", "iteratons = 5", "unknown option 'iteratons'; did you mean 'iterations'"),
-        ("iterations = 5", "kerf = 5", "--kerf: not used for"),
+        ("iterations = 5", "kerf = 5", "--kerf: this option does not apply to"),
         ('["as", "acs"]', '["as", "axs"]', "axs"),
         ('["as", "acs"]', '["as", "as"]', "two levels are the same"),
         ('["as", "acs"]', "[]", "give option = and levels"),

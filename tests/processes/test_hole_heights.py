@@ -127,7 +127,11 @@ def test_a_hole_under_a_wider_one_begins_where_that_begins_as_nobody_drills_that
     (hole,) = found.part.holes
     assert (hole.diameter, hole.z) == (3, 0)
     assert any("starts at the highest" in issue.message for issue in found.issues)
-    with pytest.raises(LeafcutError, match=r"at 10, 10 one hole is drawn at Z0 and another at Z-5"):
+    with pytest.raises(
+        LeafcutError,
+        match=r"with --z-zero drawn, only one hole may lie at \(10, 10\), but one is drawn at Z0 and another at Z-5; "
+        r"select one of them with --layers or --max-diameter",
+    ):
         drilled(edges(tmp_path, (0, 8), (-5, 3)), concentric="all")
 
 

@@ -135,7 +135,7 @@ def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer)
     assert settings_for(collect_settings({"depth": "0.2mm"}), Engraving()).job.depth == 0.2
     with pytest.raises(
         OptionError,
-        match="--peck: not used for engraving; it applies to drilling and choosing speeds and feeds; leave it out",
+        match="--peck: this option does not apply to engraving, only to drilling and choosing speeds and feeds; ",
     ):
         settings_for(collect_settings({"peck": 2}), Engraving())
     assert registry.work("engrave").preview_part("a.dxf", Settings()).name == "a.dxf"

@@ -272,7 +272,10 @@ def test_a_part_on_the_negative_side_of_the_zero_is_stated_in_every_run(
 def test_a_negative_part_is_a_warning_unless_the_zero_was_chosen(zero_is_set: bool, severity: Severity) -> None:
     first, *_ = machine_issues(load_machine("haas-vf2"), (-50, 0, -10, 40), zero_is_set)
     assert first.severity is severity
-    assert first.message.startswith("the part reaches X-50: it extends over X-50 to -10, Y0 to 40 mm;")
+    assert first.message.startswith(
+        "the part reaches X-50: it extends from X-50 to -10 and from Y0 to 40 mm; set the work zero accordingly, "
+        "or use --origin"
+    )
     assert not any("reaches" in i.message for i in machine_issues(load_machine("haas-vf2"), (-50, 0, 10, 40)))
 
 
@@ -409,7 +412,7 @@ def test_only_a_solid_is_turned_or_lifted(plate: Path, asked: dict[str, str], me
 
 
 def test_a_sheet_has_no_z0_to_choose(plate: Path) -> None:
-    with pytest.raises(OptionError, match="--z-zero: not used for cutting a sheet"):
+    with pytest.raises(OptionError, match="--z-zero: this option does not apply to cutting a sheet"):
         leafcut.optimize(plate, process="cut", thickness=3, z_zero="top")
 
 

@@ -119,7 +119,9 @@ def test_a_drawing_has_no_surface(tmp_path: Path) -> None:
         '<svg xmlns="http://www.w3.org/2000/svg" width="50mm" height="50mm" viewBox="0 0 50 50">'
         '<rect x="5" y="5" width="40" height="40"/></svg>'
     )
-    with pytest.raises(OptionError, match="--pocket-top surface: only a STEP file has a surface"):
+    with pytest.raises(
+        OptionError, match="--pocket-top surface requires a STEP file; leave the option out, or give a STEP file"
+    ):
         api.optimize(file, process="pocket", depth=3, **{**FAST, "z_zero": None})
 
 

@@ -112,7 +112,7 @@ def test_texts_are_marks_on_the_layers_of_marks_and_left_out_elsewhere(tmp_path:
     assert {c.layer for c in sheet.contours if c.kind == "mark"} == {"MARK"}
     assert all(c.part == 1 for c in sheet.contours)
     assert [i.message for i in sheet.issues if i.code == "L210"] == [
-        "texts are engraved on mark layers only; left out: 1 on layer 0, 1 on layer notes"
+        "texts are engraved only on mark layers; the program leaves out 1 on layer 0, 1 on layer notes"
     ]
     named = prepare_sheet(part, SheetOptions(mark_layers=("notes",)))
     assert "notes" in {c.layer for c in named.contours if c.kind == "mark"}

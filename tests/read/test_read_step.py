@@ -102,7 +102,7 @@ def test_without_any_hole_to_drill_the_reasons_are_told(tmp_path: Path) -> None:
     with pytest.raises(LeafcutError) as refused:
         api.optimize(saved(tmp_path / "block.step", block), process="drill", **FAST)
     told = str(refused.value)
-    assert told.startswith("block: no holes to drill: 1 hole open only from below")
+    assert told.startswith("block: there are no holes to drill: 1 hole open only from below")
     assert "1 hole along 0, 1, 0, not drilled" in told
     assert "\n" not in told
 

@@ -201,7 +201,7 @@ def test_drills_of_a_table_without_feeds_drill_with_assumed_ones_that_are_told(t
     found = api.optimize(tmp_path / "holes.csv", depth=2, tools=tmp_path / "tool.tbl", iterations=1)
     assert "T2 M6" in found.text
     said = {i.code: i.message for i in found.issues}
-    assert "no feeds in the tool library" in said["L401"]
+    assert "the tool library states no feeds, so leafcut assumes" in said["L401"]
     assert "T3: the comment" in said["L407"]
 
 

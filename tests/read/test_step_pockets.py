@@ -72,7 +72,7 @@ def test_pockets_have_the_depths_and_areas_that_they_were_made_with(pockets: Par
 
 def test_an_opening_without_a_floor_is_told(pockets: Part) -> None:
     assert [str(issue) for issue in pockets.issues] == [
-        "L219 1 opening through the part, not milled: a pocket has a floor (at (55, 67.5))"
+        "L219 the program does not mill 1 opening through the part, because a pocket has a floor (at (55, 67.5))"
     ]
     assert pockets.issues[0].severity == "missing"
 
@@ -97,7 +97,9 @@ def test_round_openings_wider_than_the_tool_are_missing_work_and_narrower_ones_a
         1,
         (pytest.approx((90.0, 40.0), abs=0.05),),
     )
-    assert str(narrow) == "L219 1 round opening no wider than the tool, not milled: drill them"
+    assert (
+        str(narrow) == "L219 the program does not mill 1 round opening no wider than the tool; drill such holes instead"
+    )
     assert narrow.severity == "note"
 
 
@@ -154,8 +156,11 @@ def test_pockets_of_one_depth_are_milled_at_the_heights_of_the_solid(block: Path
     """No place at the floor is nearer to a wall than the mill's radius, and but for chords all of it is reached."""
     outcome = api.optimize(block, process="pocket", depth=8, tool_diameter=6, **FAST)
     assert [one.depth for one in outcome.part.pockets] == [8.0]
-    assert any("1 round pocket no wider than the tool, not milled: drill them" in str(i) for i in outcome.issues)
-    assert any("2 pockets of other depths left out" in str(i) for i in outcome.issues)
+    assert any(
+        "the program does not mill 1 round pocket no wider than the tool; drill such holes instead" in str(i)
+        for i in outcome.issues
+    )
+    assert any("the program leaves out 2 pockets of other depths than --depth" in str(i) for i in outcome.issues)
     begin, end = cuts_of(outcome)
     assert end[:, 2].min() == 12.0
     path = outcome.written
@@ -229,7 +234,11 @@ def test_the_proof_knows_how_deep_each_pocket_is() -> None:
 
 @pytest.mark.slow
 def test_a_depth_chooses_the_pockets_of_one_depth(block: Path, tmp_path: Path) -> None:
-    with pytest.raises(PlanError, match=r"no pocket is --depth 7 mm deep; there are 6 mm \(1 pocket\), 8 mm"):
+    with pytest.raises(
+        PlanError,
+        match=r"no pocket is --depth 7 mm deep; the solid has pockets of 6 mm \(1 pocket\), 8 mm; leave --depth out to "
+        r"mill each to its own floor",
+    ):
         api.optimize(block, process="pocket", depth=7, tool_diameter=6, **FAST)
     solid = cut(box(0, 0, -20, 80, 40, 0), rounded(10, 10, -4.5, 50, 30, 0, 5))
     outcome = api.optimize(saved(tmp_path / "one.step", solid), process="pocket", tool_diameter=8, **FAST)
@@ -262,7 +271,10 @@ def test_the_outline_of_a_sheet_and_what_goes_through_it_are_cut(block: Path, tm
 def test_a_sheet_of_another_thickness_than_its_solid_is_refused_with_both(tmp_path: Path) -> None:
     """A solid drawn as 3.175 mm, an eighth of an inch, is cut as 3.2 mm."""
     flat = saved(tmp_path / "flat.step", box(0, 0, 5, 60, 40, 8.175))
-    with pytest.raises(OptionError, match=r"--thickness 6 mm: the solid is 3.175 mm high; give --thickness 3.175mm"):
+    with pytest.raises(
+        OptionError,
+        match=r"--thickness is 6 mm, but the solid is 3.175 mm high; give --thickness 3.175mm",
+    ):
         api.optimize(flat, process="cut", thickness=6, threads=1)
     part = read_contours(flat)
     assert check_thickness(part, 3.2) == []

@@ -69,10 +69,12 @@ def test_its_options_are_its_own_and_those_of_others_are_refused(
     assert "--engraver" in capsys.readouterr().out
     with pytest.raises(
         OptionError,
-        match="--peck: not used for engraving; it applies to drilling and choosing speeds and feeds; leave it out",
+        match="--peck: this option does not apply to engraving, only to drilling and choosing speeds and feeds; ",
     ):
         leafcut.optimize(drawing, process="engrave", peck=2)
-    with pytest.raises(OptionError, match="--engraver: not used for drilling; it applies to engraving; leave it out"):
+    with pytest.raises(
+        OptionError, match="--engraver: this option does not apply to drilling, only to engraving; leave it out"
+    ):
         leafcut.optimize("example:plate-10", engraver=2)
 
 

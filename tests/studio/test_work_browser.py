@@ -92,7 +92,9 @@ def test_a_part_shows_its_edges_tabs_and_missing_work(page: Page) -> None:
     expect(page.locator("#result-panel")).to_contain_text("1 outline · 4 tabs")
     expect(page.locator("#result-panel .badge.no")).to_have_text("Missing: 1 feature of the input")
     page.get_by_role("tab", name="Issues").click()
-    expect(page.locator("#result-panel")).to_contain_text("1 opening narrower than the mill of 32 mm, not milled")
+    expect(page.locator("#result-panel")).to_contain_text(
+        "the program does not mill 1 opening narrower than the mill of 32 mm"
+    )
 
 
 def test_a_drill_file_opens_on_a_machine_for_circuit_boards(page: Page, tmp_path: Path) -> None:

@@ -123,7 +123,7 @@ def prepare_sheet(
         layers = list(dict.fromkeys(printable(c.layer) for c in part.contours if c.layer))
         listed = ", ".join([*layers[:MOST_LAYERS], *(["…"] if len(layers) > MOST_LAYERS else [])])
         hint = (
-            Message("; its contours are on the layers {}: check --cut-layers, --ignore-layers", listed)
+            Message("; its contours are on the layers {}; check --cut-layers and --ignore-layers", listed)
             if layers
             else ""
         )
@@ -166,14 +166,15 @@ def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
         return []
     if apart > max(_SUBSTITUTE, _SUBSTITUTE_SHARE * part.height) + SAME_THICKNESS:
         raise OptionError(
-            "--thickness {:g} mm: the solid is {:.4g} mm high; give --thickness {:.4g}mm, or turn the solid (--up)",
+            "--thickness is {:g} mm, but the solid is {:.4g} mm high; give --thickness {:.4g}mm, or turn the "
+            "solid with --up",
             thickness,
             part.height,
             part.height,
         )
     words = Message(
-        "the solid is {:.4g} mm high, but the sheet is {:.4g} mm thick (--thickness); its cutting "
-        "data are used: check that slots, tabs and bends fit this sheet",
+        "the solid is {:.4g} mm high, but the sheet is {:.4g} mm thick (--thickness); it is cut with the data "
+        "for the sheet; check that slots, tabs and bends fit the sheet",
         part.height,
         thickness,
     )
@@ -194,7 +195,7 @@ def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list
         issues.append(
             Issue(
                 "L313",
-                Message("{} of zero length left out", count_of(len(gone), "line")),
+                Message("left out {} of zero length", count_of(len(gone), "line")),
                 _places_text(gone),
                 Severity.NOTE,
             )
@@ -214,20 +215,22 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
     gaps = [gap for made in tidied.paths for gap in made.gaps]
     if gaps and not marked:
         message = Message(
-            "{} closed; the widest is {:.3g} mm", count_of(len(gaps), "gap"), max(width for _, width in gaps)
+            "closed {}; the widest was {:.3g} mm", count_of(len(gaps), "gap"), max(width for _, width in gaps)
         )
         issues.append(Issue("L311", message, _places_text([place for place, _ in gaps])))
     if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
         raise PlanError(
-            "lines of several outlines meet, {}, so that the outlines are ambiguous; draw each outline as one "
-            "closed polyline",
+            "lines of several outlines meet {}, so the outlines are ambiguous; draw each outline as one closed "
+            "polyline",
             _places_text(tidied.branches),
         )
     if tidied.branches and not marked:
-        message = Message("more than two ends meet at {}: check the outlines", count_of(len(tidied.branches), "place"))
+        message = Message(
+            "more than two line ends meet at {}; check the outlines", count_of(len(tidied.branches), "place")
+        )
         issues.append(Issue("L314", message, _places_text(tidied.branches)))
     if tidied.doubles:
-        message = Message("{} drawn on top of other lines: used once", count_of(len(tidied.doubles), "line"))
+        message = Message("merged {} drawn on top of other lines", count_of(len(tidied.doubles), "line"))
         issues.append(Issue("L312", message, _places_text(tidied.doubles)))
     made = []
     for path, members, _ in tidied.paths:
@@ -250,7 +253,7 @@ def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline,
     if depth.count(0) != 1 or max(depth) > 1:
         places = _places_text([m.path.start for m in sheets])
         raise PlanError(
-            "the sheet's layer must contain one closed outline, and inside it only separate holes; it contains "
+            "the sheet's layer must contain one closed outline with only separate holes inside it; it contains "
             "{} closed and {}, {}",
             len(closed),
             count_of(len(sheets) - len(closed), "open path"),
@@ -298,15 +301,16 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
         if inside[: len(cuts)].any():
             beyond = [m for m, within in zip(others, inside, strict=True) if not within]
             fact = (
-                Message("not around {}", count_of(len(beyond), "contour"))
+                Message("leaves {} outside", count_of(len(beyond), "contour"))
                 if beyond
-                else Message("is one of several paths")
+                else Message("is only one of several paths")
             )
             places = _places_text([m.path.start for m in (beyond or maybe)])
             layer = closed[k].layer
             raise PlanError(
-                "the name of layer {} indicates the edge of a sheet, and an outline on it encloses parts, but {}, {}; "
-                "leave out the others with --ignore-layers, or assign {} with --sheet-layers or --cut-layers",
+                "the name of layer {} indicates the edge of a sheet, and an outline on it encloses parts, but "
+                "{}, {}; leave out what is not the sheet with --ignore-layers, or assign {} with "
+                "--sheet-layers or --cut-layers",
                 layer,
                 fact,
                 places,
@@ -327,20 +331,20 @@ def _sort_open_paths(
     if options.open_paths == "refuse":
         first = Message.joined("; ", (_open_path_text(m) + join_advice(k, paths) for k, m in enumerate(opened[:3])))
         raise PlanError(
-            "{} on layers that are cut: {}{}; close the outline, leave a "
-            "layer out (--ignore-layers), or use --open-paths {}",
+            "the layers to cut contain {}: {}{}; close the outline, leave a layer out with --ignore-layers, or "
+            "use --open-paths {}",
             number,
             first,
             " …" if len(opened) > 3 else "",
             open_values,
         )
     if options.open_paths == "drop":
-        issues.append(Issue("L212", Message("{} left out", number), places))
+        issues.append(Issue("L212", Message("the program leaves out {}", number), places))
         return [], []
     if options.open_paths == "mark":
-        issues.append(Issue("L424", Message("{} marked", number), places, Severity.NOTE))
+        issues.append(Issue("L424", Message("the program marks {}", number), places, Severity.NOTE))
         return [], [replace(m, kind="mark") for m in opened]
-    issues.append(Issue("L424", Message("{} cut as drawn, without kerf compensation", number), places))
+    issues.append(Issue("L424", Message("the program cuts {} as drawn, without kerf compensation", number), places))
     return opened, []
 
 
@@ -352,13 +356,20 @@ def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
         places = [m.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = count_of(len(places), "outline")
         raise PlanError(
-            "{} enclosing no area (a line drawn back and forth), {}; repair the drawing", number, _places_text(places)
+            "the drawing contains {} with no area, such as a line drawn back and forth, {}; repair the drawing",
+            number,
+            _places_text(places),
         )
     crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
     if crossed:
         number = count_of(len(crossed), "outline")
         places = [(float(w[0]), float(w[1])) for w in crossed]
-        raise PlanError("{} crossing or touching itself, {}; repair the drawing", number, _places_text(places))
+        raise PlanError(
+            "the drawing contains {} with self-intersections, {}; redraw them so that no outline crosses or "
+            "touches itself",
+            number,
+            _places_text(places),
+        )
 
 
 def _without_duplicates(
@@ -375,28 +386,38 @@ def _without_duplicates(
         first = across[0]
         a, b = (_outline_text(closed[k]) for k in (first.first, first.second))
         layers = {closed[k].layer for c in across for k in (c.first, c.second)}
-        advice = Message("parts must lie apart") + (
+        advice = Message("move the parts apart") + (
             Message(", or choose what is cut with --cut-layers (leafcut part: --operations)") if len(layers) > 1 else ""
         )
         where = _places_text([c.place for c in across])
         raise PlanError(
-            "{} of overlapping outlines: {} and {}, {}; {}", count_of(len(across), "pair"), a, b, where, advice
+            "the drawing contains {} of overlapping outlines: {} and {}, {}; {}",
+            count_of(len(across), "pair"),
+            a,
+            b,
+            where,
+            advice,
         )
     if gone:
         places = [closed[k].path.start for k in sorted(gone)]
         issues.append(
-            Issue("L312", Message("{} drawn twice merged", count_of(len(gone), "outline")), _places_text(places))
+            Issue("L312", Message("merged {} drawn twice", count_of(len(gone), "outline")), _places_text(places))
         )
     touching = [c for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
         message = Message(
-            "{} of outlines touch each other, which leaves no room for the kerf", count_of(len(touching), "pair")
+            "{} of outlines touch each other, which leaves no room for the kerf; move them apart",
+            count_of(len(touching), "pair"),
         )
         issues.append(Issue("L423", message, _places_text([c.place for c in touching])))
     kept = [k for k in range(len(closed)) if k not in gone]
     tiny = [e for e in (closed[k].path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
     if tiny:
-        message = Message("{} smaller than {:g} mm", count_of(len(tiny), "outline"), TINY)
+        message = Message(
+            "the drawing contains {} smaller than {:g} mm; check whether it should",
+            count_of(len(tiny), "outline"),
+            TINY,
+        )
         issues.append(Issue("L213", message, _places_text([(e[0], e[1]) for e in tiny])))
     return kept, [(c.first, c.second) for c in touching]
 
@@ -419,9 +440,8 @@ def _check_parts_stay_whole(
         if len(pieces) > 1:
             x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds
             raise PlanError(
-                "the part with {} falls into {} pieces, the smallest "
-                "{:.3g} × {:.3g} mm at ({:.5g}, {:.5g}): its holes touch its outline or "
-                "each other; move them apart",
+                "the part with {} falls into {} pieces, the smallest {:.3g} × {:.3g} mm at ({:.5g}, {:.5g}), "
+                "because its holes touch its outline or each other; move them apart",
                 _outline_text(closed[part]),
                 len(pieces),
                 x1 - x0,
@@ -452,12 +472,14 @@ def _select_bore_circles(
             _places_text([shapely.centroid(shapes[k]).coords[0] for k in gone]),
         )
         if concentric == "largest":
-            words = Message("{} inside a larger one with the same centre: not cut (--concentric largest)", circles)
+            words = Message(
+                "the program does not cut {} inside a larger one with the same centre (--concentric largest)", circles
+            )
             issues.append(Issue("L302", words, places))
         else:
             words = Message(
-                "{} around a hole with the same centre: not cut, because countersinks, counterbores and threads "
-                "are left to other machines; to cut every circle, use --concentric all",
+                "the program does not cut {} around a hole with the same centre, because countersinks, "
+                "counterbores and threads are left to other machines; to cut every circle, use --concentric all",
                 circles,
             )
             issues.append(Issue("L302", words, places, Severity.MISSING))
@@ -546,7 +568,7 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
         what = Message("part {}", first.part) if first.part else first.kind
         or_holes = Message(" or in its holes") if holes else ""
         raise PlanError(
-            "{} beyond the edge of the sheet{}: {}, {}; move it or use a larger sheet",
+            "the drawing has {} beyond the edge of the sheet{}: {}, {}; move the part or use a larger sheet",
             count_of(len(beyond), "contour"),
             or_holes,
             what,
@@ -578,8 +600,8 @@ def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: l
                 _places_text([frame.path.start]),
             )
         words = Message(
-            "the outline on layer {} is cut as a part, and the outline inside it as a hole; if it is a "
-            "drawing frame, leave it out with --ignore-layers",
+            "the outline on layer {} is cut as a part, and the outline inside it as a hole; if the outer one "
+            "is a drawing frame, leave it out with --ignore-layers",
             frame.layer,
         )
         issues.append(Issue("L422", words, _places_text([frame.path.start])))
@@ -603,8 +625,8 @@ def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
         what = Message("everything") if not beyond else Message("all but {}", count_of(beyond, "contour"))
         message = Message(
-            "a rectangle of {:g} × {:g} mm on layer {} lies around {} and is cut as a part; if the rectangle "
-            "is the sheet, use --sheet-layers",
+            "a rectangle of {:g} × {:g} mm on layer {} encloses {} and is cut as a part; if it is the edge of "
+            "the sheet, name its layer with --sheet-layers",
             x1 - x0,
             y1 - y0,
             layer or "0",
@@ -655,7 +677,7 @@ def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
     kept = tuple(replace(sheet.contours[k], parent=places.get(sheet.contours[k].parent, -1)) for k in places)
     number = Message("1 hole") if len(gone) == 1 else Message("{} holes", len(gone))
     first = ", ".join(_start_text(sheet.contours[k]) for k in sorted(gone)[:3]) + (" …" if len(gone) > 3 else "")
-    words = Message("{} outside the selected diameters left out", number)
+    words = Message("left out {} outside the selected range of diameters", number)
     return replace(
         sheet, contours=kept, issues=(*sheet.issues, Issue("L205", words, Message("at {}", first), Severity.NOTE))
     )

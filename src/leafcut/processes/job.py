@@ -158,7 +158,11 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
     except VerifyError as problem:
         stated = _LARGE_UNITS.get(part.units)
         if stated and not settings.read.units:
-            problem.add_note(Message("the drawing states {}: if it is in millimetres, give --units mm", stated))
+            problem.add_note(
+                Message(
+                    "the drawing states that its unit is {}; if it is drawn in millimetres, give --units mm", stated
+                )
+            )
         raise
 
 
@@ -178,7 +182,11 @@ def assumed_machine_note(settings: Settings, machine: Machine, issues: Iterable[
     if "machine" in settings.given or any(issue.code == "L807" for issue in issues):
         return []
     return [
-        Issue("L417", Message("machine {} assumed; name yours with --machine", machine.name), severity=Severity.NOTE)
+        Issue(
+            "L417",
+            Message("the machine is assumed to be {}; name yours with --machine", machine.name),
+            severity=Severity.NOTE,
+        )
     ]
 
 
@@ -195,7 +203,7 @@ def machine_issues(
         x0, y0, x1, y1 = box
         lowest = " ".join(f"{axis}{low:.4g}" for axis, low in (("X", x0), ("Y", y0)) if axis in axes)
         message = Message(
-            "the part reaches {}: it extends over X{:.4g} to {:.4g}, Y{:.4g} to {:.4g} mm; set the "
+            "the part reaches {}: it extends from X{:.4g} to {:.4g} and from Y{:.4g} to {:.4g} mm; set the "
             "work zero accordingly, or use --origin lower-left",
             lowest,
             x0,
@@ -207,14 +215,14 @@ def machine_issues(
     if machine.assumed:
         values = ", ".join(f"{key} {source.partition(' (')[0]}" for key, source in machine.assumed.items())
         message = Message(
-            "the profile of {} is incomplete; assumed: {}; see leafcut list machines", machine.name, values
+            "the profile of {} is incomplete, so leafcut assumes {}; see 'leafcut list machines'", machine.name, values
         )
         issues.append(Issue("L408", message, severity=Severity.NOTE))
     if machine.work_offset is None:
         # An unknown travel limit is already reported with the assumed values.
         message = Message(
-            "the position of the part on {} is unknown: only its size was compared with the travel; set "
-            "--work-offset to check its position",
+            "the position of the part on {} is unknown, so only its size was compared with the machine's "
+            "travel; set --work-offset to check its position",
             machine.name,
         )
         if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):

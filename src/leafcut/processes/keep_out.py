@@ -85,9 +85,8 @@ def keep_out_obstacles(job: Job, program: Program, beam: bool) -> tuple[Obstacle
     if unknown:
         tools = ", ".join(f"T{number}" for number in unknown)
         message = Message(
-            "the diameter of {} is unknown: only the tool's centre stays out of the zones; widen the rectangles "
-            "by its radius, or "
-            "set --tools",
+            "the diameter of {} is unknown, so only the tool's centre stays out of the zones; widen the "
+            "rectangles by the tool's radius, or set --tools",
             tools,
         )
         issues.append(Issue("L509", message))

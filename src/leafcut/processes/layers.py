@@ -28,7 +28,8 @@ def contour_kinds(contours: Sequence[Contour], options: SheetOptions, issues: li
         known = ["mark" if k in ("", "text") and c.layer in marks else k for k, c in zip(known, contours, strict=True)]
         if marks:
             message = Message(
-                "marked, not cut, because of the layer name: {}; set --mark-layers to change that", _join_names(marks)
+                "these layers are marked, not cut, because of their names: {}; set --mark-layers to change that",
+                _join_names(marks),
             )
             issues.append(Issue("L421", message, severity=Severity.NOTE))
     if not options.sheet_layers and "sheet" not in known:
@@ -39,7 +40,7 @@ def contour_kinds(contours: Sequence[Contour], options: SheetOptions, issues: li
         layers = Message.joined(
             ", ", (Message("{} on layer {}", number, name) for name, number in ignored.most_common(5))
         )
-        issues.append(Issue("L211", Message("not cut: {}", layers), severity=Severity.NOTE))
+        issues.append(Issue("L211", Message("the program does not cut {}", layers), severity=Severity.NOTE))
     kinds = ["" if k == "ignore" else k or "cut" for k in known]
     return _resolve_text_kinds(contours, kinds, issues)
 
@@ -62,7 +63,7 @@ def _resolve_text_kinds(contours: Sequence[Contour], kinds: list[str], issues: l
         layers = Message.joined(
             ", ", (Message("{} on layer {}", number, printable(name)) for name, number in left_out.most_common(5))
         )
-        message = Message("texts are engraved on mark layers only; left out: {}", layers)
+        message = Message("texts are engraved only on mark layers; the program leaves out {}", layers)
         issues.append(Issue("L210", message, severity=Severity.NOTE))
     text_numbers = set(texts)
     return [

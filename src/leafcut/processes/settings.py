@@ -153,7 +153,7 @@ def unused_option_message(name: str, title: str, instead: str = "") -> Message:
     titles = [work.title for work in registry.works() if name in work.used()]
     title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
     remedy = instead or Message("leave it out")
-    return Message("not used for {}; it applies to {}; {}", title, title_list, remedy)
+    return Message("this option does not apply to {}, only to {}; {}", title, title_list, remedy)
 
 
 def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict[str, str]:

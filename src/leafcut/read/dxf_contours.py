@@ -58,7 +58,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
     drawn = any(c.kind != "text" for c in contours)
     if others := walk.others + (Counter() if drawn else strokes.texts):
         message = ", ".join(f"{number} {printable(kind)}" for kind, number in others.most_common())
-        issues.append(Issue("L210", Message("not cut: {}", message), severity=Severity.NOTE))
+        issues.append(Issue("L210", Message("the program does not cut {}", message), severity=Severity.NOTE))
     if not drawn:
         reasons = Message.joined("; ", (i.message for i in issues)) or Message("the drawing is empty")
         if options.layers:

@@ -106,7 +106,7 @@ def _by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: list[Issue
         issues.append(
             Issue(
                 "L205",
-                Message("{} outside the selected diameters left out", count_of(n_left_out, "hole")),
+                Message("left out {} outside the selected range of diameters", count_of(n_left_out, "hole")),
                 severity=Severity.NOTE,
             )
         )

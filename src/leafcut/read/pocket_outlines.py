@@ -204,7 +204,7 @@ def _outlines(
         elif kind is not None:
             zero_length.append(contour.path.start)
     if zero_length:
-        message = Message("{} of zero length left out", count_of(len(zero_length), "line"))
+        message = Message("left out {} of zero length", count_of(len(zero_length), "line"))
         issues.append(Issue("L313", message, places_text(zero_length, len(zero_length)), Severity.NOTE))
     joined = [outline for kind, members in strokes.items() for outline in _join_strokes(members, kind, joining, issues)]
     opened = [o for o in joined if not o.contour.path.closed]
@@ -223,7 +223,9 @@ def _outlines(
         positions = [o.contour.path.start for o in opened]
         issues.append(
             Issue(
-                "L212", Message("{} left out", count_of(len(opened), "open path")), places_text(positions, len(opened))
+                "L212",
+                Message("the program leaves out {}", count_of(len(opened), "open path")),
+                places_text(positions, len(opened)),
             )
         )
     closed = sorted((o for o in joined if o.contour.path.closed), key=lambda o: o.order)
@@ -240,15 +242,15 @@ def _join_strokes(
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
         message = Message(
-            "{} closed; the widest is {:.3g} mm", count_of(len(gaps), "gap"), max(width for _, width in gaps)
+            "closed {}; the widest was {:.3g} mm", count_of(len(gaps), "gap"), max(width for _, width in gaps)
         )
         issues.append(Issue("L311", message, places_text([point for point, _ in gaps], len(gaps))))
     if tidied.branches:
         number = count_of(len(tidied.branches), "place")
-        message = Message("more than two ends meet at {}: check the outlines", number)
+        message = Message("more than two line ends meet at {}; check the outlines", number)
         issues.append(Issue("L314", message, places_text(tidied.branches, len(tidied.branches))))
     if tidied.doubles:
-        message = Message("{} drawn on top of other lines: used once", count_of(len(tidied.doubles), "line"))
+        message = Message("merged {} drawn on top of other lines", count_of(len(tidied.doubles), "line"))
         issues.append(Issue("L312", message, places_text(tidied.doubles, len(tidied.doubles))))
     outlines = []
     for path, members, _ in tidied.paths:
@@ -300,7 +302,7 @@ def _without_duplicates(
         issues.append(
             Issue(
                 "L312",
-                Message("{} drawn twice merged", count_of(len(duplicates), "outline")),
+                Message("merged {} drawn twice", count_of(len(duplicates), "outline")),
                 places_text(positions, len(positions)),
             )
         )

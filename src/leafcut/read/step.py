@@ -340,7 +340,10 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L219",
-                Message("{} through the part, not milled: a pocket has a floor", count_of(len(openings), "opening")),
+                Message(
+                    "the program does not mill {} through the part, because a pocket has a floor",
+                    count_of(len(openings), "opening"),
+                ),
                 places_text([*positions], len(positions)),
                 missing=MissingWork("opening", len(openings), positions, tuple(openings)),
             )

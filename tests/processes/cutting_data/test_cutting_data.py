@@ -237,7 +237,7 @@ def test_tools_whose_speeds_are_not_chosen_are_told_and_the_rest_is_chosen(libra
     found = leafcut.tool_speeds(tools=library, material="c45", depth=12)
     assert [one.tool.number for one in found.tools] == [1, 2]
     assert [issue.message for issue in found.issues] == [
-        "no speeds chosen for T3: only drills and end mills have them",
+        "no speeds were chosen for T3: leafcut knows speeds only for drills and end mills",
     ]
 
 
@@ -266,11 +266,14 @@ def test_the_costs_of_the_library_count(library: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"material": None}, "no material given; name it with --material"),
+        (
+            {"material": None},
+            "the material is missing; name it with --material",
+        ),
         ({"material": "c54"}, "unknown material 'c54'; did you mean 'c45'?"),
-        ({"tool_diameter": None}, "no tool given: give a drawing, --tools or --tool-diameter"),
+        ({"tool_diameter": None}, "the tool is missing; give a drawing, --tools or --tool-diameter"),
         ({"holes": 20}, "--holes was removed: its value is always 1"),
-        ({"depth": None}, "no depth of holes: give --depth or --thickness"),
+        ({"depth": None}, "the depth of the holes is missing; give --depth or --thickness"),
         ({"shop_rate": -3}, "--shop-rate: -3 is below the minimum of 0"),
         ({"min_life": "5h"}, "--min-life was removed: its value is always 5 min"),
         ({"step_down": 3}, "--step-down: only used with --tools"),

@@ -100,10 +100,18 @@ PLACES = [(0.0, 0.0), (10.0, 0.0), (20.0, 5.125), (3.175, 7.5)]
         (PLACES, ""),
         ([(x + 0.1 + 0.2, y - 700.3) for x, y in PLACES], ""),  # moved as a whole
         ([(round(x, 3) + 1e-9, y - 1e-9) for x, y in PLACES], ""),
-        (PLACES[:-1], "with 4 holes; this one has 3;"),
-        ([*PLACES, (50.0, 50.0)], "with 4 holes; this one has 5;"),
-        ([PLACES[1], PLACES[0], *PLACES[2:]], "with 4 holes; this one has the same number at other positions;"),
-        ([*PLACES[:-1], (3.275, 7.5)], "with 4 holes; this one has the same number at other positions;"),
+        (
+            PLACES[:-1],
+            "this order is for another drawing with 4 holes, but this drawing has 3; create a new file, or "
+            "remove 'drawing' from the file to",
+        ),
+        (
+            [*PLACES, (50.0, 50.0)],
+            "this order is for another drawing with 4 holes, but this drawing has 5; create a new file, or "
+            "remove 'drawing' from the file to",
+        ),
+        ([PLACES[1], PLACES[0], *PLACES[2:]], "with 4 holes, but this drawing has the same number at other positions;"),
+        ([*PLACES[:-1], (3.275, 7.5)], "with 4 holes, but this drawing has the same number at other positions;"),
     ],
 )
 def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[float, float]], line: str) -> None:
@@ -203,7 +211,7 @@ def test_the_summary_states_how_far_the_drill_comes_out_below_the_plate(tmp_path
 def test_only_a_machine_that_nobody_named_is_assumed(tmp_path: Path) -> None:
     (tmp_path / "holes.csv").write_text("x,y,diameter\n50,30,6\n20,30,6\n")
     for options, assumed in (
-        ({}, ["machine linuxcnc-mill assumed; name yours with --machine"]),
+        ({}, ["the machine is assumed to be linuxcnc-mill; name yours with --machine"]),
         ({"machine": "haas-vf2"}, []),
     ):
         program = leafcut.drill(tmp_path / "holes.csv", tmp_path / "o.nc", units="mm", depth=2, **options)
@@ -219,9 +227,9 @@ def test_holes_on_a_layer_that_is_named_for_pockets_are_reported(tmp_path: Path)
     drawing.saveas(tmp_path / "plate.dxf")
     issues = leafcut.drill(tmp_path / "plate.dxf", depth=2).issues
     assert sorted(issue.message.partition(",")[0] for issue in issues if issue.code == "L418") == [
-        "1 hole on layer 'Islands'",
-        "1 hole on layer 'pocket_1'",
-        "2 holes on layer 'ISLAND'",
+        "the program drills 1 hole on layer 'Islands'",
+        "the program drills 1 hole on layer 'pocket_1'",
+        "the program drills 2 holes on layer 'ISLAND'",
     ]
     chosen = leafcut.drill(tmp_path / "plate.dxf", depth=2, layers=["HOLES", "ISLAND"])
     assert "L418" not in {issue.code for issue in chosen.issues}

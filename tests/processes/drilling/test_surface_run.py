@@ -178,7 +178,7 @@ def test_other_algorithms_find_safe_ways_too(folder: Path, algorithm: str) -> No
 def test_the_surface_needs_the_right_unit(folder: Path, low: Any) -> None:
     with pytest.raises(
         LeafcutError,
-        match=r"inches\.stl is 4\.724 mm long .*: in inches the surface would contain the holes; give --surface-unit",
+        match=r"inches\.stl is 4\.724 mm long .*in inches, the surface would contain the holes; give --surface-unit",
     ):
         drilled(folder, surface=str(folder / "inches.stl"))
     inches = drilled(folder, surface=str(folder / "inches.stl"), surface_unit="in")
@@ -234,7 +234,7 @@ def test_ways_go_round_or_over_a_fixture_of_a_file(folder: Path, clamp: Path) ->
             x, y, z = (1.0 - share) * before[row] + share * path.end[row]
             assert nearest_to_clamp(x, y, z) >= RADIUS
     told = [str(issue) for issue in outcome.issues if issue.code == "L444"]
-    assert told == ["L444 clamp.stl: 4 × 32 × 50 mm, its lower corner at 48, -20, Z-20"]
+    assert told == ["L444 clamp.stl measures 4 × 32 × 50 mm, and its lower corner is at (48, -20), Z-20"]
 
 
 def test_the_box_around_a_fixture_that_is_not_closed_counts(folder: Path, clamp: Path) -> None:
@@ -273,8 +273,8 @@ def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> Non
 def test_a_fixture_of_another_size_or_far_away_is_refused(folder: Path) -> None:
     odd = [
         ((500, 0, 0, 540, 40, 30), "check its unit (--surface-unit) and its origin"),
-        ((0, 0, 0, 1, 1, 1), "in inches the fixture would lie next to the surface"),
-        ((0, 0, 0, 9000, 10, 10), "in mm, not inches, the fixture would lie next to the surface"),
+        ((0, 0, 0, 1, 1, 1), "in inches, the fixture would lie next to the surface; save the"),
+        ((0, 0, 0, 9000, 10, 10), "in mm, not inches,, the fixture would lie next to the surface; save the"),
     ]
     for k, (box, told) in enumerate(odd):
         (folder / f"odd{k}.stl").write_bytes(binary_stl(box_triangles(*box)))
@@ -312,7 +312,7 @@ def test_a_mesh_that_is_open_at_a_hole_is_told_so(folder: Path) -> None:
     [
         ({"thickness": 6}, "--depth through and --thickness"),
         ({"fixture": "nothing.stl"}, "nothing.stl"),
-        ({"surface": None}, "--depth through: needs --surface"),
+        ({"surface": None}, "--depth through needs --surface; for a plate, give --thickness"),
         ({"surface": "nothing.stl"}, "nothing.stl"),
         ({"clearance_height": 1}, "is less than the 2 mm"),
     ],
@@ -454,7 +454,7 @@ def test_a_holder_that_is_planned_too_low_is_not_written(
 
 def test_a_hole_beside_the_surface_is_refused_with_its_place(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "holes.csv").write_text("x,y,diameter\n5,5,5\n119,40,5\n60,70,5\n100,10,5\n")
-    with pytest.raises(LeafcutError, match=r"the hole at 119, 40 is beside the surface plate\.stl"):
+    with pytest.raises(LeafcutError, match=r"the hole at \(119, 40\) is beside the surface plate.stl, or on its edge"):
         api.optimize(
             tmp_path / "holes.csv", process="drill", surface=str(folder / "plate.stl"), depth="through", **FAST
         )
@@ -483,7 +483,7 @@ def test_of_a_spot_drill_the_radius_at_its_depth_must_lie_on_the_part(
 ) -> None:
     """The hole is 3 mm from the edge; a point of 90 degrees cuts a radius as large as its depth."""
     if refused:
-        with pytest.raises(LeafcutError, match="the hole at 3, 40 is beside the surface"):
+        with pytest.raises(LeafcutError, match=r"the hole at \(3, 40\) is beside the surface"):
             spotted(folder, tmp_path, "3,40", depth)
     else:
         assert spotted(folder, tmp_path, "3,40", depth).verified
@@ -509,9 +509,9 @@ def test_uneven_rims_and_other_drawn_heights_are_told(folder: Path, tmp_path: Pa
     outcome = api.optimize(tmp_path / "holes.csv", process="drill", **given)
     told = {issue.code: str(issue) for issue in outcome.issues}
     counts = "; R planes are measured from the highest point of the rim, depths from the drawing"
-    assert f"at 40, 10 the rim is between Z-6.000 and Z0.000{counts}" in told["L441"]
+    assert f"at (40, 10), the rim is between Z-6.000 and Z0.000{counts}" in told["L441"]
     assert (
-        "at 60, 70 the drawing has Z-7.000 and the surface Z-6.000; depths are measured from the drawing"
+        "at (60, 70), the drawing has Z-7.000 and the surface Z-6.000; depths are measured from the drawing"
         in told["L442"]
     )
     outcome = api.optimize(tmp_path / "holes.csv", process="drill", **{**given, "z_zero": None})

@@ -117,7 +117,11 @@ def test_fitting_tools_make_the_wide_parts_after_the_drill(outcome: Any) -> None
     assert (feeds[3], feeds[4]) == pytest.approx((1.0, 300.0 / 60.0 / 3.0))
     # The undercut cannot be made from above, and the wide countersink would meet the boss.
     told = [str(issue) for issue in outcome.issues if issue.code == "L217"]
-    assert ["2 holes with a counterbore, countersink or undercut, as at 65, 20" in line for line in told] == [True]
+    assert [
+        "the program drills only the narrow part of 2 holes with a counterbore, countersink or undercut, such as "
+        "the one at (65, 20), Ø" in line
+        for line in told
+    ] == [True]
 
 
 @pytest.mark.slow

@@ -98,7 +98,7 @@ def test_the_stated_outline_of_the_sheet_is_not_copied(tmp_path: Path) -> None:
         ({"copies": "2x2", "pitch": (60, 50, 5)}, "--pitch: give two distances above 0"),
         ({"pitch": (60, 50)}, "--pitch: only used with --copies"),
         ({"copies": "2x1", "pitch": (45, 50)}, "1 pair of overlapping outlines"),
-        ({"copies": "900x900", "pitch": (60, 50)}, "more than 20000 shapes; give fewer --copies"),
+        ({"copies": "900x900", "pitch": (60, 50)}, "shapes exceed the limit of 20000 shapes; give fewer --copies"),
     ],
 )
 def test_copies_that_do_not_suit_are_refused(options: dict[str, Any], words: str, tmp_path: Path) -> None:

@@ -119,7 +119,7 @@ def test_bent_edges_are_finished(shape: str, finish: float, tmp_path: Path) -> N
     "finish, words",
     [
         (2.0, "--finish 2 mm: the allowance must be less than the radius of the mill, 2 mm"),
-        (0.05, "--finish 0.05 mm: too small to be checked; give at least 0.1 mm"),
+        (0.05, "--finish 0.05 mm is too small to be verified; give at least 0.1 mm, or 0 for no finishing pass"),
     ],
 )
 def test_an_allowance_that_cannot_be_left_is_refused(finish: float, words: str, tmp_path: Path) -> None:
@@ -187,7 +187,7 @@ def test_a_step_at_the_edge_is_finished_with_the_edge(tmp_path: Path) -> None:
 
 @pytest.mark.hazard
 def test_a_pocket_without_room_for_the_allowance_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(LeafcutError, match=r"the pocket at .*: no room for --finish 0.3 mm at \(.*needs 4.6 mm"):
+    with pytest.raises(LeafcutError, match=r"the pocket at .*there is no room for --finish 0.3 mm at.*needs 4.6 mm"):
         pocketed(tmp_path, [(10, 10), (40, 10), (40, 14.5), (10, 14.5)])
 
 

@@ -84,8 +84,15 @@ def test_the_material_after_the_program_is_the_drawn_part_with_its_tabs(
     [
         ({"thickness": None}, "give --thickness"),
         ({"tool_diameter": None}, "give --tool-diameter"),
-        ({"tab_height": 3.0}, "--tab-height 3 mm: the plate is only 3 mm thick"),
-        ({"mark_layers": "*"}, "nothing to mill: the drawing has no closed outlines except those that are marked"),
+        (
+            {"tab_height": 3.0},
+            "--tab-height is 3 mm, but the plate is only 3 mm thick; give a smaller --tab-height, or --tabs 0",
+        ),
+        (
+            {"mark_layers": "*"},
+            "there is nothing to mill, because the drawing has no closed outlines except those that are marked "
+            "or left out; check --mark-layers, --cut-layers, --min-diameter and --max-diameter",
+        ),
         ({"tab_width": 60.0}, "has no room for 2 tabs of 60 mm; give --tab-width 41.8mm, or --tabs 0"),
         ({"tabs": 0}, "only used with --tabs; add --tabs or leave out --tab-"),
         ({"machine": "plasma-table"}, "cannot mill"),
@@ -303,7 +310,7 @@ def test_a_long_edge_is_cut_in_as_few_turns_as_the_step_down_allows(tabs: int, s
 def test_a_plate_of_another_thickness_than_its_solid_is_refused() -> None:
     pytest.importorskip("OCP")
     solid = Path(__file__).parents[3] / "examples" / "stepped_plate.step"
-    with pytest.raises(OptionError, match="--thickness 3 mm: the solid is 38 mm high"):
+    with pytest.raises(OptionError, match="--thickness is 3 mm, but the solid is 38 mm high; give --thickness"):
         leafcut.part(solid, **FAST)
 
 
@@ -424,7 +431,11 @@ def test_an_edge_in_a_gap_narrower_than_the_mill_is_named_and_not_milled(tmp_pat
 
 def test_parts_closer_than_the_mill_are_named(tmp_path: Path) -> None:
     squares = [[(x, 0), (x + 50, 0), (x + 50, 50), (x, 50)] for x in (0.0, 53.0)]
-    with pytest.raises(OptionError, match=r"2 edges closer to another one than the mill of 4 mm.*\(51.5, .*move them"):
+    with pytest.raises(
+        OptionError,
+        match=r"the program does not mill 2 edges closer to another edge than the diameter of the mill, 4 mm.*\(51.5, "
+        r".*move them",
+    ):
         leafcut.part(drawing(tmp_path, *squares), **FAST)
 
 
@@ -464,7 +475,7 @@ def test_the_report_of_a_part_with_open_lines_is_written(tmp_path: Path) -> None
     assert line is not None and opening is not None
     assert (line.count, len(line.where), line.outlines) == (1, 1, ())
     assert (opening.count, len(opening.outlines)) == (1, 1)
-    assert "not milled" in (tmp_path / "part.html").read_text()
+    assert "does not mill" in (tmp_path / "part.html").read_text()
 
 
 def test_tabs_are_at_most_half_as_high_as_the_plate_unless_their_height_is_given(tmp_path: Path) -> None:

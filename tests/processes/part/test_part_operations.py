@@ -284,7 +284,7 @@ def test_a_text_on_a_layer_of_pockets_is_reported(tmp_path: Path) -> None:
     (tmp_path / "rules.toml").write_text('[layer]\n"OUTLINE" = "profile"\n"POCKET" = "pocket 2mm"\n')
     outcome = leafcut.part(source, operations=tmp_path / "rules.toml", **FAST, **MILL)
     assert [issue.message for issue in outcome.issues if issue.code == "L210"] == [
-        "texts are engraved on mark layers only; left out: 1 on layer POCKET"
+        "texts are engraved only on mark layers; the program leaves out 1 on layer POCKET"
     ]
 
 
@@ -305,8 +305,12 @@ def test_a_pocket_in_the_slug_of_an_opening_is_refused(tmp_path: Path) -> None:
             "pocket 2mm",
             r"rules.toml:4: the pocket at .* on layer B overlaps the pocket at .* layer A",
         ),
-        ((20, 20, 40, 30), "engrave 1mm", r"the path at .* on layer B is engraved in the pocket at .* on layer A"),
-        ((70, 10, 90, 40), "pocket 3mm", r"the pocket at .* on layer B lies outside of the parts"),
+        ((20, 20, 40, 30), "engrave 1mm", r"path at .* on layer B would be engraved in the pocket at .* on layer A"),
+        (
+            (70, 10, 90, 40),
+            "pocket 3mm",
+            "the pocket at .*on layer B lies outside the parts; move it, or choose 'ignore' for",
+        ),
         ((25, 42, 27, 46), "pocket 2mm", r"the pocket at .* on layer B is narrower than the mill of 3 mm"),
     ],
 )
@@ -360,7 +364,7 @@ def test_a_name_with_brackets_is_the_name_of_a_layer(tmp_path: Path) -> None:
         ('"OUTLINE" = "profile"', '"OUTLINE" = "bore"', "rules.toml:2: the shape at (5, 0) is not round, so"),
         ("[layer]", "[layers]", "rules.toml:1: unknown key 'layers'; did you mean 'layer'?"),
         ("[layer]", "[POCKET_3]", "rules.toml:1: unknown key 'POCKET_3'; write a table [layer] with lines such as"),
-        (RULES, '[layer]\n"*" = "ignore"', "nameplate: nothing to mill: --operations ignores all layers"),
+        (RULES, '[layer]\n"*" = "ignore"', "nameplate: there is nothing to mill, because --operations ignores"),
         (RULES, "[layer]\n", "rules.toml: no layer has an operation; write a table [layer]"),
         (RULES, '[layer]\n"TEXT" = "engrave 1mm"\n"TEXT" = "bore"', "rules.toml: not a TOML file"),
     ],

@@ -176,8 +176,8 @@ def test_a_material_of_unknown_force_gives_a_warning(drawing: Path, library_tool
     given = {**library_tool, "material": "plastic", "depth": 1.5}
     unknown = api.optimize(drawing, feeds=True, machine="haas-vf2", **given)
     assert [issue.message for issue in unknown.issues if issue.code == "L705"] == [
-        "power and torque do not limit feeds: the cutting force of 'plastic' is unknown; name a material of "
-        "`leafcut list materials`"
+        "the power and torque of the spindle do not limit the feeds, because the cutting force of 'plastic' "
+        "is unknown; name a material of `leafcut list materials`"
     ]
 
 

@@ -345,7 +345,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"machine": "plasma-table"}, PlanError, "cannot mill"),
         ({"tools": EXAMPLES / "tools.toml", "tool_number": 2}, PlanError, "T2 drill 5.0, M6 core Ø5 is a drill"),
         ({"retract_height": 20}, PlanError, "R plane"),
-        ({"feed": "100m/min"}, PlanError, "feeds at most"),
+        ({"feed": "100m/min"}, PlanError, "feeds at"),
         ({"keep_out": "20 0 40 10"}, PlanError, "pocket plate is in the keep-out zone '20 0 40 10'"),
         ({"start_point": "1,2,3"}, OptionError, "two numbers"),
     ],

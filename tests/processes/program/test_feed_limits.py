@@ -248,16 +248,17 @@ def test_straight_down_a_mill_takes_no_more_torque_than_the_spindle_gives(tmp_pa
 def test_what_does_not_limit_is_told_once_with_what_to_give(tmp_path: Path) -> None:
     bare = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK)
     assert [issue.message for issue in bare.issues if issue.code == "L514"] == [
-        "power and torque do not limit feeds: give --material",
+        "the power and torque of the spindle do not limit the feeds, because the material is unknown; give --material",
         "feeds in slots are limited like feeds in other cuts",
-        "plunges and ramps of T1 keep their feeds: give a plunge feed with --tools",
+        "plunges and ramps of T1 keep their feeds; give a plunge feed with --tools",
     ]
     some = {"tools": library(tmp_path, teeth=""), "material": "steel-c45"}
     known = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, machine=machine_of_power(tmp_path, "500 W"), **some)
     assert [issue.message for issue in known.issues if issue.code == "L514"] == [
-        "power and torque do not limit feeds of T1: give the number of teeth with --tools",
+        "the power and torque of the spindle do not limit the feeds of T1, because the number of teeth is "
+        "unknown; give it with --tools",
         "feeds in slots are limited like feeds in other cuts",
-        "plunges and ramps of T1 keep their feeds: give a plunge feed with --tools",
+        "plunges and ramps of T1 keep their feeds; give a plunge feed with --tools",
     ]
     machine = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, **some)
     assert any("the machine's profile does not state them" in issue.message for issue in machine.issues)

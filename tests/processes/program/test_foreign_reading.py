@@ -29,7 +29,7 @@ def test_a_program_without_units_is_read_in_those_of_the_option_or_of_the_machin
     source.write_text(NO_UNITS + "M05\nM30\n")
     found = leafcut.optimize(source, machine="grbl-3018")
     note = next(i for i in found.issues if i.code == "L102")
-    assert "read as mm, the units of grbl-3018" in note.message
+    assert "and is read in mm, the units of grbl-3018" in note.message
     assert found.after.time_s < found.before.time_s and "G21" not in found.text
     inches = leafcut.simulate(source, machine="grbl-3018", units="in")
     mm = leafcut.simulate(source, machine="grbl-3018")
@@ -126,7 +126,7 @@ def test_what_a_machine_nobody_named_does_not_read_says_so(tmp_path: Path) -> No
     """A height beside G43 moves on a Haas; LinuxCNC, for which programs are read by default, does not know it so."""
     source = tmp_path / "a.nc"
     source.write_text("%\nO1\nT1 M6\nS900 M3\nG43 H1 Z20.\nG0 X1. Y1.\nG1 Z-1. F100.\nX5.\nM30\n%\n")
-    with pytest.raises(ReadError, match=r"a\.nc:5: .* a Haas would accept it: .*--machine haas-vf2"):
+    with pytest.raises(ReadError, match=r"a\.nc:5: .* a Haas would accept it; .*--machine haas-vf2"):
         leafcut.simulate(source)
     with pytest.raises(ReadError, match=r"another motion$"):
         leafcut.simulate(source, machine="linuxcnc-mill")

@@ -223,8 +223,8 @@ def test_a_program_of_which_the_controller_may_skip_moves_keeps_its_speeds(tmp_p
     found = reordered(tmp_path, text, air=True, workpiece=BLOCK)
     assert found.text == text
     assert [str(i) for i in found.issues if i.code == "L513"] == [
-        "L513 speeds and heights are unchanged: the block-delete switch (/) can skip moves and leave their material "
-        "(line 7)"
+        "L513 speeds and heights are unchanged, because the block-delete switch (/) can skip moves and leave "
+        "their material uncut (line 7)"
     ]
 
 

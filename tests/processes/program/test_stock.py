@@ -52,7 +52,7 @@ def test_a_rapid_that_meets_the_stock_is_a_danger_with_its_line_and_depth(tmp_pa
     found = leafcut.stock(made(tmp_path, SLOT.replace("G0 Z5\nM5", "G0 X40\nG0 Z5\nM5")), workpiece="0,0,-5,60,20,0")
     (rapid,) = found.rapids
     assert (rapid.line, rapid.depth_mm) == (8, pytest.approx(2.0))
-    (issue,) = [issue for issue in found.issues if issue.message.startswith("rapid in the stock")]
+    (issue,) = [issue for issue in found.issues if issue.message.startswith("a rapid goes")]
     assert (issue.severity, issue.place) == ("danger", "line 8")
 
 
@@ -84,7 +84,7 @@ def test_with_strict_a_rapid_in_the_stock_ends_with_status_1(
 ) -> None:
     bad = made(tmp_path, SLOT.replace("G0 Z5\nM5", "G0 X40\nG0 Z5\nM5"))
     assert run(["stock", bad, "--workpiece", "0,0,-5,60,20,0"]) == 0
-    assert "danger: L802 rapid in the stock, 2.00 mm deep (line 8)" in capsys.readouterr().out
+    assert "danger: L802 a rapid goes 2.00 mm deep into the stock (line 8)" in capsys.readouterr().out
     assert run(["stock", bad, "--workpiece", "0,0,-5,60,20,0", "--strict"]) == 1
 
 
@@ -132,7 +132,7 @@ def test_what_is_fed_first_from_an_unknown_place_cuts_at_its_end_and_is_told(tmp
     found = leafcut.stock(made(tmp_path, "G21 G90\nT1 M6\nM3 S900\nG1 X10 Y10 Z-2 F60\nG0 Z5\nM2\n"), tool_diameter=6)
     assert found.removed_mm3 == pytest.approx(math.pi * 18, rel=0.01)
     assert [i.message for i in found.issues if i.code == "L808"] == [
-        "the start point of 1 cut is unknown: only the end point is cut in this simulation"
+        "the start point of 1 cut is unknown, so the simulation cuts only at the end point"
     ]
     assert found.rapids == ()
 
@@ -144,7 +144,12 @@ def test_what_is_fed_first_from_an_unknown_place_cuts_at_its_end_and_is_told(tmp
         (SLOT, ["--workpiece", "0,0,0"], 2, "has 3 numbers; give six"),
         (SLOT, ["--workpiece", "0,0,0,9,9,0"], 2, "--workpiece 0,0,0,9,9,0: a block of 9 × 9 × 0 mm has no volume"),
         (SLOT, ["--workpiece", "0,0,-5,9,x,0"], 2, "--workpiece 0,0,-5,9,x,0: 'x'"),
-        (SLOT, ["--workpiece", "100,100,-5,200,200,0"], 1, "the program never touches the stock, X 100 to 200"),
+        (
+            SLOT,
+            ["--workpiece", "100,100,-5,200,200,0"],
+            1,
+            "the program never touches the stock (X 100 to 200",
+        ),
         (
             SLOT,
             ["--workpiece", "0,0,-5,9000,9000,0", "--cell", "0.001"],

@@ -114,7 +114,7 @@ def test_undercuts_are_told_and_count_as_material(tmp_path: Path, capsys: pytest
         assert run(["stock", program(tmp_path), "--workpiece", stl(tmp_path / name, triangles), "--json"]) == 0
         answer = json.loads(capsys.readouterr().out)
         assert [one["message"] for one in answer["issues"] if one["code"] == "L811"] == [
-            "the stock has undercuts, 200.0 mm² seen from below: they are treated as solid material"
+            "the stock has undercuts (200.0 mm² seen from below), which are treated as solid material"
         ]
         assert answer["removed_mm3"] == pytest.approx(6 * 20 * 2, rel=0.02)
 
@@ -166,7 +166,7 @@ def test_cells_that_do_not_fit_and_cuts_beyond_the_stock_are_told(
     assert "never touches the stock" in (told := capsys.readouterr().err)
     assert told.endswith("; in inches, the stock would contain all cuts: save the file in mm\n")
     assert run(["stock", program(tmp_path), "--workpiece", "0,0,-1,1e9,9,0"]) == 2
-    assert "1e+06 m long, too long" in capsys.readouterr().err
+    assert "is 1e+06 m long, which is too long for a stock; check its" in capsys.readouterr().err
 
 
 def test_the_stock_is_never_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

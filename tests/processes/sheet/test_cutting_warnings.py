@@ -135,6 +135,6 @@ def test_a_register_that_must_hold_half_of_the_kerf_is_told_and_stands_in_the_pr
     options: dict[str, Any] = {**LASER, "thickness": "3", "compensation": "controller", "ignore_layers": "MARK"}
     outcome = api.optimize(plate, **options)
     (issue,) = [i for i in outcome.issues if i.code == "L622"]
-    assert "register D1: set it to 0.11 mm" in issue.message  # the chart's kerf is 0.22 mm
+    assert "register D1; set it to 0.11 mm" in issue.message  # the chart's kerf is 0.22 mm
     assert "(REGISTER D1 MUST HOLD HALF OF THE KERF AS A RADIUS: 0.11 MM)" in outcome.text
     assert "L622" not in {i.code for i in api.optimize(plate, **{**options, "compensation": "geometry"}).issues}

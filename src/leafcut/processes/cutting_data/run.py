@@ -86,7 +86,7 @@ def cutting_data(
     if objective not in OBJECTIVES:
         raise OptionError(f"--objective: unknown value '{objective}'{name_suggestion(objective, OBJECTIVES)}")
     if "material" not in settings.given:
-        raise OptionError("no material given; name it with --material (leafcut list materials lists them)")
+        raise OptionError("the material is missing; name it with --material ('leafcut list materials' shows all names)")
     options = settings.of(SpeedOptions)
     machine = machine_of(settings)
     if machine.head is not Head.SPINDLE:
@@ -134,7 +134,7 @@ def _tool_fronts(
     if not fronts:
         raise refused[0]
     issues += [
-        Issue("L440", Message("no speeds chosen: {}", problem), severity=Severity.WARNING) for problem in refused
+        Issue("L440", Message("no speeds were chosen: {}", problem), severity=Severity.WARNING) for problem in refused
     ]
     return fronts
 
@@ -168,7 +168,7 @@ def _plan_tool_works(
             left_out.append(f"T{tool.number}")
     if left_out:
         names = ", ".join(left_out)
-        message = Message("no speeds chosen for {}: only drills and end mills have them", names)
+        message = Message("no speeds were chosen for {}: leafcut knows speeds only for drills and end mills", names)
         issues.append(Issue("L440", message, severity=Severity.NOTE))
 
 
@@ -209,13 +209,13 @@ def _tool_works_from_options(settings: Settings, machine: Machine) -> Iterator[t
     elif job.tool_diameter is not None:
         tools = [Tool(1, job.tool_diameter, assumed=True)]
     else:
-        raise OptionError("no tool given: give a drawing, --tools or --tool-diameter")
+        raise OptionError("the tool is missing; give a drawing, --tools or --tool-diameter")
     drills = [tool for tool in tools if tool.kind is ToolKind.DRILL]
     deep = None
     if drills:
         deep = job.thickness + job.break_through if job.thickness is not None else job.blind_depth
         if deep is None:
-            raise OptionError("no depth of holes: give --depth or --thickness")
+            raise OptionError("the depth of the holes is missing; give --depth or --thickness")
     for tool in tools:
         if tool.kind is ToolKind.DRILL and deep is not None:
             cut = deep + tool.point_length

@@ -458,7 +458,7 @@ def _read_motions(
             plunging = True
         elif kind in _FOREIGN_KINDS:
             text = Message(
-                "a drilling program contains an arc, a probe, a shift of the origin or a block that is not understood"
+                "the drilling program contains an arc, a probe, a shift of the origin or a block that is not understood"
             )
             foreign.append(Difference(Message("not drilling"), 0, line, text))
         elif kind == Kind.TOOL or (kind in (Kind.RAPID, Kind.MACHINE) and not upright):

@@ -61,8 +61,8 @@ def _pocket_layer_issues(part: Part) -> list[Issue]:
     for layer, number in Counter(hole.layer for hole in part.holes).items():
         if is_other(layer):
             message = Message(
-                "{} on layer '{}', which is named for other work; if they are "
-                "not drilled, name the layers to drill with --layers",
+                "the program drills {} on layer '{}', whose name suggests other work; to exclude them, name "
+                "the layers to drill with --layers",
                 count_of(number, "hole"),
                 printable(layer),
             )
@@ -181,8 +181,8 @@ def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
         same_number = order.drawing.holes == drawing.holes
         difference = Message("the same number at other positions") if same_number else f"{drawing.holes}"
         raise PlanError(
-            "{}: this is an order for a different drawing, with {} holes; this one has "
-            "{}; create a new file for it, or remove 'drawing' from the file to use it anyway",
+            "{}: this order is for another drawing with {} holes, but this drawing has {}; create a new file, "
+            "or remove 'drawing' from the file to use it anyway",
             path,
             order.drawing.holes,
             difference,

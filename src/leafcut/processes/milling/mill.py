@@ -87,7 +87,7 @@ def assumed_number_issues(options: MillingOptions, mill: Tool | None, tool: Tool
     """Return a note if the number of the end mill is neither in the tool library nor given as an option."""
     if mill is not None or options.tool_number is not None:
         return []
-    words = Message("{} is assumed: load it under this number, or give --tool-number", tool.label)
+    words = Message("{} is assumed; load it under this number, or give --tool-number", tool.label)
     return [Issue("L401", words, severity=Severity.NOTE)]
 
 
@@ -193,11 +193,11 @@ def add_cutting_data(
     )
     if not asked_rpm and not machine.spindle_min_rpm / MOST_OFF <= careful <= machine.spindle_max_rpm * MOST_OFF:
         raise PlanError(
-            "{} needs {:.0f} rpm in {}, but {}: use a smaller mill, or "
-            "give --material or the --spindle-speed that your mill and material need"
+            "{} needs {:.0f} rpm in {}, but {}; use a smaller mill, or give --material or the --spindle-speed "
+            "that your mill and material need"
             if careful < machine.spindle_min_rpm
-            else "{} needs {:.0f} rpm in {}, but {}: use a larger mill, or "
-            "give --material or the --spindle-speed that your mill and material need",
+            else "{} needs {:.0f} rpm in {}, but {}; use a larger mill, or give --material or the --spindle-speed "
+            "that your mill and material need",
             tool.label,
             careful,
             name,
@@ -205,23 +205,26 @@ def add_cutting_data(
         )
     rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
     if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
-        whose = "--spindle-speed" if job.spindle_speed else Message("{}, speed", tool.label)
-        raise PlanError("{} {:g}: {}; choose a speed in this range", whose, rpm, has)
+        whose = "--spindle-speed" if job.spindle_speed else Message("the speed of {}", tool.label)
+        raise PlanError("{} is {:g} rpm, but {}; choose a speed in this range", whose, rpm, has)
     per_tooth = min(FEED_PER_TOOTH * tool.diameter, MOST_PER_TOOTH)
     feed = asked_feed or min(per_tooth * (tool.teeth or TEETH) * rpm / 60.0, machine.max_feed)
     if feed > machine.max_feed * (1 + 1e-9):
-        whose = "--feed" if job.feed else Message("{}, feed", tool.label)
+        whose = "--feed" if job.feed else Message("the feed of {}", tool.label)
         raise PlanError(
-            "{} {:g} mm/min: {} feeds at most {:g} mm/min", whose, feed * 60, machine.name, machine.max_feed * 60
+            "{} is {:g} mm/min, but {} feeds at {:g} mm/min at most; choose a lower feed",
+            whose,
+            feed * 60,
+            machine.name,
+            machine.max_feed * 60,
         )
     tool = replace(tool, feed=feed, spindle_rpm=rpm)
     if asked_rpm and asked_feed:
         return replace(tool, assumed=False), []
     too_fast = rpm > (MOST_OFF if asked_rpm else FAST) * careful
     words = Message(
-        "{}: assumed {:.6g} mm/min at {:.0f} rpm (for high-speed steel in "
-        "{}, {:.3g} mm per tooth); check both values; --material, --feed and --spindle-speed "
-        "change them",
+        "{}: leafcut assumes {:.6g} mm/min at {:.0f} rpm (for high-speed steel in {}, {:.3g} mm per tooth); "
+        "check both values, and change them with --material, --feed or --spindle-speed",
         tool.label,
         feed * 60,
         rpm,
@@ -230,9 +233,9 @@ def add_cutting_data(
     )
     if too_fast:
         # The requested speed is too high for the material that the assumed feed is based on.
-        words = Message("{}. Recommended spindle speed: {:.0f} rpm", words, careful)
+        words = Message("{}. The recommended spindle speed is {:.0f} rpm", words, careful)
         if not asked_rpm:
-            words = Message("{}; minimum speed of the spindle of {}: {:.0f} rpm", words, machine.name, rpm)
+            words = Message("{}, but the minimum speed of the spindle of {} is {:.0f} rpm", words, machine.name, rpm)
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 
@@ -242,7 +245,8 @@ def _material_with_data(material: str) -> str:
     key = _NAMES.get(key, key)
     if key not in SURFACE_SPEEDS:
         raise OptionError(
-            "--material: no cutting data of end mills for '{}', only for {}; give --feed and --spindle-speed",
+            "--material: leafcut has no cutting data of end mills for '{}', only for {}; give --feed and "
+            "--spindle-speed",
             printable(material),
             ", ".join(SURFACE_SPEEDS),
         )

@@ -89,8 +89,10 @@ def pocket_areas(
     solid = [PocketArea(pocket.outline, pocket.islands, pocket.depth or 0.0) for pocket in divided.edges.pockets]
     narrow = [area for area in solid if _is_narrow(area, diameter)]
     if narrow:
-        words = Message("{} narrower than the mill of {:g} mm, not milled", count_of(len(narrow), "pocket"), diameter)
-        where = Message("the first at ({:.4g}, {:.4g}): drill it, or use a smaller mill", *narrow[0].outline.start)
+        words = Message(
+            "the program does not mill {} narrower than the mill of {:g} mm", count_of(len(narrow), "pocket"), diameter
+        )
+        where = Message("the first at ({:.4g}, {:.4g}); drill it, or use a smaller mill", *narrow[0].outline.start)
         missing = missing_paths("pocket", [area.outline for area in narrow])
         issues.append(Issue("L707", words, where, missing=missing))
     for area in solid:
@@ -125,7 +127,12 @@ def refuse_overlap(rule: LayerRule, area: PocketArea, others: Sequence[PocketAre
     """Raise PlanError if an area overlaps another area."""
     for other in others:
         if area.region.intersection(other.region).area > _TOUCH * _TOUCH:
-            raise PlanError("{}: {} overlaps {}; make it an island there", rule.place, area.name, other.name)
+            raise PlanError(
+                "{}: {} overlaps {}; to leave it standing, put it on the same layer as an island",
+                rule.place,
+                area.name,
+                other.name,
+            )
 
 
 def _is_narrow(area: PocketArea, diameter: float) -> bool:
@@ -186,10 +193,10 @@ def check_pockets(
                     tabs.height,
                 )
         if material is not None and not material.intersects(inner):
-            raise PlanError("{} lies outside of the parts; move it, or choose 'ignore' for its layer", area.name)
+            raise PlanError("{} lies outside the parts; move it, or choose 'ignore' for its layer", area.name)
         for engraving in engravings:
             if inner.intersects(engraving.line):
-                raise PlanError("{} is engraved in {}; engrave outside of pockets", engraving.name, area.name)
+                raise PlanError("{} would be engraved in {}; engrave only outside pockets", engraving.name, area.name)
 
 
 def pocket_tasks(

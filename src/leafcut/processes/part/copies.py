@@ -42,7 +42,7 @@ def repeat_part(part: Part, settings: Settings) -> Part:
     copied = [contour for contour in part.contours if contour.kind != "sheet" and not is_sheet(contour.layer)]
     if columns * rows * len(copied) > _MOST_SHAPES:
         raise PlanError(
-            "{}: {} copies of {} shapes are more than {} shapes; give fewer --copies",
+            "{}: {} copies of {} shapes exceed the limit of {} shapes; give fewer --copies",
             part.name,
             columns * rows,
             len(copied),
@@ -84,8 +84,8 @@ def _refuse_unclear_sheet(part: Part, copied: Sequence[Contour], settings: Setti
     layers = {contour.layer for contour, kind in zip(copied, kinds, strict=True) if kind == "maybe sheet"}
     if layers:
         raise PlanError(
-            "{}: --copies: layer '{}' may hold the outline of the part or of the sheet; name it with --cut-layers or "
-            "--sheet-layers",
+            "{}: with --copies, layer '{}' may hold the outline of the part or of the sheet; name the layer "
+            "with --cut-layers or --sheet-layers",
             part.name,
             min(layers),
         )

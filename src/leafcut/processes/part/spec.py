@@ -143,7 +143,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     check_pockets(areas, faces, edges, cuts, engravings, tabs, thickness, diameter, finish)
     chamfers = chamfers_of(divided, edges, cuts, drilled, faces, 0.5 * diameter, tools, tabs, thickness)
     if not (edges or drilled or engravings or faces) and not any(issue.missing for issue in issues):
-        raise PlanError("{}: nothing to mill: --operations ignores all layers", part.name)
+        raise PlanError("{}: there is nothing to mill, because --operations ignores all layers", part.name)
     if not (cuts or groups or engravings or faces):
         raise OptionError("{}: nothing can be milled: {}", part.name, next(one for one in issues if one.missing))
     issues += [*assumed_number_issues(milling, mill, data.tool), *of_data, *of_mills, *of_carvings]
@@ -207,8 +207,8 @@ def _drawn_edges(sheet: Sheet, divided: LayeredPart, settings: Settings, name: s
         return edges, issues
     if not edges:
         raise PlanError(
-            "{}: nothing to mill: the drawing has no closed outlines except those that are marked or left out; check "
-            "--mark-layers, --cut-layers, --min-diameter and --max-diameter",
+            "{}: there is nothing to mill, because the drawing has no closed outlines except those that are marked or "
+            "left out; check --mark-layers, --cut-layers, --min-diameter and --max-diameter",
             name,
         )
     if not settings.sheet.cut_layers:
@@ -371,7 +371,7 @@ def _refuse_clamps(
         *((one.area.name, one.area.region, -one.area.depth, one.bit.tool) for one in request.carvings),
         *((one.name, ring_of(chamfer_path(one)), -one.depth, one.bit.tool) for one in request.chamfers),
         *(
-            (Message("the hole at {:g}, {:g}", hole.x, hole.y), shapely.Point(hole.x, hole.y), hole.tip, hole.tool)
+            (Message("the hole at ({:g}, {:g})", hole.x, hole.y), shapely.Point(hole.x, hole.y), hole.tip, hole.tool)
             for hole in request.holes
         ),
     ]
@@ -504,9 +504,9 @@ def _split_holes(
     ]
     issues = []
     if other:
-        words = Message("{} with a recipe in the tool library, not drilled", count_of(len(other), "hole"))
+        words = Message("the program does not drill {} with a recipe in the tool library", count_of(len(other), "hole"))
         x, y = other[0].path.start
-        where = Message("the first at ({:.4g}, {:.4g}): drill it first, with leafcut drill", x, y)
+        where = Message("the first at ({:.4g}, {:.4g}); drill it before milling, with leafcut drill", x, y)
         issues.append(Issue("L707", words, where, missing=missing_paths("hole", [edge.path for edge in other])))
     return kept, list(drilled.values()), issues
 
@@ -553,7 +553,7 @@ def _allowance(settings: Settings, radius: float) -> float:
     finish = settings.of(PartOptions).finish
     if 0.0 < finish < _SMALLEST_FINISH:
         raise OptionError(
-            "--finish {:g} mm: too small to be checked; give at least {:g} mm, or 0 for no finishing pass",
+            "--finish {:g} mm is too small to be verified; give at least {:g} mm, or 0 for no finishing pass",
             finish,
             _SMALLEST_FINISH,
         )
@@ -566,7 +566,7 @@ def _tab_rules(settings: Settings, thickness: float) -> TabRules:
     height = options.tab_height if "tab_height" in settings.given else min(options.tab_height, 0.5 * thickness)
     if options.tabs and height >= thickness:
         raise OptionError(
-            "--tab-height {:g} mm: the plate is only {:g} mm thick; give a lower height, or --tabs 0",
+            "--tab-height is {:g} mm, but the plate is only {:g} mm thick; give a smaller --tab-height, or --tabs 0",
             height,
             thickness,
         )

@@ -163,7 +163,7 @@ def _try_strategy(
         refused.
     """
     if job.run.cancelled.is_set() and strategy.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
-        return PocketResult(strategy.name, refused=Message("not tried before the search was stopped")), [], []
+        return PocketResult(strategy.name, refused=Message("it was not tried before the search was stopped")), [], []
     try:
         clearings = [_clear_region(job, job.levels[number], strategy, region, roughed, time) for region in regions]
     except (PlanError, SolveError) as problem:

@@ -148,8 +148,8 @@ def exact_stop_notes(job: PocketJob) -> list[Issue]:
     if not job.dialect.rounding or job.max_corner_rounding <= job.rules.stock:
         return []
     words = Message(
-        "{} stops after every move (G61): with G64 it would round corners by up to {:.2g} "
-        "mm at this feed, into the walls; set --stock to this value to rough without stops",
+        "programs for {} stop after every move (G61), because G64 would round corners into the walls by up to "
+        "{:.2g} mm at this feed; set --stock to this value to rough without stops",
         job.dialect.name,
         job.max_corner_rounding,
     )
@@ -163,7 +163,7 @@ def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
     for kind in dict.fromkeys(d.kind for d in changed):
         places = list(dict.fromkeys(d.place for d in changed if d.kind == kind))
         asked = next(d.asked for d in changed if d.kind == kind)
-        words = Message("no room for a {}: entry changed to a {}", asked, kind)
+        words = Message("there is no room for a {}, so the entry was changed to a {}", asked, kind)
         more = Message(", and at {} more", len(places) - 1) if len(places) > 1 else ""
         severity = Severity.WARNING if kind == "plunge" else Severity.NOTE
         issues.append(

@@ -58,7 +58,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
     check_algorithm(settings)
     options, milling = settings.of(PocketOptions), settings.of(MillingOptions)
     if settings.job.is_through:
-        raise OptionError("--depth through: a pocket has a bottom; give its depth")
+        raise OptionError("--depth through does not apply to pockets, which have a floor; give a depth")
     part = read_pockets(
         source, settings.read, settings.pocket_drawing, settings.sheet, run.start_step(Message("reading"))
     )
@@ -144,7 +144,7 @@ def _load_solid(
     if run.settings.of(PocketOptions).pocket_top == "highest":
         return None, [0.0] * len(part.pockets)
     if any(one.top is None for one in part.pockets):
-        raise OptionError("--pocket-top surface: only a STEP file has a surface; leave it out, or give a STEP file")
+        raise OptionError("--pocket-top surface requires a STEP file; leave the option out, or give a STEP file")
     from leafcut.read.step import Pose, step_mesh
 
     run.report(Message("reading the surface"))
@@ -162,7 +162,7 @@ def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[
         return []
     heights = sorted({round((pockets[k].top or 0.0) + tops[k], 3) for k in lower}, reverse=True)
     words = Message(
-        "{} with material that starts below the highest point, at {}: remove the material above first",
+        "the material of {} starts below the highest point of the solid, at {}; remove the material above it first",
         count_of(len(lower), "pocket"),
         ", ".join(f"Z{z:g}" for z in heights),
     )

@@ -110,7 +110,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     workpiece = job.settings.stock.workpiece
     if blind and not workpiece:
         raise OptionError(
-            "{} needs the position of the material: give the block with --workpiece, as x,y,z of its lower and "
+            "{} needs the position of the material; give the block with --workpiece, as x,y,z of its lower and "
             "of its upper corner",
             blind[0],
         )
@@ -120,7 +120,8 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
         return PacedProgram(text, program, PaceChange())
     if line := _first_skippable_line(program):
         message = Message(
-            "speeds and heights are unchanged: the block-delete switch (/) can skip moves and leave their material"
+            "speeds and heights are unchanged, because the block-delete switch (/) can skip moves and leave "
+            "their material uncut"
         )
         return PacedProgram(text, program, PaceChange(), (Issue("L513", message, Message("line {}", line)),))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
@@ -215,9 +216,8 @@ class _PaceSteps:
     def stock_notes(self) -> Iterator[Issue]:
         if not self.stock.known:
             message = Message(
-                "the stock is not given: a move is treated as a move in air only where the program has already moved "
-                "or cut; "
-                "give --workpiece to find more"
+                "the stock is not given, so leafcut finds moves in air only where the program has already "
+                "moved or cut; give --workpiece to find more"
             )
             yield Issue("L510", message, severity=Severity.NOTE)
 
@@ -339,8 +339,8 @@ class _PaceSteps:
         raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
         if rules.feeds and raised.any() and rows_with_free_rounding(program.path, self.job.machine, math.inf).any():
             message = Message(
-                "the program lets the controller round corners without a limit (G64 without P): higher feeds round "
-                "them more; give a tolerance such as G64 P0.01"
+                "the program lets the controller round corners without a limit (G64 without P), and higher "
+                "feeds round them more; give a tolerance such as G64 P0.01"
             )
             issues = (*issues, Issue("L511", message))
         kept = self.unchanged_feed_notes(program, loads, pace, change, speed)
@@ -566,19 +566,24 @@ class _PaceSteps:
         spindle = self.rules.spindle
         toothless = [number for number in numbers if not self.tools[number].teeth]
         if spindle is None:
-            yield Message("power and torque do not limit feeds: give --material")
+            yield Message(
+                "the power and torque of the spindle do not limit the feeds, because the material is unknown; give "
+                "--material"
+            )
         elif not spindle.limited:
             yield Message(
-                "power and torque do not limit feeds: the machine's profile does not state them; set spindle.power in "
-                "its profile"
+                "the power and torque of the spindle do not limit the feeds, because the machine's profile "
+                "does not state them; set spindle.power in the profile"
             )
         elif toothless:
             yield Message(
-                "power and torque do not limit feeds of {}: give the number of teeth with --tools", named(toothless)
+                "the power and torque of the spindle do not limit the feeds of {}, because the number of teeth "
+                "is unknown; give it with --tools",
+                named(toothless),
             )
         yield Message("feeds in slots are limited like feeds in other cuts")
         if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
-            yield Message("plunges and ramps of {} keep their feeds: give a plunge feed with --tools", named(unknown))
+            yield Message("plunges and ramps of {} keep their feeds; give a plunge feed with --tools", named(unknown))
 
 
 #: Messages by `KeptFeed.reason`, with share (%) and line. The key "chip" is used if the feed comes from the tool

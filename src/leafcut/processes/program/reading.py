@@ -140,10 +140,12 @@ def controller_motion(program: Program, program_dialect: Dialect, clearance: flo
         return program.path, []
     path, unknown = with_controller_moves(program.path, program.lines, clearance)
     message = Message(
-        "{} cuts use a material that the program does not define, (o=0, …): their pierces are not timed", unknown
+        "{} cuts use a material that the program does not define, (o=0, …), so their pierces are not timed", unknown
     )
     if unknown == 1:
-        message = Message("1 cut uses a material that the program does not define, (o=0, …): its pierce is not timed")
+        message = Message(
+            "1 cut uses a material that the program does not define, (o=0, …), so its pierce is not timed"
+        )
     return path, [Issue("L413", message)] if unknown else []
 
 
@@ -220,7 +222,7 @@ def read_foreign(
         if not free or not _can_read(text, source, settings, _HAAS, check_cancelled):
             raise
         hint = Message(
-            "read as a program for {}, but a Haas would accept it: choose your machine, such as --machine {}",
+            "the program was read for {}, but a Haas would accept it; choose your machine, such as --machine {}",
             machine.name,
             _HAAS,
         )
@@ -282,7 +284,8 @@ def _timed_on_router(read: ProgramRead) -> ProgramRead:
         return read
     name, word = found
     message = Message(
-        "{} indicates a router: timed on {}, checked against the limits of {}; name your machine with --machine",
+        "{} indicates a router, so the program is timed on {} and checked against the limits of {}; name your "
+        "machine with --machine",
         word,
         name,
         read.machine.name,
@@ -306,7 +309,9 @@ def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
 def _assumed_machine_note(machine: Machine, what: str) -> Issue:
     what = {"laser": Message("a laser"), "plasma": Message("a plasma table")}[what]
     message = Message(
-        "this program is for {}; it was read as a program for {}: name your machine with --machine", what, machine.name
+        "this program is for {}, but it was read as a program for {}; name your machine with --machine",
+        what,
+        machine.name,
     )
     return Issue("L807", message, severity=Severity.NOTE)
 
@@ -352,7 +357,9 @@ def _read(
     )
     if program.title_lines:
         what = Message("line 1 is") if program.title_lines == 1 else Message("lines 1 to {} are", program.title_lines)
-        issues.append(Issue("L101", Message("{} not G-code: ignored as a title above the percent sign", what)))
+        issues.append(
+            Issue("L101", Message("{} not G-code, so leafcut ignores this title above the percent sign", what))
+        )
     if not program.assumed_units and "units" in settings.asked:
         raise OptionError("--units: the program states its own units (G20 or G21); leave it out")
     if program.assumed_units:
@@ -361,8 +368,8 @@ def _read(
         line, size = sizes_in_other_unit(program.lines, units)
         if line:
             message = Message(
-                "the program does not state its units (G20 or G21): read as {}, the units of {}, but a "
-                "comment gives the size {}; check it, and set --units to change that",
+                "the program does not state its units (G20 or G21) and is read in {}, the units of {}, but a "
+                "comment gives the size {}; check the size, and set --units if the units are wrong",
                 name,
                 whose,
                 size,
@@ -370,8 +377,8 @@ def _read(
             issues.append(Issue("L102", message, Message("line {}", line)))
         else:
             message = Message(
-                "the program does not state its units (G20 or G21): read as {}, the units of {}; set --units to change "
-                "that",
+                "the program does not state its units (G20 or G21) and is read in {}, the units of {}; set "
+                "--units to change that",
                 name,
                 whose,
             )

@@ -108,7 +108,7 @@ def cut_stock(
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
         unit = unit_that_fits(given or "", mine.read.program, mine.cutters, block)
         raise PlanError(
-            "{}: the program never touches the stock, {} mm; give --workpiece in its coordinates{}",
+            "{}: the program never touches the stock ({} mm); give --workpiece in the coordinates of the program{}",
             mine.source,
             sides,
             unit_hint(unit),
@@ -197,15 +197,16 @@ def _divided_moves(one: _Cuts, cell: float) -> StraightMoves:
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:
     if stated is None:
         message = Message(
-            "the stock was assumed: a full block around the cuts, with its top at Z0; give it with --workpiece"
+            "the stock is assumed to be a full block around the cuts with its top at Z0; give the real stock "
+            "with --workpiece"
         )
         return [Issue("L510", message, severity=Severity.NOTE)]
     return [
         Issue(
             "L510",
             Message(
-                "the stock was assumed: a full block around the cuts, with its top at Z0, but the program was made for "
-                "{}: give that file with --part to check rapids",
+                "the stock is assumed to be a full block around the cuts with its top at Z0, but the program "
+                "was made for {}; give that file with --part to check rapids",
                 stated.name,
             ),
         )
@@ -291,13 +292,20 @@ def _rapid_issues(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
     severity = Severity.WARNING if doubtful else Severity.DANGER
     issues = [
         Issue(
-            "L802", Message("rapid in the stock, {:.2f} mm deep", one.depth_mm), Message("line {}", one.line), severity
+            "L802",
+            Message("a rapid goes {:.2f} mm deep into the stock", one.depth_mm),
+            Message("line {}", one.line),
+            severity,
         )
         for one in rapids[:_MOST_LISTED]
     ]
     if len(rapids) > _MOST_LISTED:
         more = len(rapids) - _MOST_LISTED
-        message = Message("{} more rapids in the stock", more) if more > 1 else Message("1 more rapid in the stock")
+        message = (
+            Message("{} more rapids go into the stock", more)
+            if more > 1
+            else Message("1 more rapid goes into the stock")
+        )
         issues.append(Issue("L802", message, Message("line {}", rapids[_MOST_LISTED].line), severity))
     return issues
 
@@ -312,7 +320,7 @@ def _unknown_move_issues(moves: StraightMoves) -> list[Issue]:
         Issue(
             "L808",
             Message(
-                "the start point of {} is unknown: only the end point is cut in this simulation",
+                "the start point of {} is unknown, so the simulation cuts only at the end point",
                 count_of(len(fed), "cut"),
             ),
             Message("line {}", line),

@@ -70,7 +70,9 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     longest = max(high - low for low, high in zip(block.low, block.high, strict=True))
     if longest > LONGEST:
         raise OptionError(
-            "--workpiece {}: is {:.4g} m long, too long for a stock; check its coordinates", text, longest / 1000.0
+            "--workpiece {} is {:.4g} m long, which is too long for a stock; check its coordinates",
+            text,
+            longest / 1000.0,
         )
     return block
 
@@ -108,7 +110,7 @@ def stock_issues(
         area = overhang(solid_file(options.workpiece, which))
         if area > _SMALL_AREA:
             message = Message(
-                "the stock has undercuts, {:.1f} mm² seen from below: they are treated as solid material", area
+                "the stock has undercuts ({:.1f} mm² seen from below), which are treated as solid material", area
             )
             found.append(Issue("L811", message))
     return found

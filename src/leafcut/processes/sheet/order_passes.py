@@ -336,7 +336,7 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
     if torch is not None and torch.heights == "controller" and beyond:
         many = Message("1 cut starts") if len(beyond) == 1 else Message("{} cuts start", len(beyond))
         words = Message(
-            "{} beyond the sheet's edge, where the controller probes beside the sheet: lay a piece of the same "
+            "{} beyond the sheet's edge, where the controller probes beside the sheet; lay a piece of the same "
             "thickness there, or use --dialect plasma with a profile without [probe]",
             many,
         )

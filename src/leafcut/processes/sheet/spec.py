@@ -360,7 +360,7 @@ def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue
             printable(asked),
         )
     words = Message(
-        "the cutting data are for {} (--cut-process), but {} has {}: check the power", asked, machine.name, own
+        "the cutting data are for {} (--cut-process), but {} has {}; check the power", asked, machine.name, own
     )
     return asked, [Issue("L413", words)]
 
@@ -406,8 +406,8 @@ def _micro_joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
         return []
     wait = Message("the {:.2g} s", data.pierce_delay) if data.pierce_delay > 0.0 else Message("the time")
     words = Message(
-        "after a micro-joint the beam restarts in motion, without {} that piercing {:g} mm takes, "
-        "and may not cut through: test one part first, or leave out --micro-joints",
+        "after a micro-joint the beam restarts in motion, without {} that piercing {:g} mm takes, and may not "
+        "cut through; test one part first, or leave out --micro-joints",
         wait,
         data.thickness,
     )
@@ -426,8 +426,8 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
     if not differs:
         return []
     words = Message(
-        "the plan was made for {}: this sheet is cut with its own data and the fixed values of "
-        "the plan; check its leads and starts, or make a new plan",
+        "the plan was made for {}, so this sheet is cut with its own data and the fixed values of the plan; "
+        "check its leads and starts, or make a new plan",
         Message.joined_by_and(differs),
     )
     return [Issue("L621", words, plan.source)]
@@ -438,8 +438,8 @@ def _kerf_register_issues(post_dialect: Dialect, data: CutData, options: CutOpti
     if options.compensation != "controller" or post_dialect.torch is None or post_dialect.torch.compensation != "G41":
         return []
     text = Message(
-        "the controller takes half of the kerf from register D{}: set it to {:.4g} mm, "
-        "as a radius, or every part has the wrong size",
+        "the controller takes half of the kerf from register D{}; set it to {:.4g} mm, as a radius, or every "
+        "part will have the wrong size",
         KERF_REGISTER,
         0.5 * data.kerf,
     )
@@ -450,8 +450,8 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
     if probe is None:
         return []
     words = Message(
-        "the torch probes the sheet before each pierce; its switch is assumed to trip {:g} mm "
-        "after contact: measure it (probe.switch_offset of the machine profile)",
+        "the torch probes the sheet before each pierce; its switch is assumed to trip {:g} mm after contact; "
+        "measure this distance, and set probe.switch_offset in the machine profile",
         probe.switch_offset,
     )
     return [Issue("L618", words, "", Severity.NOTE)]

@@ -50,7 +50,9 @@ def test_without_a_recipe_the_nearest_drill_within_the_tolerance_is_taken_and_no
     bare = replace(SHOP, recipes=())
     assert numbers(bare, Hole(0, 0, 5.4), diameter_tolerance=0.5) == [5]
     assert numbers(bare, Hole(0, 0, 5.6), diameter_tolerance=0.5) == [6]
-    with pytest.raises(PlanError, match=r"no drill of 3 mm for the hole at 7, 8 .*the nearest is 5 mm"):
+    with pytest.raises(
+        PlanError, match=r"there is no drill of 3 mm for the hole at \(7, 8\) on layer '.*the nearest drill has 5 mm"
+    ):
         numbers(bare, Hole(7, 8, 3.0), diameter_tolerance=0.5)
 
 
@@ -98,10 +100,10 @@ def test_holes_of_nearly_one_size_share_the_assumed_drill_of_the_nearest_catalog
     assert chosen == [12.4 if diameter < 12.4501 else 12.5 for diameter in DRAWN]
     told = [issue.message for issue in chooser.issues() if "catalogue size" in issue.message]
     assert told == [
-        "T1 drill Ø12.4 makes 10 holes of Ø12.405 to 12.45: the nearest catalogue size "
-        "within --diameter-tolerance 0.05 mm is used",
-        "T2 drill Ø12.5 makes 15 holes of Ø12.455 to 12.53: the nearest catalogue size "
-        "within --diameter-tolerance 0.05 mm is used",
+        "T1 drill Ø12.4 makes 10 holes of Ø12.405 to 12.45, because it is the nearest catalogue size within "
+        "--diameter-tolerance 0.05 mm",
+        "T2 drill Ø12.5 makes 15 holes of Ø12.455 to 12.53, because it is the nearest catalogue size within "
+        "--diameter-tolerance 0.05 mm",
     ]
 
 
@@ -150,7 +152,9 @@ def test_slots_share_assumed_mills_of_catalogue_sizes_and_boards_keep_all_diamet
 
 def test_a_slot_is_routed_by_a_slot_mill_of_its_width_and_by_no_drill() -> None:
     slot = Slot((1.0, 2.0), (9.0, 2.0), 5.0)
-    with pytest.raises(PlanError, match="no slot mill of 5 mm for the slot at 1, 2"):
+    with pytest.raises(
+        PlanError, match=r"there is no slot mill of 5 mm for the slot at \(1, 2\); add one to the library"
+    ):
         ToolChooser(SHOP, MILL, *drilling()).step_for_slot(slot)
     mill = Tool(9, 5.0, ToolKind.SLOT_MILL, feed=1.0, spindle_rpm=3000)
     assert ToolChooser(ToolLibrary((FIVE, mill), (), ""), MILL, *drilling()).step_for_slot(slot).tool == mill
@@ -180,14 +184,25 @@ def test_a_drill_that_needs_less_than_half_of_the_lowest_speed_or_more_than_twic
     """v = π·d·n: 20 m/min on 25.6 mm are 249 rpm, on 2.2 mm 2894, on 0.13 mm 48,971."""
     router = replace(MILL, name="router", spindle_min_rpm=6000.0, spindle_max_rpm=24000.0)
     for diameter, words in (
-        (25.6, r"drill Ø25\.6 needs 249 rpm, but the spindle of router turns 6000 to 24000 rpm: mill the hole"),
-        (2.2, r"drill Ø2\.2 needs 2894 rpm, .* turns 6000 to 24000 rpm: mill the hole, or give the --spindle-speed"),
-        (0.13, r"drill Ø0\.13 needs 48971 rpm, .* turns 6000 to 24000 rpm: use a faster spindle, or give the"),
+        (25.6, r"drill Ø25\.6 needs 249 rpm, but the spindle of router turns 6000 to 24000 rpm; mill the hole"),
+        (
+            2.2,
+            r"drill Ø2\.2 needs 2894 rpm, .*turns 6000 to 24000 rpm; mill the hole, or give the --spindle-speed "
+            r"that your",
+        ),
+        (
+            0.13,
+            r"drill Ø0\.13 needs 48971 rpm, .*turns 6000 to 24000 rpm; use a faster spindle, or give the "
+            r"--spindle-speed that",
+        ),
     ):
         with pytest.raises(PlanError, match=words) as refused:
             chosen(Hole(0, 0, diameter), router)
         assert "\n" not in str(refused.value)
-    with pytest.raises(PlanError, match=r"slot-mill Ø25\.6 needs 249 rpm, .*: mill the slot as a pocket"):
+    with pytest.raises(
+        PlanError,
+        match=r"slot-mill Ø25\.6 needs 249 rpm, .*; mill the slot as a pocket",
+    ):
         ToolChooser(None, router, *drilling()).step_for_slot(Slot((0, 0), (9, 0), 25.6))
     assert chosen(Hole(0, 0, 2.1), router)[0].spindle_rpm == 6000.0
     assert chosen(Hole(0, 0, 0.14), router)[0].spindle_rpm == 24000.0
@@ -210,12 +225,12 @@ def test_an_assumed_speed_that_is_much_too_high_is_a_warning_that_names_the_righ
     (issue,) = chosen(Hole(0, 0, 2.1), router)[1]
     assert issue.severity is Severity.WARNING
     assert issue.message.endswith(
-        ". Recommended spindle speed: 3032 rpm; minimum speed of the spindle of router: 6000 rpm"
+        ". The recommended spindle speed is 3032 rpm, but the minimum speed of the spindle of router is 6000 rpm"
     )
     (issue,) = chosen(Hole(0, 0, 1.5), router)[1]
-    assert issue.severity is Severity.NOTE and "Recommended" not in issue.message
+    assert issue.severity is Severity.NOTE and "recommended" not in issue.message
     (issue,) = chosen(Hole(0, 0, 2.1), router, spindle_speed=6000.0)[1]
-    assert "Recommended" not in issue.message
+    assert "recommended" not in issue.message
 
 
 @pytest.mark.hazard
@@ -225,11 +240,11 @@ def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning
     (issue,) = chosen(Hole(0, 0, 25.6), router, spindle_speed=6000.0)[1]
     assert issue.severity is Severity.WARNING
     assert issue.message.endswith(
-        "at 6000 rpm (for high-speed steel in mild steel or aluminium): load it under this number, and check these "
-        "values, or give --tools. Recommended spindle speed: 249 rpm"
+        "mm/min at 6000 rpm (for high-speed steel in mild steel or aluminium); load it under this number and "
+        "check these values, or give --tools. The recommended spindle speed is 249 rpm"
     )
     (issue,) = chosen(Hole(0, 0, 25.6), router, spindle_speed=6000.0, feed=1.0)[1]
-    assert issue.severity is Severity.NOTE and "Recommended" not in issue.message
+    assert issue.severity is Severity.NOTE and "recommended" not in issue.message
 
 
 def test_drills_of_circuit_boards_may_turn_as_fast_as_carbide_in_their_material() -> None:
@@ -239,5 +254,5 @@ def test_drills_of_circuit_boards_may_turn_as_fast_as_carbide_in_their_material(
     assert (tool.spindle_rpm, issue.severity) == (5000.0, Severity.NOTE)
     with pytest.raises(PlanError, match=r"Ø3\.2 needs 1989 rpm"):
         chosen(Hole(0, 0, 3.2), drill)
-    with pytest.raises(PlanError, match=r"Ø25\.6 needs 1865 rpm, .* turns 5000 to 60000 rpm: mill the hole"):
+    with pytest.raises(PlanError, match=r"Ø25\.6 needs 1865 rpm, .* turns 5000 to 60000 rpm; mill the hole"):
         chosen(Hole(0, 0, 25.6), drill, board=True)

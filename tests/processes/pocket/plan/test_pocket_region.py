@@ -32,7 +32,7 @@ def test_a_rectangle_keeps_the_radius_and_the_stock_away_from_its_walls_and_leav
     # Each corner keeps (1 − π/4)·r² whatever the stock: the finishing pass goes to the wall.
     [told] = issues
     assert told.severity is Severity.NOTE
-    assert told.message.startswith("the pocket: 4 corners, ") and "; the largest, " in told.message
+    assert told.message.startswith("the pocket: 4 corners, ") and "; the largest measures " in told.message
     areas = [float(word) for word in re.findall(r"([\d.]+) mm²", told.message)]
     assert areas == pytest.approx([4 * (1 - math.pi / 4) * 25, (1 - math.pi / 4) * 25], rel=0.03)
 

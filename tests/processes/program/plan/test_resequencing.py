@@ -86,7 +86,7 @@ BARRIERS = {
     "T2": "the choice of the next tool",
     "M8": "coolant is switched on or off",
     "S2000": "the spindle is switched on or off",
-    "M5 / S1000 M3": "the spindle is switched on or off between pieces of work",
+    "M5 / S1000 M3": "the spindle is switched on or off between two tasks",
     "G43 H1 G0 Z5": "a change of length offset",
     "G53 G0 Z0 / G0 Z5": "a move in machine coordinates",
     "G92 X0": "the origin is moved",

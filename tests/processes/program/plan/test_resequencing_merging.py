@@ -33,7 +33,9 @@ def test_sections_of_one_tool_are_joined_and_the_change_is_dropped() -> None:
     ]
     dropped = [program.lines[int(program.line[b]) - 1].strip() for k in sequence.dropped for b in range(k.begin, k.end)]
     assert dropped == ["G80", "G0 Z20", "M5", "T1 M6", "S1000 M3", "G43 H1 G0 Z5"]
-    assert [i.message for i in sequence.issues if i.code == "L503"] == ["1 tool change saved by joining sections"]
+    assert [i.message for i in sequence.issues if i.code == "L503"] == [
+        "joining sections of the same tool saves 1 tool change"
+    ]
     for seed in range(4):
         new = program_of(rewrite(program, sequence, some_orders(sequence, seed)))
         assert work_of(new) == work_of(program)

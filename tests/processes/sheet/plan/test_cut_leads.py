@@ -201,9 +201,9 @@ def test_holes_of_which_the_same_is_told_are_told_in_one_line_with_the_first_pla
     issues = {
         i.code: i for i in cutting_of(sheet_of((square(0, 0, 150), 0, -1, 1), *holes)).issues if "hole" in i.message
     }
-    assert issues["L611"].message.startswith("5 holes are narrower than two kerfs of 1.5 mm")
+    assert issues["L611"].message.startswith("5 holes are not cut, because they are narrower than two kerfs of 1.5 mm")
     assert issues["L611"].place == "contour 2 at (21, 20); contour 3 at (41, 20); contour 4 at (61, 20) …"
-    assert issues["L615"].message == "4 holes below 9 mm, 1.5 times the thickness, will be tapered"
+    assert issues["L615"].message == "4 holes smaller than 9 mm, which is 1.5 times the thickness, will be tapered"
 
 
 def test_a_hole_wider_than_two_kerfs_is_cut_and_a_neck_in_one_is_told() -> None:
@@ -228,7 +228,7 @@ def test_a_part_with_a_mouth_narrower_than_the_kerf_is_cut_round_and_the_mouth_r
     assert [c.index for c in cutting.contours] == [0, 1, 2]
     assert cutting.contours[0].path.extents == pytest.approx((-0.75, -0.75, 40.75, 40.75), abs=0.02)
     (issue,) = (i for i in cutting.issues if i.code == "L612")
-    assert "a notch of part 1 has a mouth narrower than the kerf of 1.5 mm: 410 mm²" in issue.message
+    assert "a notch of part 1 has a mouth narrower than the kerf of 1.5 mm, so 410 mm²" in issue.message
     assert issue.missing is not None
     assert (issue.missing.what, issue.missing.count) == ("place", 1)
     assert abs(issue.missing.outlines[0].area) == pytest.approx(18.5**2, rel=0.01)

@@ -38,7 +38,7 @@ def test_round_holes_beyond_the_limits_go_and_are_told_in_one_issue() -> None:
     assert [(c.depth, c.parent, c.part) for c in found.contours] == [(0, -1, 1), (1, 0, 1)]
     (issue,) = found.issues
     assert issue.code == "L205"
-    assert issue.message == "3 holes outside the selected diameters left out"
+    assert issue.message == "left out 3 holes outside the selected range of diameters"
 
 
 def test_a_hole_as_large_as_a_limit_stays() -> None:

@@ -135,7 +135,7 @@ def test_what_is_named_a_sheet_and_lies_round_some_of_the_parts_is_not_cut_as_a_
     drawing = [box(0, 0, 100, 50, "SHEET"), box(5, 5, 10, 10), disc(10, 10, 2), *beyond]
     text = refusal(*drawing, open_paths="cut")
     assert "the name of layer SHEET indicates the edge of a sheet, and an outline on it encloses parts, but " in text
-    assert "but not around 1 contour, at" in text or "but is one of several paths, at" in text
+    assert "but leaves 1 contour outside, at" in text or "but is only one of several paths, at" in text
     named = sheet(*drawing, open_paths="cut", cut_layers="*")
     assert named.outline is None and len(named.contours) == len(drawing)
 
@@ -202,10 +202,10 @@ def test_what_was_mended_or_assumed_is_said(code: str, contours: list[Contour], 
 
 
 @pytest.mark.parametrize("contours, words", [
-        ([line((0, 0), (9, 0), (9, 9))], "1 open path on layers that are cut: from (0, 0) to (9, 9)"),
+        ([line((0, 0), (9, 0), (9, 9))], "the layers to cut contain 1 open path: from (0, 0) to (9, 9)"),
         ([line((0, 0), (9, 0), (9, 9), (0, 0.2), layer="A")], "0.2 mm apart on layer A"),
-        ([Contour(Polyline.of_points([(0, 0), (10, 10), (10, 0), (0, 10)], True))], "itself, at (5, 5)"),
-        ([Contour(Polyline.of_points([(0, 0), (10, 0)], True))], "enclosing no area"),
+        ([Contour(Polyline.of_points([(0, 0), (10, 10), (10, 0), (0, 10)], True))], "self-intersections, at (5, 5)"),
+        ([Contour(Polyline.of_points([(0, 0), (10, 0)], True))], "with no area, such as a line drawn back and forth"),
         ([box(0, 0, 9, 9), box(5, 5, 9, 9)], "the outline that starts at (0, 0) and the outline that starts at (5, 5)"),
         ([box(0, 0, 9, 9, "A"), disc(9, 5, 2, "B")], "--cut-layers"),
         ([], "nothing is left to cut"),
@@ -412,7 +412,9 @@ def test_of_two_circles_of_a_countersunk_hole_the_smaller_is_cut_as_a_hole_and_t
     assert {(c.depth, c.part) for c in found.contours} == {(0, 1), (1, 1)}
     (told,) = [issue for issue in found.issues if issue.code == "L302"]
     assert told.severity is Severity.MISSING
-    assert told.message.startswith("2 circles around a hole with the same centre: not cut, because countersinks")
+    assert told.message.startswith(
+        "the program does not cut 2 circles around a hole with the same centre, because countersinks"
+    )
     assert told.place == "at (15, 15), (45, 15)"
 
 

@@ -74,12 +74,12 @@ WORDS = [
     ("qtplasmac", r"M62 P3\n", "", "torch (0 dark"),
     ("qtplasmac", r"M62 P2\n", "", "height control"),
     ("qtplasmac", r"M3 \$0 S1\n", "M3 $0 S1\nM5 $0\nM3 $0 S1\n", "number of pierces"),
-    ("qtplasmac", r"M3 \$0 S1\n", "M3 $0 S1\nG4 P1\n", "dwell after it is lit"),
+    ("qtplasmac", r"M3 \$0 S1\n", "M3 $0 S1\nG4 P1\n", "dwell after the torch is lit"),
     ("qtplasmac", r"M3 \$1 S1\n", "M3 $0 S1\n", "torch (0 dark"),
     ("qtplasmac", r"G64 P0\.1\n", "G64 P0.2\n", "tolerance of corners"),
-    ("plasma", r"G4 P0\.5\n", "", "dwell after it is lit"),
+    ("plasma", r"G4 P0\.5\n", "", "dwell after the torch is lit"),
     ("grbl-laser", r"M4 S1000", "M4 S900", "power"),
-    ("fanuc-laser", r"G4 P500\n", "G4 P400\n", "dwell after it is lit"),
+    ("fanuc-laser", r"G4 P500\n", "G4 P400\n", "dwell after the torch is lit"),
 ]
 
 

@@ -236,7 +236,10 @@ def test_feeds_are_those_of_the_plan_along_the_cut() -> None:
         ),
         ({"waited": 0.4991}, None),
         ({"waited": 0.9}, None),
-        ({"waited": 0.4989}, ("pierce delay", 4, "the torch waits 0.4989 s for the pierce; the chart asks for 0.5 s")),
+        (
+            {"waited": 0.4989},
+            ("pierce delay", 4, "the torch waits 0.4989 s for the pierce; the cut chart requires 0.5 s"),
+        ),
         ({"heights": [1.5, 9.0, 1.5019]}, None),
         (
             {"heights": [1.5, 9.0, 1.5021]},

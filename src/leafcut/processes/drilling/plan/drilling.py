@@ -168,7 +168,7 @@ def plan_drilling(
     """
     if not part.holes and not part.slots:
         reasons = [Message.joined("; ", (issue.message for issue in part.issues))] if part.issues else []
-        raise PlanError(Message.joined(": ", (part.name, Message("no holes to drill"), *reasons)))
+        raise PlanError(Message.joined(": ", (part.name, Message("there are no holes to drill"), *reasons)))
     refuse_unknown_depth(part, job)
     work_surface = _work_surface(part, mesh, job, options, fixture)
     if work_surface is not None and work_surface.clearance > job.clearance_height:
@@ -283,8 +283,8 @@ def _depths_of_solid(
     if least <= 0.0:
         hole = part.holes[shallow]
         raise PlanError(
-            "the hole at {:g}, {:g} is {:.3g} mm deep with a flat floor, and the point of its "
-            "drill is longer; set --depth, or leave the hole out (--max-diameter, --min-diameter)",
+            "the hole at ({:g}, {:g}) has a flat floor {:.3g} mm deep, but the point of its drill is longer "
+            "than that; set --depth, or leave the hole out with --max-diameter or --min-diameter",
             hole.x,
             hole.y,
             hole.depth,
@@ -296,14 +296,15 @@ def _work_surface(
     part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions, fixture: Mesh | None
 ) -> WorkSurface | None:
     if job.is_through and job.thickness is not None:
-        raise OptionError("--depth through and --thickness: both set the depth of the holes; leave one out")
+        raise OptionError("--depth through and --thickness both set the depth of the holes; leave out one of them")
     if mesh is None:
         if job.is_through:
-            raise OptionError("--depth through: needs --surface; for a plate give --thickness")
+            raise OptionError("--depth through needs --surface; for a plate, give --thickness")
         return None
     if part.slots:
         raise PlanError(
-            "{}: slots cannot be milled on an uneven surface; leave out --surface, or the slots (--layers)", part.name
+            "{}: slots cannot be milled on an uneven surface; leave out --surface, or exclude the slots with --layers",
+            part.name,
         )
     from leafcut.processes.drilling.plan.work_surface import WorkSurface, validate_fixture
 
@@ -419,10 +420,9 @@ def _add_counterbore_tools(
     issue = Issue(
         "L217",
         Message(
-            "{} with a counterbore, countersink or undercut, as at {:g}, {:g} "
-            "(\u00d8 {:g}, {:.3f} mm deep): the narrow part is drilled, the wide part "
-            "is not machined; "
-            "add an end mill of its diameter or a chamfer mill of its angle to --tools",
+            "the program drills only the narrow part of {} with a counterbore, countersink or undercut, such "
+            "as the one at ({:g}, {:g}), Ø {:g} mm and {:.3f} mm deep; to machine the wide part, add an end "
+            "mill of its diameter or a chamfer mill of its angle to --tools",
             count_of(holes, "hole"),
             hole.x,
             hole.y,
@@ -472,8 +472,8 @@ def _hole_tops(part: Part, drawn: bool) -> tuple[NDArray[np.float64], list[Issue
             height = heights_seen.setdefault((round(hole.x, 2), round(hole.y, 2)), hole.z)
             if abs(height - hole.z) > SAME_HEIGHT:
                 raise PlanError(
-                    "{}: --z-zero drawn: at {:g}, {:g} one hole is drawn at Z{:g} and another at Z{:g}; choose "
-                    "one of them (--layers, --max-diameter)",
+                    "{}: with --z-zero drawn, only one hole may lie at ({:g}, {:g}), but one is drawn at Z{:g} "
+                    "and another at Z{:g}; select one of them with --layers or --max-diameter",
                     part.name,
                     hole.x,
                     hole.y,
@@ -484,8 +484,8 @@ def _hole_tops(part: Part, drawn: bool) -> tuple[NDArray[np.float64], list[Issue
     heights = HeightCount.of((hole.x, hole.y, hole.z) for hole in part.holes)
     if heights.differ:
         raise PlanError(
-            "{}: the holes are drawn at different heights: {}; all are drilled from the same "
-            "surface, Z0: use --z-zero drawn, select a single height (--layers), or draw them at the same height",
+            "{}: the holes are drawn at different heights ({}), but all of them are drilled from Z0; use "
+            "--z-zero drawn, select a single height with --layers, or draw the holes at the same height",
             part.name,
             heights,
         )
@@ -523,12 +523,11 @@ def _break_through_issues(
     if not label:
         return []
     if not count:
-        message = Message("{} exits up to {:.2f} mm below the board: use a thicker backing board", label, farthest)
+        message = Message("{} exits up to {:.2f} mm below the board; use a thicker backing board", label, farthest)
         return [Issue("L402", message, severity=Severity.NOTE)]
     message = Message(
-        "{} at {:g}, {:g} exits {:.2f} mm below the part "
-        "({} with more than {:g} mm): leave room below it for the tip, or use a "
-        "smaller --break-through",
+        "{} at ({:g}, {:g}) exits {:.2f} mm below the part ({} with more than {:g} mm); leave room for the tip "
+        "below the part, or use a smaller --break-through",
         label,
         point[0],
         point[1],
@@ -561,7 +560,7 @@ def _stroke_issues(
         hole = part.holes[int(operation.targets[number])]
         depth, stroke = float(depths[number]), float(strokes[number])
         drills = Message(
-            "{} at {:g}, {:g} drills {:.4g} mm deep, {:.1f} diameters",
+            "{} at ({:g}, {:g}) drills {:.4g} mm deep, which is {:.1f} diameters",
             operation.tool.label,
             hole.x,
             hole.y,
@@ -571,11 +570,11 @@ def _stroke_issues(
         holes = count_of(len(deep), "hole")
         if stroke < depth:
             detail = Message("{} with strokes longer than {:g} diameters", holes, LONGEST_STROKE)
-            message = Message("{}, in strokes of {:.4g} mm ({}): use a smaller peck", drills, stroke, detail)
+            message = Message("{}, in strokes of {:.4g} mm ({}); use a smaller peck", drills, stroke, detail)
         else:
             detail = Message("{} deeper than {:g} diameters", holes, LONGEST_STROKE)
             message = Message(
-                "{}, in one stroke ({}): give --peck, or set cycle G83 and peck for the tool in the library",
+                "{}, in one stroke ({}); give --peck, or set the tool's 'cycle' to G83 and its 'peck' in the library",
                 drills,
                 detail,
             )
@@ -599,11 +598,11 @@ def _check_zones(plan: DrillPlan) -> None:
         if len(inside):
             x, y = starts[inside[0]]
             raise PlanError(
-                "the slot at {:g}, {:g} is in a keep-out zone, or closer to it than the radius of "
-                "{} ({} in all); change --keep-out, or leave them out"
+                "the slot at ({:g}, {:g}) is in a keep-out zone, or closer to it than the radius of {} ({} in "
+                "all); change --keep-out, or leave them out"
                 if operation.slots
-                else "the hole at {:g}, {:g} is in a keep-out zone, or closer to it than the radius of "
-                "{} ({} in all); change --keep-out, or leave them out",
+                else "the hole at ({:g}, {:g}) is in a keep-out zone, or closer to it than the radius of {} ({} in "
+                "all); change --keep-out, or leave them out",
                 x,
                 y,
                 tool.label,
@@ -616,7 +615,7 @@ def _check_zones(plan: DrillPlan) -> None:
         if hits:
             x, y = starts[hits[0]]
             raise PlanError(
-                "{}: at {:g}, {:g} its shank or holder enters a keep-out zone below its height "
+                "{}: at ({:g}, {:g}), its shank or holder enters a keep-out zone below the height of the zone "
                 "({} in all); use a longer tool, change --keep-out, or leave them out",
                 tool.label,
                 x,
@@ -684,7 +683,7 @@ def _build_operation(
     bottom = -rule.tip_depth(tool)
     if tool.flute_length is not None and -bottom > tool.flute_length + 1e-9:
         raise PlanError(
-            "{} cuts {:g} mm deep at most, but the hole needs {:.3g} mm{}; use a longer tool",
+            "{} cuts {:g} mm deep at most, but the hole requires {:.3g} mm{}; use a longer tool",
             tool.label,
             tool.flute_length,
             -bottom,
@@ -727,9 +726,11 @@ def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
     Raises PlanError if a parameter is missing, or if the tool cannot run the cycle.
     """
     if cycle.name in ("G83", "G73") and not cycle.peck:
-        raise PlanError("{}: {} needs a peck depth; set --peck, or peck in the library", tool.label, cycle.name)
+        raise PlanError(
+            "{}: {} needs a peck depth; give --peck, or set 'peck' for the tool in the library", tool.label, cycle.name
+        )
     if cycle.name == "G82" and not cycle.dwell:
-        raise PlanError("{}: G82 needs a dwell; set --dwell, or dwell in the library", tool.label)
+        raise PlanError("{}: G82 needs a dwell; give --dwell, or set 'dwell' for the tool in the library", tool.label)
     if cycle.name == "G84" and tool.kind is not ToolKind.TAP:
         raise PlanError("{}: G84 is a tapping cycle, but this tool is not a tap; choose another --cycle", tool.label)
     return DrillCycle(
@@ -776,8 +777,8 @@ class DepthRule:
             return self.depth + self.break_through + tool.point_length
         if tool.kind in (ToolKind.TAP, ToolKind.REAMER) and not self.to_shoulder:
             raise PlanError(
-                "{} would break at the bottom: the drill before it reaches {:g} mm with its tip "
-                "only; give --thickness, or --depth with --depth-to shoulder",
+                "{} would break at the bottom, because the drill before it reaches {:g} mm only with its tip; "
+                "give --thickness, or --depth with --depth-to shoulder",
                 tool.label,
                 self.depth,
             )
@@ -814,7 +815,7 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
     return Issue(
         "L402",
         Message(
-            "{} ends {:g} mm below the plate, but its tapered lead may be {:g} mm long: for a full thread at "
+            "{} ends {:g} mm below the plate, but its tapered lead may be {:g} mm long; for a full thread at "
             "the exit, set a larger --break-through if there is room below the plate",
             tool.label,
             rule.break_through,

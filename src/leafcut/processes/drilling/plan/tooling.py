@@ -170,7 +170,7 @@ class ToolChooser:
         tool = self._nearest_tool(slot.width, ToolKind.SLOT_MILL)
         if tool is None:
             raise PlanError(
-                "{}: no slot mill of {:g} mm for the slot at {:g}, {:g}; add one to the library",
+                "{}: there is no slot mill of {:g} mm for the slot at ({:g}, {:g}); add one to the library",
                 self.library.source,
                 slot.width,
                 slot.start[0],
@@ -184,8 +184,8 @@ class ToolChooser:
             yield Issue(
                 "L401",
                 Message(
-                    "{} is assumed, with {:.6g} mm/min at {:.0f} rpm{}: load it under this number, and check these "
-                    "values, or give --tools{}",
+                    "{} is assumed, with {:.6g} mm/min at {:.0f} rpm{}; load it under this number "
+                    "and check these values, or give --tools{}",
                     tool.label,
                     tool.feed * 60,
                     tool.spindle_rpm,
@@ -198,7 +198,8 @@ class ToolChooser:
                 yield Issue(
                     "L401",
                     Message(
-                        "{}: unusually large for a drill; use --max-diameter to leave out circles that are not drilled",
+                        "{} is unusually large for a drill; use --max-diameter to leave out circles that you "
+                        "do not want to drill",
                         tool.label,
                     ),
                 )
@@ -208,7 +209,8 @@ class ToolChooser:
             yield Issue(
                 "L401",
                 Message(
-                    "{}: no feeds in the tool library. Assumed {:.6g} mm/min at {:.0f} rpm{}; check both values{}",
+                    "{}: the tool library states no feeds, so leafcut assumes {:.6g} mm/min at {:.0f} rpm{}; "
+                    "check both values{}",
                     tool.label,
                     tool.feed * 60,
                     tool.spindle_rpm,
@@ -283,10 +285,14 @@ class ToolChooser:
         assert self.library is not None
         drills = [t.diameter for t in self.library.tools if t.kind is ToolKind.DRILL]
         near = min(drills, key=lambda d: abs(d - diameter), default=None)
-        advice = Message("the nearest is {:g} mm", near) if near is not None else Message("the library has no drill")
+        advice = (
+            Message("the nearest drill has {:g} mm", near)
+            if near is not None
+            else Message("the library has no drills at all")
+        )
         return Message(
-            "{}: no drill of {:g} mm for the hole at {:g}, {:g}"
-            " (layer '{}'); {}; add a tool or a recipe, or raise --diameter-tolerance",
+            "{}: there is no drill of {:g} mm for the hole at ({:g}, {:g}) on layer '{}'; {}; add a tool or a "
+            "recipe, or raise --diameter-tolerance",
             self.library.source,
             diameter,
             hole.x,
@@ -322,7 +328,7 @@ class ToolChooser:
         return Issue(
             "L401",
             Message(
-                "{} makes {} of Ø{}{}: the nearest catalogue size within --diameter-tolerance {:g} mm is used",
+                "{} makes {} of Ø{}{}, because it is the nearest catalogue size within --diameter-tolerance {:g} mm",
                 tool.label,
                 targets,
                 low,
@@ -362,13 +368,13 @@ class ToolChooser:
         )
         if rpm > machine.spindle_max_rpm:
             return Message(
-                "{}: use a faster spindle, or give the --spindle-speed that your drill and material need", needs
+                "{}; use a faster spindle, or give the --spindle-speed that your drill and material need", needs
             )
         if tool.kind is ToolKind.SLOT_MILL:
             return Message(
-                "{}: mill the slot as a pocket, or give the --spindle-speed that your mill and material need", needs
+                "{}; mill the slot as a pocket, or give the --spindle-speed that your mill and material need", needs
             )
-        return Message("{}: mill the hole, or give the --spindle-speed that your drill and material need", needs)
+        return Message("{}; mill the hole, or give the --spindle-speed that your drill and material need", needs)
 
     def _material_note(self) -> str:
         """Return the end of a message, which names the material for which feeds and speeds are assumed.
@@ -391,11 +397,11 @@ class ToolChooser:
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:
-            return Message(". Recommended spindle speed: {:.0f} rpm", right)
+            return Message(". The recommended spindle speed is {:.0f} rpm", right)
         if self.job.spindle_speed or tool.spindle_rpm != lowest or lowest <= FAST * right:
             return ""
         return Message(
-            ". Recommended spindle speed: {:.0f} rpm; minimum speed of the spindle of {}: {:g} rpm",
+            ". The recommended spindle speed is {:.0f} rpm, but the minimum speed of the spindle of {} is {:g} rpm",
             right,
             self.machine.name,
             lowest,

@@ -167,7 +167,7 @@ def validate_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
     other_unit = _plausible_unit(fixture, mesh, fixture_length, length)
     if gap > length or not length / MAX_LENGTH_RATIO < fixture_length < MAX_LENGTH_RATIO * length:
         message = Message(
-            "the fixture {} is {:.4g} mm long, {:.4g} mm beside the surface, which is {:.4g} mm long",
+            "the fixture {} is {:.4g} mm long and lies {:.4g} mm beside the surface, which is {:.4g} mm long",
             fixture.name,
             fixture_length,
             gap,
@@ -175,16 +175,16 @@ def validate_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
         )
         if other_unit:
             raise PlanError(
-                "{}; in {} the fixture would lie next to the surface: save the fixture in the unit of the surface",
+                "{}; in {}, the fixture would lie next to the surface; save the fixture in the unit of the surface",
                 message,
                 other_unit,
             )
-        raise PlanError("{}: check its unit (--surface-unit) and its origin", message)
+        raise PlanError("{}; check its unit (--surface-unit) and its origin", message)
     issues = [
         Issue(
             "L444",
             Message(
-                "{}: {:.4g} × {:.4g} × {:.4g} mm, its lower corner at {:.4g}, {:.4g}, Z{:.4g}",
+                "{} measures {:.4g} × {:.4g} × {:.4g} mm, and its lower corner is at ({:.4g}, {:.4g}), Z{:.4g}",
                 fixture.name,
                 size[0],
                 size[1],
@@ -198,8 +198,8 @@ def validate_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
     ]
     if other_unit:
         message = Message(
-            "{} is {:.4g} mm long and the surface {:.4g} mm; in {} it "
-            "would also fit the surface: check whether both files have the same unit (--surface-unit)",
+            "{} is {:.4g} mm long and the surface {:.4g} mm; in {}, the fixture would also fit the surface; "
+            "check whether both files have the same unit (--surface-unit)",
             fixture.name,
             fixture_length,
             length,
@@ -239,8 +239,8 @@ def check_fixture_collisions(
     if hits:
         x, y = xy[min(hits)]
         raise PlanError(
-            "the hole at {:g}, {:g} is under the fixture {}, or closer to it than the radius of "
-            "its tool ({} in all); move the fixture, or leave the holes out",
+            "the hole at ({:g}, {:g}) is under the fixture {}, or closer to it than the radius of its tool ({} "
+            "in all); move the fixture, or leave the holes out",
             x,
             y,
             surface.fixture.name,
@@ -269,7 +269,7 @@ def check_shank_and_holder(
             Message("the rim of the hole") if low[index] < tops[index] else Message("the surface beside the hole")
         )
         raise PlanError(
-            "{}: at {:g}, {:g} its {}, Ø {:g} mm, descends to Z{:.3f} and hits {} ({} in all); use a longer "
+            "{}: at ({:g}, {:g}), its {}, Ø {:g} mm, descends to Z{:.3f} and hits {} ({} in all); use a longer "
             "tool, or leave the holes out",
             tool.label,
             x,
@@ -316,8 +316,8 @@ def check_tool_width(
         index = min(hits)
         x, y = xy[index]
         raise PlanError(
-            "{}: the tool is wider than the hole at {:g}, {:g} and would cut its wall "
-            "({} such holes in all); use a narrower tool, or leave these holes out",
+            "{}: the tool is wider than the hole at ({:g}, {:g}) and would cut its wall ({} such holes in "
+            "all); use a narrower tool, or leave these holes out",
             tool.label,
             x,
             y,
@@ -396,8 +396,8 @@ def measure_hole_tops(
         (x0, y0, _), (x1, y1, _) = surface.mesh.low.tolist(), surface.mesh.high.tolist()
         if not surface.mesh.closed and x0 < x < x1 and y0 < y < y1:
             raise PlanError(
-                "{} is not closed, and has no surface at the hole at {:g}, {:g}, or beside it "
-                "({} in all); repair the mesh in CAD",
+                "{} is not closed, and has no surface at the hole at ({:g}, {:g}), or beside it ({} in all); "
+                "repair the mesh in CAD",
                 surface.mesh.name,
                 x,
                 y,
@@ -405,9 +405,8 @@ def measure_hole_tops(
             )
         _refuse_other_unit(part, surface.mesh)
         raise PlanError(
-            "the hole at {:g}, {:g} is beside the surface {}, or on its edge "
-            "({} in all); it goes from {:g}, {:g} to {:g}, {:g}: "
-            "both must have the same origin",
+            "the hole at ({:g}, {:g}) is beside the surface {}, or on its edge ({} in all); the surface "
+            "extends from ({:g}, {:g}) to ({:g}, {:g}); both files must have the same origin",
             x,
             y,
             surface.mesh.name,
@@ -432,7 +431,7 @@ def measure_hole_tops(
             Issue(
                 "L441",
                 Message(
-                    "{} on an uneven surface: at {:g}, {:g} the rim is between Z{:.3f} and Z{:.3f}; {}",
+                    "the surface is uneven at {}: at ({:g}, {:g}), the rim is between Z{:.3f} and Z{:.3f}; {}",
                     count_of(len(uneven), "hole"),
                     x,
                     y,
@@ -454,8 +453,8 @@ def measure_hole_tops(
                 Issue(
                     "L442",
                     Message(
-                        "{} not drawn at the height of the surface: at {:g}, "
-                        "{:g} the drawing has Z{:.3f} and the surface Z{:.3f}; {}",
+                        "the drawing and the surface have different heights at {}: at ({:g}, {:g}), the "
+                        "drawing has Z{:.3f} and the surface Z{:.3f}; {}",
                         count_of(len(different), "hole"),
                         x,
                         y,
@@ -509,12 +508,12 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
     for name, factor in OTHER_UNITS.items():
         if factor > 1.0 and (_contains_holes(part, mesh, factor) or _similar_length(part, mesh, factor)):
             raise PlanError(
-                "{}: in {} the surface would contain the holes; give --surface-unit, or the --units of the drawing",
+                "{}; in {}, the surface would contain the holes; give --surface-unit, or the --units of the drawing",
                 message,
                 name,
             )
     if any(factor < 1.0 and _similar_length(part, mesh, factor) for factor in OTHER_UNITS.values()):
-        raise PlanError("{}: its unit differs; give --surface-unit, or the --units of the drawing", message)
+        raise PlanError("{}; its unit differs; give --surface-unit, or the --units of the drawing", message)
 
 
 def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
@@ -527,7 +526,7 @@ def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius:
     for factor in OTHER_UNITS.values():
         if factor < 1.0 and _contains_holes(part, mesh, factor) and (deep or _similar_length(part, mesh, factor)):
             message = Message(
-                "{}, in a corner of it: check whether --surface-unit and --units are right",
+                "{}, in a corner of the surface; check whether --surface-unit and --units are right",
                 _describe_lengths(part, mesh),
             )
             return [Issue("L445", message)]

@@ -104,8 +104,8 @@ def check_allowance(finish: float, radius: float) -> None:
 def no_room(name: str, place: Point, radius: float, finish: float) -> PlanError:
     """Create the error for a place where the allowance does not fit."""
     return PlanError(
-        "{}: no room for --finish {:g} mm at ({:.4g}, {:.4g}): the mill needs {:g} mm between the walls; give a "
-        "smaller --finish, or use a smaller mill",
+        "{}: there is no room for --finish {:g} mm at ({:.4g}, {:.4g}), because the mill needs {:g} mm between "
+        "the walls; give a smaller --finish, or use a smaller mill",
         name,
         finish,
         *place,

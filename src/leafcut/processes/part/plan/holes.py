@@ -82,7 +82,7 @@ def hole_groups(
         if min(peck or math.inf, -bottom) > LONGEST_STROKE * tool.diameter:
             number = count_of(len(centres), "hole")
             words = Message(
-                "{} drills {} deeper than {:g} diameters in one stroke: set peck for the tool in the library",
+                "{} drills {} deeper than {:g} diameters in one stroke; set 'peck' for the tool in the library",
                 tool.label,
                 number,
                 LONGEST_STROKE,

@@ -121,7 +121,9 @@ def edges_of(contours: Sequence[Contour]) -> tuple[list[Edge], list[Issue]]:
     left = [contour.path for k, contour in enumerate(contours) if k not in number]
     issues = []
     if left:
-        words = Message("{} not milled: engrave lines with --operations", count_of(len(left), "open or marked line"))
+        words = Message(
+            "the program does not mill {}; engrave lines with --operations", count_of(len(left), "open or marked line")
+        )
         issues.append(Issue("L707", words, missing=missing_paths("line", left)))
     return edges, issues
 
@@ -259,7 +261,8 @@ def _no_room(edge: Edge, length: float, tabs: TabRules, radius: float) -> PlanEr
     """Create the error for an outline that is too short for its tabs. The message suggests options that fit."""
     width = tabs.width_of_fewest(length, 2.0 * radius)
     return PlanError(
-        "{}: the tool path of {:.4g} mm has no room for {} of {:g} mm; {}. For a hole, draw the outline around it",
+        "{}: the tool path of {:.4g} mm has no room for {} of {:g} mm; {}. If it is a hole, draw the outline "
+        "of its part around it",
         edge.name,
         length,
         count_of(tabs.fewest, "tab"),
@@ -402,9 +405,9 @@ def _narrow_issues(narrow: Sequence[Edge], radius: float) -> list[Issue]:
     if not narrow:
         return []
     number = count_of(len(narrow), "opening")
-    words = Message("{} narrower than the mill of {:g} mm, not milled", number, 2.0 * radius)
+    words = Message("the program does not mill {} narrower than the mill of {:g} mm", number, 2.0 * radius)
     x, y = narrow[0].path.start
-    where = Message("the first at ({:.4g}, {:.4g}): drill it, or use a smaller mill", x, y)
+    where = Message("the first at ({:.4g}, {:.4g}); drill it, or use a smaller mill", x, y)
     return [Issue("L707", words, where, missing=missing_paths("opening", [edge.path for edge in narrow]))]
 
 
@@ -413,9 +416,11 @@ def _neck_issues(necks: Sequence[tuple[Edge, Point]], radius: float) -> list[Iss
         return []
     number = count_of(len(necks), "edge")
     words = Message(
-        "{} with a gap or corner too narrow for the mill of {:g} mm, not milled completely", number, 2.0 * radius
+        "the program does not completely mill {} with a gap or corner too narrow for the mill of {:g} mm",
+        number,
+        2.0 * radius,
     )
-    where = Message("the first at ({:.4g}, {:.4g}): use a smaller mill", *necks[0][1])
+    where = Message("the first at ({:.4g}, {:.4g}); use a smaller mill", *necks[0][1])
     return [Issue("L707", words, where, missing=missing_paths("place", [edge.path for edge, _ in necks]))]
 
 
@@ -423,15 +428,19 @@ def _crowded_issues(crowded: Sequence[tuple[Edge, Point]], radius: float) -> lis
     if not crowded:
         return []
     number = count_of(len(crowded), "edge")
-    words = Message("{} closer to another one than the mill of {:g} mm, not milled", number, 2.0 * radius)
-    where = Message("the first at ({:.4g}, {:.4g}): move them apart, or use a smaller mill", *crowded[0][1])
+    words = Message(
+        "the program does not mill {} closer to another edge than the diameter of the mill, {:g} mm",
+        number,
+        2.0 * radius,
+    )
+    where = Message("the first at ({:.4g}, {:.4g}); move them apart, or use a smaller mill", *crowded[0][1])
     return [Issue("L707", words, where, missing=missing_paths("edge", [edge.path for edge, _ in crowded]))]
 
 
 def _fewer_issues(fewer: Sequence[Edge], tabs: TabRules) -> list[Issue]:
     if not fewer:
         return []
-    words = Message("{} too short for {} tabs: held by fewer", count_of(len(fewer), "outline"), tabs.count)
+    words = Message("fewer tabs hold {} too short for {} tabs", count_of(len(fewer), "outline"), tabs.count)
     x, y = fewer[0].path.start
     return [Issue("L709", words, Message("the first at ({:.4g}, {:.4g})", x, y), severity=Severity.NOTE)]
 
@@ -440,9 +449,9 @@ def _loose_issues(loose: Sequence[Edge], tabs: TabRules) -> list[Issue]:
     if not loose:
         return []
     number = count_of(len(loose), "opening")
-    words = Message("{} without tabs: the slug inside comes loose", number)
+    words = Message("the slug comes loose inside {} without tabs", number)
     if tabs.count:
-        words = Message("{} too short for {} tabs: the slug inside comes loose", number, tabs.count)
+        words = Message("the slug comes loose inside {} too short for {} tabs", number, tabs.count)
     return [Issue("L708", words, severity=Severity.NOTE)]
 
 
@@ -550,7 +559,7 @@ def _ramp_down(builder: ToolpathBuilder, piece: Polyline, top: float, level: flo
     data = mill.data
     if enter_level(builder, piece, top, level, data, shapely.Polygon(), mill.climb).kind == "plunge":
         raise PlanError(
-            "no room for a ramp of {:.3g} degrees between two tabs; give a larger --entry-angle, a smaller "
-            "--step-down, or fewer --tabs",
+            "there is no room for a ramp of {:.3g} degrees between two tabs; give a larger --entry-angle, a "
+            "smaller --step-down, or fewer --tabs",
             math.degrees(data.entry_angle),
         )

@@ -40,8 +40,8 @@ class PocketTask:
         motion.clear(self.clearing)
         if any(descent.kind == "plunge" for descent in motion.descents):
             raise PlanError(
-                "{}: no room for a ramp of {:.3g} degrees; give a larger --entry-angle, a smaller --step-down, or a "
-                "smaller mill",
+                "{}: there is no room for a ramp of {:.3g} degrees; give a larger --entry-angle, a smaller "
+                "--step-down, or a smaller mill",
                 self.pocket.name,
                 math.degrees(mill.data.entry_angle),
             )

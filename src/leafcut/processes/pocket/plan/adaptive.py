@@ -205,8 +205,8 @@ class _AdaptivePath:
                 if self.cleared.contains_disc(x, y, self._distance_to_edge(end), FILM * self.rules.tolerance):
                     return cleared  # the wall pass removes the film in the tip of a corner
                 raise PlanError(
-                    "the engagement cannot be kept near ({:.2f}, {:.2f}), where the tool hardly has room to turn; "
-                    "choose a larger --max-engagement or a smaller --tool-diameter",
+                    "the engagement limit cannot be kept near ({:.2f}, {:.2f}), where the tool has hardly any "
+                    "room to turn; choose a larger --max-engagement or a smaller --tool-diameter",
                     x,
                     y,
                 )

@@ -63,12 +63,26 @@ def feed_limits(
 
 def _unlimited_feed_note(settings: Settings, tool: Tool, material: WorkMaterial | None) -> Issue:
     if "material" not in settings.given:
-        return Issue("L705", Message("power and torque do not limit feeds: give --material"), severity=Severity.NOTE)
+        return Issue(
+            "L705",
+            Message(
+                "the power and torque of the spindle do not limit the feeds, because the material is unknown; give "
+                "--material"
+            ),
+            severity=Severity.NOTE,
+        )
     if material is None:
         name = settings.job.material
-        words = Message("power and torque do not limit feeds: the cutting force of '{}' is unknown", name)
+        words = Message(
+            "the power and torque of the spindle do not limit the feeds, because the cutting force of '{}' is unknown",
+            name,
+        )
         return Issue("L705", Message("{}; name a material of `leafcut list materials`", words), severity=Severity.NOTE)
-    words = Message("power and torque do not limit feeds of {}: give the number of teeth with --tools", tool.label)
+    words = Message(
+        "the power and torque of the spindle do not limit the feeds of {}, because the number of teeth is unknown; "
+        "give it with --tools",
+        tool.label,
+    )
     return Issue("L705", words, severity=Severity.NOTE)
 
 
@@ -95,7 +109,7 @@ def _check_feed_and_speed_given(settings: Settings, tool: Tool, mill: Tool | Non
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
     if not feed and not speed:
         raise OptionError(
-            "--feeds: feed and spindle speed of {} are not stated, so its chip load is unknown; give "
+            "--feeds: the feed and spindle speed of {} are not stated, so its chip load is unknown; give "
             "--feed and --spindle-speed, or a library that states both with --tools",
             tool.label,
         )

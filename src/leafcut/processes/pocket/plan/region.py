@@ -141,7 +141,7 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
     issues = [
         Issue(
             "L701",
-            Message("{}: {} remains uncut: {} cannot enter it", name, _area_and_place_text(place), tool),
+            Message("{}: {} remains uncut, because {} cannot enter it", name, _area_and_place_text(place), tool),
             missing=MissingWork("place", 1, (place.place,)),
         )
         for place in off[:NAMED_PLACES]
@@ -152,7 +152,10 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
             Issue(
                 "L701",
                 Message(
-                    "{}: {} remain uncut: {} cannot enter them", name, _count_and_area_text(rest, "more place"), tool
+                    "{}: {} remain uncut, because {} cannot enter them",
+                    name,
+                    _count_and_area_text(rest, "more place"),
+                    tool,
                 ),
                 missing=work,
             )
@@ -160,7 +163,10 @@ def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRul
     if corners:
         largest = _area_and_place_text(corners[0])
         words = Message(
-            "{}, cannot be reached by {}; the largest, {}", _count_and_area_text(corners, "corner"), tool, largest
+            "{}, cannot be reached by {}; the largest measures {}",
+            _count_and_area_text(corners, "corner"),
+            tool,
+            largest,
         )
         if len(corners) == 1:
             words = Message("a corner, {}, cannot be reached by {}", largest, tool)

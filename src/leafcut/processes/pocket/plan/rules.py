@@ -99,8 +99,8 @@ def divide_into_levels(
     """
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
-            "a pocket of {:g} mm is below the plate of --thickness {:g} mm by more than "
-            "--break-through {:g} mm: the tool would mill the table",
+            "a pocket {:g} mm deep goes through the plate of --thickness {:g} mm by more than --break-through "
+            "{:g} mm, so the tool would mill the table; make the pocket less deep",
             depth,
             thickness,
             beyond,
@@ -108,7 +108,12 @@ def divide_into_levels(
     step, high = step_down or 0.5 * diameter, depth + begin
     count = max(math.ceil(high / step - 1e-9), 1)
     if count > MOST_LEVELS:
-        raise OptionError("--step-down {:g} mm gives {:,} levels; the maximum is {:,}", step, count, MOST_LEVELS)
+        raise OptionError(
+            "--step-down {:g} mm gives {:,} levels, but the maximum is {:,}; give a larger --step-down",
+            step,
+            count,
+            MOST_LEVELS,
+        )
     return PocketLevels(begin, tuple(begin - high * level / count for level in range(1, count + 1)))
 
 
@@ -139,7 +144,10 @@ def select_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     issues = _opening_issues(part, diameter)
     wide = [pocket for pocket in part.pockets if not _is_hole(pocket, diameter)]
     if holes := len(part.pockets) - len(wide):
-        words = Message("{} no wider than the tool, not milled: drill them", count_of(holes, "round pocket"))
+        words = Message(
+            "the program does not mill {} no wider than the tool; drill such holes instead",
+            count_of(holes, "round pocket"),
+        )
         issues.append(Issue("L219", words, severity=Severity.NOTE))
     if not wide:
         raise PlanError("{}: no pocket is wider than the tool; choose a smaller --tool-diameter", part.name)
@@ -147,14 +155,15 @@ def select_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     there = _depth_summary(wide)
     if not chosen:
         raise PlanError(
-            "{}: no pocket is --depth {:g} mm deep; there are {}; leave --depth out to mill each to its own floor",
+            "{}: no pocket is --depth {:g} mm deep; the solid has pockets of {}; leave --depth out to mill "
+            "each to its own floor",
             part.name,
             depth,
             there,
         )
     if left := len(wide) - len(chosen):
         words = Message(
-            "{} of other depths left out because of --depth {:g} mm: the solid has {}",
+            "the program leaves out {} of other depths than --depth {:g} mm; the solid has pockets of {}",
             count_of(left, "pocket"),
             depth,
             there,
@@ -174,13 +183,19 @@ def _opening_issues(part: Part, diameter: float | None) -> list[Issue]:
             (round(0.5 * (x0 + x1), 2), round(0.5 * (y0 + y1), 2))
             for x0, y0, x1, y1 in (opening.extents for opening in wide)
         )
-        words = Message("{} through the part, not milled: a pocket has a floor", count_of(len(wide), "round opening"))
+        words = Message(
+            "the program does not mill {} through the part, because a pocket has a floor",
+            count_of(len(wide), "round opening"),
+        )
         at = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3]) + (" …" if len(places) > 3 else "")
         issues.append(
             Issue("L219", words, Message("at {}", at), missing=MissingWork("opening", len(wide), places, wide))
         )
     if narrow:
-        words = Message("{} no wider than the tool, not milled: drill them", count_of(len(narrow), "round opening"))
+        words = Message(
+            "the program does not mill {} no wider than the tool; drill such holes instead",
+            count_of(len(narrow), "round opening"),
+        )
         issues.append(Issue("L219", words, severity=Severity.NOTE))
     return issues
 

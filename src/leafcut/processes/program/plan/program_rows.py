@@ -216,7 +216,7 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
             barriers.setdefault(number, reasons[pair])
     for row in _idle_rows(program, rows):
         what = Message("a dwell") if path.kind[row] == Kind.DWELL else Message("the spindle is switched on or off")
-        barriers.setdefault(int(block[row]), Message("{} between pieces of work", what))
+        barriers.setdefault(int(block[row]), Message("{} between two tasks", what))
     _add_calls_to_barriers(program, barriers)
     return barriers
 
@@ -259,7 +259,7 @@ def _reason_call_stays(program: Program, barriers: dict[int, str], begin: int, e
         if inner and block == begin:
             return inner
         if inner:
-            return Message("the subprogram has a block that stays at line {}: {}", line, inner)
+            return Message("the subprogram has a block at line {} that keeps its position: {}", line, inner)
     before, after = program.modal(begin), program.modal(end)
     same = (before.spindle, before.rpm) == (after.spindle, after.rpm)
     return "" if same else Message("the subprogram changes the spindle state")

@@ -395,7 +395,9 @@ def merge_sections(
         return sequence
     saved = merger.saved
     issue = Issue(
-        "L503", Message("{} saved by joining sections", count_of(saved, "tool change")), severity=Severity.NOTE
+        "L503",
+        Message("joining sections of the same tool saves {}", count_of(saved, "tool change")),
+        severity=Severity.NOTE,
     )
     return replace(
         sequence,

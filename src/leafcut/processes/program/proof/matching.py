@@ -238,16 +238,16 @@ StateChange = tuple[str, int | None, int | None]
 
 def _stated_changes(was: int, now: int) -> Iterator[Message]:
     for bit, gone, new in (
-        (1, Message("units (G20, G21) no longer stated"), Message("units (G20, G21) now stated")),
+        (1, Message("the units (G20, G21) are no longer stated"), Message("the units (G20, G21) are now stated")),
         (
             2,
-            Message("spindle no longer started after the tool change"),
-            Message("spindle now started after the tool change"),
+            Message("the spindle is no longer started after the tool change"),
+            Message("the spindle is now started after the tool change"),
         ),
         (
             4,
-            Message("length offset no longer applied after the tool change or the machine move"),
-            Message("length offset now applied after the tool change or the machine move"),
+            Message("the length offset is no longer applied after the tool change or the machine move"),
+            Message("the length offset is now applied after the tool change or the machine move"),
         ),
     ):
         if (was ^ now) & bit:

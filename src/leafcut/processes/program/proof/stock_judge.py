@@ -132,7 +132,7 @@ class StockJudge:
                     "the {} of T{} is in the stock on {}, {}", kind, tool, count_of(found.count, "move"), deep
                 )
             if not self.given:
-                message = Message("{}, if that is a block around the cuts; give --workpiece", message)
+                message = Message("{}, if the stock is a block around the cuts; give --workpiece", message)
             severity = Severity.DANGER if self.given else Severity.WARNING
             yield Issue(_KINDS[kind], message, Message("line {}", found.line), severity)
 

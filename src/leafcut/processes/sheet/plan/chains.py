@@ -473,7 +473,7 @@ def chains_from_plan_file(cutting: Cutting, plan: PlanFile, *, everything: bool 
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chains: list[list[CutStart]] = []
     if plan.cuts and plan.cuts[0].bridge and (everything or "bridge" in plan.cuts[0].fixed):
-        raise PlanError("{}: cut 1: no cut precedes it, so it cannot have a bridge", plan.source)
+        raise PlanError("{}: no cut precedes cut 1, so it cannot have a bridge", plan.source)
     for number, (before, choice) in enumerate(itertools.pairwise(plan.cuts), 2):
         if not choice.bridge or not (everything or "bridge" in choice.fixed):
             continue

@@ -224,11 +224,13 @@ def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
 def _no_common_lines_message(least: float, rules: CutRules) -> Message:
     if rules.half <= 0.0:
         return Message(
-            "no common lines: without compensation, parts share only edges that coincide over {:.3g} mm or more", least
+            "there are no common lines: without compensation, parts share only edges that coincide over {:.3g} "
+            "mm or more",
+            least,
         )
     return Message(
-        "no common lines: no two parts have straight edges that are one kerf apart ({:.4g} mm, ± {:g} mm) and "
-        "face each other over at least {:.3g} mm",
+        "there are no common lines, because no two parts have straight edges that are one kerf apart ({:.4g} "
+        "mm, ± {:g} mm) and face each other over at least {:.3g} mm",
         rules.kerf,
         GAP,
         least,
@@ -241,8 +243,8 @@ def _separate_edge_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Iss
         return []
     (x, y), (u, v) = slots[0].begin, slots[0].end
     words = Message(
-        "{:.6g} mm of edges one kerf apart are cut separately: no common line between them can start in the "
-        "scrap without crossing another line",
+        "{:.6g} mm of edges one kerf apart are cut separately, because no common line between them can start "
+        "in the scrap without crossing another line",
         math.fsum(s.length for s in slots),
     )
     return [Issue("L617", words, Message("at ({:.5g}, {:.5g})", (x + u) / 2, (y + v) / 2), Severity.NOTE)]

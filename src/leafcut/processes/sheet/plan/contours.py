@@ -393,21 +393,29 @@ def _too_narrow_remark(index: int, source: Contour, rules: CutRules) -> tuple[Me
     size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:.4g}"
     if min(high_x - low_x, high_y - low_y) < 2.0 * rules.kerf:
         words = Message(
-            "a hole of {} in part {} is narrower than two kerfs of {} mm, with no room for a pierce: not cut",
-            size,
-            source.part,
-            kerf,
-        )
-        several = Message("{} holes are narrower than two kerfs of {} mm, with no room for a pierce: not cut", "", kerf)
-    else:
-        words = Message(
-            "a hole of {} in part {} has a neck narrower than the kerf of {} mm, or no room for a pierce: not cut",
+            "a hole of {} in part {} is not cut, because it is narrower than two kerfs of {} mm and has no "
+            "room for a pierce",
             size,
             source.part,
             kerf,
         )
         several = Message(
-            "{} holes have a neck narrower than the kerf of {} mm, or no room for a pierce: not cut", "", kerf
+            "{} holes are not cut, because they are narrower than two kerfs of {} mm and have no room for a pierce",
+            "",
+            kerf,
+        )
+    else:
+        words = Message(
+            "a hole of {} in part {} is not cut, because it has a neck narrower than the kerf of {} mm or no "
+            "room for a pierce",
+            size,
+            source.part,
+            kerf,
+        )
+        several = Message(
+            "{} holes are not cut, because they have a neck narrower than the kerf of {} mm or no room for a pierce",
+            "",
+            kerf,
         )
     work = MissingWork("hole", 1, ((x, y),), (source.path,))
     return _remark("L611", words, several, _contour_place_text(index, source, x, y), work)
@@ -438,7 +446,8 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Messa
         return []
     kerf = f"{rules.kerf:.4g}"
     words = Message(
-        "a notch of part {} has a mouth narrower than the kerf of {} mm: {:.3g} mm² of the part's notches stay uncut",
+        "a notch of part {} has a mouth narrower than the kerf of {} mm, so {:.3g} mm² of the part's notches "
+        "stay uncut",
         source.part,
         kerf,
         left.area,
@@ -466,7 +475,7 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Mes
         worst = int(np.argmax(away))
         if away[worst] > rules.half + rules.kerf:
             left = away[worst] - rules.half
-            words = Message("part {} has a gap narrower than the kerf: {:.2g} mm remain uncut", source.part, left)
+            words = Message("part {} has a gap narrower than the kerf, so {:.2g} mm remain uncut", source.part, left)
             several = Message("{} contours have a gap narrower than the kerf, which remains uncut", "")
             px, py = points[worst].tolist()
             work = MissingWork("place", 1, ((px, py),))
@@ -474,10 +483,12 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Mes
     narrowest = NARROWEST_HOLE * rules.data.thickness
     if rules.kind == CutMethod.PLASMA and contour.hole and contour.diameter < narrowest:
         words = Message(
-            "a hole of {:.3g} mm, below {:g} times the thickness, will be tapered", contour.diameter, NARROWEST_HOLE
+            "a hole of {:.3g} mm is smaller than {:g} times the thickness and will be tapered",
+            contour.diameter,
+            NARROWEST_HOLE,
         )
         several = Message(
-            "{} holes below {} mm, {} times the thickness, will be tapered",
+            "{} holes smaller than {} mm, which is {} times the thickness, will be tapered",
             "",
             f"{narrowest:g}",
             f"{NARROWEST_HOLE:g}",

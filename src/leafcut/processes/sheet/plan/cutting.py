@@ -245,8 +245,8 @@ def check_kerf_clearance(contours: list[CutContour], scrap: Scrap) -> None:
             if other != owner and (cut[k].path.closed or owner):
                 found.append(
                     Message(
-                        "{} is nearer to part {} than the kerf of {:.4g} mm: cutting one would cut into the other; "
-                        "nest them farther apart, with that kerf (leafcut nest --kerf {:g})",
+                        "{} is nearer to part {} than the kerf of {:.4g} mm, so cutting one would cut into the "
+                        "other; nest them farther apart, with that kerf (leafcut nest --kerf {:g})",
                         cut[k].name(),
                         other,
                         scrap.rules.kerf,
@@ -299,13 +299,21 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
         (
             lesser,
             Message(
-                "{} × no room for a lead-in of {:g} mm ({}): shortened or replaced",
+                "contours without room for a lead-in of full length: {}; their lead-in of {:g} mm ({}) was "
+                "shortened or replaced",
                 len(lesser),
                 wanted.length,
                 wanted.style,
             ),
         ),
-        (without, Message("{} × no room for a lead-out of {:g} mm: left out", len(without), rules.lead_out.length)),
+        (
+            without,
+            Message(
+                "contours without room for a lead-out: {}; their lead-out of {:g} mm was left out",
+                len(without),
+                rules.lead_out.length,
+            ),
+        ),
     ):
         if group:
             yield Issue("L613", message, name_list(group), Severity.NOTE)
@@ -791,15 +799,15 @@ def compensate_in_program_where_needed(
     if not own:
         return made, []
     words = Message(
-        "{} contours are compensated by the program for a kerf of {:g} mm: no room for a controller's lead-in, or a "
-        "concave arc that is too tight for it",
+        "{} contours are compensated by the program for a kerf of {:g} mm, because they have no room for a "
+        "controller's lead-in, or a concave arc that is too tight for it",
         len(own),
         scrap.rules.kerf,
     )
     if len(own) == 1:
         words = Message(
-            "1 contour is compensated by the program for a kerf of {:g} mm: no room for a controller's lead-in, or a "
-            "concave arc that is too tight for it",
+            "1 contour is compensated by the program for a kerf of {:g} mm, because it has no room for a "
+            "controller's lead-in, or a concave arc that is too tight for it",
             scrap.rules.kerf,
         )
     return made, [Issue("L626", words, name_list(own), Severity.NOTE)]

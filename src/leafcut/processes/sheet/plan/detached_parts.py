@@ -76,7 +76,7 @@ class HeadRoutes:
             else ""
         )
         if not (self.crossing or self.close):
-            words = Message("the head stays down between cuts: {}, none crosses such a part{}", detours, unknown)
+            words = Message("the head stays down between cuts; {}, and none crosses such a part{}", detours, unknown)
             return Issue("L623", words, "", Severity.NOTE)
         first = min((*self.crossing, *self.close))
         x, y = cuts[min(first, len(cuts) - 1)].path.start
@@ -88,9 +88,8 @@ class HeadRoutes:
             )
             over.append(Message("a nozzle of {:g} mm passes over detached parts on {}", 2.0 * self.radius, more))
         words = Message(
-            "the head stays down between cuts, and {}; detached parts may tip up "
-            "({}){}: "
-            "hold them with --micro-joints, or watch them",
+            "the head stays down between cuts, and {}; detached parts may tip up ({}){}; hold them with "
+            "--micro-joints, or watch them",
             Message.joined_by_and(over),
             detours,
             unknown,

@@ -38,11 +38,11 @@ def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
         return Issue("L614", words, "", Severity.NOTE)
     x, y = order[left[0][1]].entry
     words = Message(
-        "1 cut starts within {:g} mm of the previous start: no small change of the order avoids that", apart
+        "1 cut starts within {:g} mm of the previous start, and no small change of the order avoids that", apart
     )
     if len(left) > 1:
         words = Message(
-            "{} cuts start within {:g} mm of the previous start: no small change of the order avoids that",
+            "{} cuts start within {:g} mm of the previous start, and no small change of the order avoids that",
             len(left),
             apart,
         )

@@ -80,7 +80,10 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
     places = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in wider[:3]) + (" …" if len(wider) > 3 else "")
     many = Message("a slot is") if len(wider) == 1 else Message("{} slots are", len(wider))
     words = Message(
-        "{} narrower than two kerfs and cut once along the centreline: {:.4g} mm wide, not as wide as drawn", many, kerf
+        "{} narrower than two kerfs and cut once along the centreline, so the cut is {:.4g} mm wide instead of "
+        "the drawn width",
+        many,
+        kerf,
     )
     return replace(sheet, contours=tuple(contours)), [Issue("L627", words, Message("at {}", places))] if wider else []
 
@@ -231,7 +234,7 @@ def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRule
     x, y = one.path.start
     number = Message("1 of its pieces is") if len(pieces) == 1 else Message("{} of its pieces are", len(pieces))
     words = Message(
-        "a hole of part {} has a neck narrower than the kerf of {:.4g} mm: {} cut, and {:.3g} mm² stay uncut",
+        "a hole of part {} has a neck narrower than the kerf of {:.4g} mm, so {} cut, and {:.3g} mm² stay uncut",
         one.part,
         rules.kerf,
         number,

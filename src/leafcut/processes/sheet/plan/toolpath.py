@@ -102,7 +102,8 @@ def generate_cuts(
     data, clearance = torch.data, torch.clearance
     if clearance <= max(data.pierce_height, data.cut_height):
         raise PlanError(
-            "the torch travels at {:g} mm, not above its pierce height of {:g} mm; give a larger --clearance-height",
+            "the torch travels at a height of {:g} mm, which is not above its pierce height of {:g} mm; give a "
+            "larger --clearance-height",
             clearance,
             data.pierce_height,
         )
@@ -145,7 +146,7 @@ def _travel_to(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point)
         turns = obstacles.route_around(here, to, None)
         if turns is None:
             x, y = to
-            raise PlanError("no path to {:.4g}, {:.4g} leads around the --keep-out zones; move the clamp", x, y)
+            raise PlanError("no path to ({:.4g}, {:.4g}) leads around the --keep-out zones; move the clamp", x, y)
         for turn in turns:
             builder.rapid(*turn)
     builder.rapid(*to)

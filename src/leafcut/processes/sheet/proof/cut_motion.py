@@ -58,8 +58,8 @@ _NAMES = (
     Message("path control"),
     Message("tolerance of corners"),
     Message("number of pierces"),
-    Message("dwell before it is lit"),
-    Message("dwell after it is lit"),
+    Message("dwell before the torch is lit"),
+    Message("dwell after the torch is lit"),
 )
 
 

@@ -216,7 +216,7 @@ def clamp_and_sheet_faults(matched: MatchedRuns) -> list[Difference]:
         outside = _points_off_sheet(matched, number, inside)
         if len(outside):
             x, y = outside[0]
-            text = Message("the torch burns off the sheet, at {}", position_text(x, y))
+            text = Message("the torch cuts outside the sheet, at {}", position_text(x, y))
             found.append(sheet_difference(Message("off the sheet"), text, matched.line_at(number, x, y)))
     return found
 

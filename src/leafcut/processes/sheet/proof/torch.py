@@ -203,7 +203,7 @@ def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, wait
             found.append(Difference(Message("pierce height"), 0, first.line, text))
         if waits and first.waited < data.pierce_delay - DWELL_ROUNDING:
             text = Message(
-                "the torch waits {:g} s for the pierce; the chart asks for {:g} s", first.waited, data.pierce_delay
+                "the torch waits {:g} s for the pierce; the cut chart requires {:g} s", first.waited, data.pierce_delay
             )
             found.append(Difference(Message("pierce delay"), 0, first.line, text))
     if heights:
