@@ -191,7 +191,7 @@ def test_a_job_of_freecad_is_reordered_and_does_the_same_work(
 def test_what_leafcut_refuses_is_told_by_freecad_and_nothing_is_written(freecadcmd: str, tmp_path: Path) -> None:
     """A tool without a feed: the message is leafcut's."""
     done = freecad_job(freecadcmd, tmp_path, FEED="0 mm/min")
-    assert done.returncode == 1 and "a cut without a feed" in done.stderr
+    assert done.returncode == 1 and "the cut has no feed" in done.stderr
     assert not (tmp_path / "job.ngc").exists()
 
 

@@ -116,7 +116,7 @@ def test_nothing_is_written_over_an_input_or_by_halves(tmp_path: Path, capsys: p
         ("machine import", "machine import needs FILE, or --port"),
         ("machine import x.txt --port /dev/none", "takes FILE or --port, not both"),
         ("machine import x.txt --baud 9600", "--baud goes with --port"),
-        ("machine import --port /dev/none", "--port /dev/none: the port does not exist"),
+        ("machine import --port /dev/none", "--port /dev/none does not exist"),
         ("machine import --port /dev/null", "not a serial port"),
         ("machine import --port /dev/null --baud 9601", "--baud 9601"),
         ("machine import x --knd grbl", "did you mean '--kind'"),

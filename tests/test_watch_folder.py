@@ -123,7 +123,7 @@ def test_a_drawing_that_lacks_its_end_is_waited_for_longer_and_then_refused(fold
     assert slow.names == ["plate.ngc"] and not slow.refused
     (folder / "plate.dxf").write_bytes(part)
     never = Watched(folder, *[nothing] * 12)
-    assert never.names == [] and "its end is missing" in never.refused[0]
+    assert never.names == [] and "the end of the drawing is missing; save or send it again" in never.refused[0]
 
 
 def test_after_an_error_it_goes_on_and_the_corrected_file_is_done(folder: Path) -> None:

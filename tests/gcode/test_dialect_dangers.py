@@ -117,12 +117,42 @@ def test_a_hole_of_siemens_has_the_line_of_its_place() -> None:
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("MCALL CYCLE81(10,2,0,-3)\nF100\nG0 X1\nMCALL", "it would drill a hole, too"),
-        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1\nZ20\nMCALL", "it would drill a hole, too"),
-        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1", "it would drill a hole, too"),
+        (
+            "MCALL CYCLE81(10,2,0,-3)\nF100\nG0 X1\nMCALL",
+            (
+                "while a cycle is modal (MCALL), this block would drill a hole, too; only hole positions may follow "
+                "MCALL"
+            ),
+        ),
+        (
+            "F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1\nZ20\nMCALL",
+            (
+                "while a cycle is modal (MCALL), this block would drill a hole, too; only hole positions may follow "
+                "MCALL"
+            ),
+        ),
+        (
+            "F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1",
+            (
+                "while a cycle is modal (MCALL), this block would drill a hole, too; only hole positions may follow "
+                "MCALL"
+            ),
+        ),
         ("F100\nMCALL CYCLE81(10,2,0,-3)\nG1 X1\nMCALL", "approached with G0"),
-        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG64 X1\nMCALL", "it would drill a hole, too"),
-        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG40 X1\nMCALL", "it would drill a hole, too"),
+        (
+            "F100\nMCALL CYCLE81(10,2,0,-3)\nG64 X1\nMCALL",
+            (
+                "while a cycle is modal (MCALL), this block would drill a hole, too; only hole positions may follow "
+                "MCALL"
+            ),
+        ),
+        (
+            "F100\nMCALL CYCLE81(10,2,0,-3)\nG40 X1\nMCALL",
+            (
+                "while a cycle is modal (MCALL), this block would drill a hole, too; only hole positions may follow "
+                "MCALL"
+            ),
+        ),
         ("F100\nMCALL CYCLE81(10,2,0,-3)\nMCALL CYCLE81(10,2,0,-4)", "MCALL within MCALL"),
         ("F100\nMCALL CYCLE81(5,2,0,-3)\nG0 X1\nMCALL", "RTP is neither"),
         ("F100\nMCALL CYCLE81(1,2,0,-3)\nG0 X1\nMCALL", "RTP and the tool must be at"),

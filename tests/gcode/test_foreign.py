@@ -297,7 +297,7 @@ def test_fanuc_programs_with_subprograms_repeats_and_stored_cycles() -> None:
 def test_a_length_that_a_controller_may_take_for_thousandths_is_refused_but_not_what_a_macro_computes() -> None:
     """The dialect requires a decimal point in written numbers."""
     for unit, least in (("G21", "X0.05"), ("G20", "X0.005")):
-        said = f":2: X50 has no decimal point: whether that is X50.0 or {least} .*; write it with a decimal point"
+        said = f":2: X50 has no decimal point, so .* whether it means X50.0 or {least}; write it with a decimal point"
         with pytest.raises(ReadError, match=said):
             interpret_program(f"{unit} G0\nX50\n", dialect("haas"))
     assert place(interpret_program("G21 G0 #1=3.\nX#1 Y[1+1] Z1.\n", dialect("haas"))) == [3.0, 2.0, 1.0]

@@ -65,7 +65,7 @@ def test_comments_slash_and_percent_are_kept_apart_from_words() -> None:
     "line, reason",
     [
         ("G1 X1 (open", "not closed"),
-        ("G1 X1 (a (b) c)", "inside a comment"),
+        ("G1 X1 (a (b) c)", "a comment contains another comment"),
         ("G1 X1) Y2", "')' without '('"),
         ("G1 X", "letter without a number"),
         ("G1 X--5", "letter without a number"),
@@ -191,7 +191,7 @@ def test_a_comment_inside_a_comment_is_noticed(line: str, nested: bool) -> None:
     ("line", "reason"),
     [
         ("G1 X1 (open", "a comment is not closed: ')' is missing"),
-        ("G1 X1 (a (b) c)", "a comment inside a comment"),
+        ("G1 X1 (a (b) c)", "a comment contains another comment"),
         ("G1 X1) Y2", "')' without '(' before it"),
         ("G1 X--5", "'X--5' is a letter without a number"),
         ("G1 Y5 Xabcdefghijklmnopq", "'Xabcdefghijk' is a letter without a number"),

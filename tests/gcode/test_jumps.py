@@ -98,14 +98,14 @@ def test_lines_whose_run_depends_on_the_machine(text: str, line: int, last: int 
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
-        ("GOTO 20 / N21", 0, "GOTO 20: no such line in the program"),
-        ("GOTO 20 X1 / N20", 0, "GOTO 20 X1: no such line in the program"),
-        ("GOTO [1+1111111111+2222222222]", 0, "GOTO [1+1111111111+222222: no such line in the program"),
+        ("GOTO 20 / N21", 0, "GOTO 20: the program has no such line"),
+        ("GOTO 20 X1 / N20", 0, "GOTO 20 X1: the program has no such line"),
+        ("GOTO [1+1111111111+2222222222]", 0, "GOTO [1+1111111111+222222: the program has no such line"),
         ("IF [1 EQ 1] X1", 0, "IF needs its GOTO or THEN"),
-        ("WHILE [1 EQ 1] X1 / END1", 0, "a loop (WHILE … DO) without its END"),
-        ("WHILE [1 EQ 1] DO1 / END2", 0, "a loop (WHILE … DO) without its END"),
-        ("DO 3", 0, "a loop (WHILE … DO) without its END"),
-        ("END1 / DO1", 0, "an END without its WHILE … DO before it"),
+        ("WHILE [1 EQ 1] X1 / END1", 0, "a loop (WHILE … DO) has no END"),
+        ("WHILE [1 EQ 1] DO1 / END2", 0, "a loop (WHILE … DO) has no END"),
+        ("DO 3", 0, "a loop (WHILE … DO) has no END"),
+        ("END1 / DO1", 0, "END has no WHILE … DO before it"),
         ("WHILE [1 EQ 1] X DO1 / END1", 0, "WHILE needs its DO 1"),
     ],
 )

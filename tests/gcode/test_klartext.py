@@ -182,7 +182,7 @@ def test_the_planes_of_cycle_200_count_from_the_surface() -> None:
         ("TOOL CALL 1 Z", "start with BEGIN PGM"),
         ("BEGIN PGM A INCH", "start with BEGIN PGM"),
         ("BEGIN PGM A MM|L Z+5 R0 FMAX", "before the first TOOL CALL"),
-        (HEAD + "L X+1 R0 FMAX M99", "M99 without a cycle"),
+        (HEAD + "L X+1 R0 FMAX M99", "M99 calls no cycle, because CYCL DEF 200 is missing after the last tool call"),
         (HEAD + CYCLE.replace("Q201=-5", "Q201=+5"), "Q201 below it"),
         (HEAD + CYCLE.replace("Q204=+10", "Q204=+1"), "Q204 not below Q200"),
         (HEAD + CYCLE.replace("Q204=+10", "Q204=+8") + "|L X+1 R0 FMAX M99", "Q204 is neither"),
@@ -191,7 +191,10 @@ def test_the_planes_of_cycle_200_count_from_the_surface() -> None:
         (HEAD + CYCLE.replace(" ~\n Q211=+0 ;H", ""), "cycle 200 needs Q200"),
         (HEAD + CYCLE + "|L Z+1 R0 FMAX|L X+1 R0 FMAX M99", "from below its set-up clearance"),
         (HEAD + CYCLE + "|L X+1 Z+3 R0 FMAX M99", "a hole must be approached with"),
-        (HEAD + CYCLE + "|TOOL CALL 2 Z S5|L X+1 R0 FMAX M99", "M99 without a cycle"),
+        (
+            HEAD + CYCLE + "|TOOL CALL 2 Z S5|L X+1 R0 FMAX M99",
+            "M99 calls no cycle, because CYCL DEF 200 is missing after the last tool call",
+        ),
         (HEAD + "CYCL DEF 9.0 DWELL TIME|M8", "CYCL DEF 9.1, which states the dwell time, is missing"),
         (HEAD + "CYCL DEF 203 UNIVERSAL DRILLING", "that it wrote itself"),
         (HEAD + "CC X+0 Y+0", "that it wrote itself"),
@@ -199,10 +202,10 @@ def test_the_planes_of_cycle_200_count_from_the_surface() -> None:
         (HEAD + "L X+Q1 R0 FMAX", "that it wrote itself"),
         (HEAD + CYCLE + " ~", "the last block is incomplete (~)"),
         (HEAD + "M30|END PGM A MM|M5", "the program continues after END PGM"),
-        ("BEGIN PGM A MM|TOOL CALL 1 Z|M3", "M3 without a speed: TOOL CALL lacks S"),
+        ("BEGIN PGM A MM|TOOL CALL 1 Z|M3", "M3 has no speed, because TOOL CALL lacks S"),
         (HEAD + "CYCL DEF 9.0 DWELL TIME|CYCL DEF 9.1 DWELL -1", "a dwell cannot be negative"),
-        (HEAD + "L R0 FMAX", "L without an axis"),
-        (HEAD + "L X+1 R0 F0", "a cut without a feed"),
+        (HEAD + "L R0 FMAX", "the L block has no axis"),
+        (HEAD + "L X+1 R0 F0", "the cut has no feed"),
         (HEAD + "L " + "X+1 " * 3_000, "characters; this is not a program"),
         (HEAD + "M30", "END PGM is missing"),
         (HEAD + "END PGM A MM", "the program ends without M30"),
@@ -217,7 +220,7 @@ def test_what_is_not_written_so_is_refused(blocks: str, words: str) -> None:
 
 @pytest.mark.parametrize(("text", "line", "block"), [("G21\nG0 X1\n", 1, 0), ("0 BEGIN PGM A MM\n2 M30\n", 2, 1)])
 def test_a_missing_block_number_says_what_to_do(text: str, line: int, block: int) -> None:
-    told = f"line {line}: block {block} is missing: a Klartext (conversational) program numbers its blocks from 0"
+    told = f"line {line}: block {block} is missing, but a Klartext (conversational) program numbers its blocks from 0"
     with pytest.raises(ReadError, match=re.escape(told)):
         interpret_klartext(text)
 

@@ -41,7 +41,8 @@ def test_a_carriage_return_alone_ends_a_line_only_where_the_controller_says_so()
         "save the file with LF line ends"
     )
     differs = (
-        "a carriage return alone: whether it ends the line depends on the controller; save the file with LF line ends"
+        "the line contains a lone carriage return, and it depends on the controller whether that ends the "
+        "line; save the file with LF line ends"
     )
     by_ends = {}
     for name in ("linuxcnc", "haas", "grbl", "mach3", "fanuc", "siemens", "marlin", "centroid"):

@@ -90,14 +90,15 @@ def test_lengths_of_a_cycle_are_in_the_unit_of_the_program() -> None:
         *(
             (
                 f"MCALL CYCLE81(2,2,0,-5)\n{block}",
-                "a block other than a hole position while a cycle is modal (MCALL): it would drill a hole, too",
+                ("while a cycle is modal (MCALL), this block would drill a hole, too; only hole positions may "
+                    "follow MCALL"),
             )
             for block in ("G0", "M8", "X5 M8", "G0 X5 Z5", "F100", "G90 X5", "G4 F1")
         ),
         ("MCALL CYCLE81(2,2,0,-5)\nG1 X5", "a hole must be approached with G0"),
         (
             "G0 SUPA X0 D0\nD1 Z20\nMCALL CYCLE81(2,2,0,-5)\nY5",
-            "a hole at an unknown position: X and Y are not both given",
+            "the position of the hole is unknown, because X and Y are not both given",
         ),
         ("X1 R5", "R is a parameter of Siemens controls; the radius of an arc is CR="),
         ("G2 X4 r -2", "R is a parameter of Siemens controls; the radius of an arc is CR="),

@@ -218,8 +218,8 @@ def test_after_a_probe_the_height_is_what_g92_says() -> None:
         ("G0 Z5\nG38.2 F60", "straight down"),
         ("G38.2 Z-3 F60", "starts at an unknown height"),
         ("G0 Z5\nG38.2 Z7 F60", "not move downwards"),
-        ("G0 Z5\nG38.2 Z-3", "without a feed"),
-        ("G0 Z5\nG92", "without an axis"),
+        ("G0 Z5\nG38.2 Z-3", "the cut has no feed"),
+        ("G0 Z5\nG92", "no axis word"),
         ("G92 G0 Z5", "one set of axis words"),
     ],
 )

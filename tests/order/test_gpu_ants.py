@@ -284,7 +284,7 @@ def test_words_of_ants_advance_on_the_gpu_too(fresh_kernels: None, monkeypatch: 
     [
         (1, False, 0.0, None),
         (0, True, 1.0, None),
-        (0, False, 1.0, "--parallel gpu: needs the package numba-cuda: pip install 'leafcut[gpu]'"),
+        (0, False, 1.0, "--parallel gpu needs the package numba-cuda: pip install 'leafcut[gpu]'"),
         (0, True, 0.0, "--parallel gpu: this machine has no CUDA GPU, or no driver for it; leave the option out"),
     ],
 )

@@ -248,7 +248,7 @@ def arc(b: ToolpathBuilder) -> None:
         (
             "linuxcnc",
             lambda b: b.arc(True, (10.001, 5.0, 50.0), Arc((11.0, 5.0, 1.0)), feed=1.0),
-            "an arc whose ends are less than two units of the last decimal place apart",
+            "the ends of an arc are less than two units of the last decimal place apart",
         ),
         (
             "grbl",

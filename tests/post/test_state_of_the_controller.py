@@ -135,8 +135,8 @@ def test_rows_are_written_with_the_words_of_the_controller(name: str, steps: lis
 @pytest.mark.parametrize(
     ("name", "steps", "message"),
     [
-        ("linuxcnc", [HIGH, ("rapid", NAN, NAN, NAN)], "a move to an unknown position"),
-        ("linuxcnc", [HIGH, ("machine",)], "a move in machine coordinates without a target"),
+        ("linuxcnc", [HIGH, ("rapid", NAN, NAN, NAN)], "a move goes to an unknown position"),
+        ("linuxcnc", [HIGH, ("machine",)], "a move in machine coordinates has no target"),
         ("linuxcnc", [("machine",)], "the first move, in machine coordinates, must be in Z only"),
         ("linuxcnc", [("machine", 0.0, None, 0.0)], "the first move, in machine coordinates, must be in Z only"),
         (
@@ -157,18 +157,18 @@ def test_rows_are_written_with_the_words_of_the_controller(name: str, steps: lis
         (
             "linuxcnc",
             [HIGH, ("rapid", 0.0, 0.0), ("arc", True, (NAN, 0.0, 9.0), Arc((5.0, 0.0, 9.0)), FEED)],
-            "an arc from an unknown position",
+            "the arc starts at an unknown position",
         ),
         (
             "linuxcnc",
             [HIGH, ("rapid", 0.0, 0.0), ("arc", True, (0.0015, 0.0, 9.0), Arc((5.0, 0.0, 9.0)), FEED)],
-            "an arc whose ends are less than two units of the last decimal place apart",
+            "the ends of an arc are less than two units of the last decimal place apart",
         ),
         ("rrf", [HIGH, ("pause", True)], "rrf has no optional stop (M1)"),
         (
             "linuxcnc",
             [HIGH, ("drill", 1.0, 1.0, G81, FEED), ("drill", 2.0, 1.0, DrillCycle("G84", 2.0, -5.0, True), FEED)],
-            "a tapped hole, after which the tool does not return to the R plane or the initial plane",
+            "after a tapped hole, the tool does not return to the R plane or the initial plane",
         ),
     ],
 )

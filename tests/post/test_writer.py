@@ -352,8 +352,8 @@ def _one_coolant_off(b: ToolpathBuilder) -> None:
         (_peck_of_nothing, "haas", "needs a peck depth"),
         (_arc_of_nothing, "grbl", "less than two units of the last decimal place apart"),
         (_one_coolant_off, "linuxcnc", "switch off both first"),
-        (_arc_from_nowhere, "linuxcnc", "an arc from an unknown position"),
-        (_cut_to_nowhere, "linuxcnc", "a cut to an unknown position"),
+        (_arc_from_nowhere, "linuxcnc", "the arc starts at an unknown position"),
+        (_cut_to_nowhere, "linuxcnc", "a cut goes to an unknown position"),
         (_drill_nowhere, "linuxcnc", "a hole is drilled while the position of the tool is unknown"),
     ],
 )
@@ -375,7 +375,9 @@ def test_a_tool_is_not_changed_by_hand_at_a_turning_spindle() -> None:
     b.rapid(z=10.0)
     b.tool(2)
     b.end()
-    with pytest.raises(PostError, match="a manual tool change while the spindle is running"):
+    with pytest.raises(
+        PostError, match=r"a manual tool change is planned while the spindle is running; stop the spindle first"
+    ):
         write_program(b.build(), dialect("grbl"), PostOptions())
     assert "T2 M6" in write_program(b.build(), dialect("haas"), PostOptions())
 

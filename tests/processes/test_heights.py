@@ -55,7 +55,7 @@ def of_arcs(space: Any) -> None:
     [
         (
             circles(5, -3, -3),
-            r"1 at Z5 \(the first at 0, 5\), 2 at Z-3 \(the first at 10, 5\); all are drilled from the same",
+            r"1 at Z5 \(the first at 0, 5\), 2 at Z-3 \(the first at 10, 5\); all of them are drilled from Z0",
         ),
         (in_a_block, r"1 at Z5 \(the first at 10, 5\), 1 at Z1 \(the first at 0, 5\)"),
         (of_another_plane, r"1 at Z5 \(the first at 10, 5\), 1 at Z0 \(the first at 0, 5\)"),
@@ -113,4 +113,4 @@ def test_pockets_at_different_heights_are_refused_and_one_height_is_told(tmp_pat
 def test_a_sheet_is_taken_as_seen_from_above_and_its_heights_are_told(tmp_path: Path) -> None:
     part = read_contours(drawn(tmp_path, squares(0, 6, 6)))
     words = "lines are drawn at different heights: 2 at Z6 (the first at 60, 0), 1 at Z0 (the first at 0, 0)"
-    assert [i.message for i in part.issues if i.code == "L406"] == [f"{words}; projected onto the sheet"]
+    assert [i.message for i in part.issues if i.code == "L406"] == [f"{words}; they were projected onto the sheet"]

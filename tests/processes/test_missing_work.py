@@ -87,7 +87,7 @@ def test_the_answer_says_what_is_missing_how_many_where_and_why(
         "where": [[17.0, 23.0]],
         "code": "L201",
         "place": "at (27, 33)",
-        "why": "1 slot not milled: only round holes are drilled",
+        "why": "1 slot will not be milled, because only round holes are drilled",
     }
 
 

@@ -54,7 +54,7 @@ def test_frames_around_the_plate_are_no_missing_work_and_boxes_beside_it_are_not
     assert missing(part) == [] == list(part.besides)
     assert [i.message for i in part.issues] == [
         "2 outlines around all holes, the innermost 100 × 60 mm, are not cut",
-        "1 contour beside the outline, not cut",
+        "1 contour beside the outline will not be cut",
     ]
 
 
@@ -76,10 +76,11 @@ def test_a_circle_around_holes_or_contours_is_an_outline_and_is_not_drilled(draw
     assert sorted(hole.x for hole in part.holes) == pytest.approx([80, 100, 100, 120, 200])
     assert [(what, sorted(where)) for what, _, where in missing(part)] == [("circle", [(0, 0), (100, 0)])]
     assert any(
-        "2 circles not drilled: a circle that encloses other holes or contours" in i.message for i in part.issues
+        "2 circles will not be drilled, because a circle that encloses other holes" in i.message for i in part.issues
     )
     assert [issue.message for issue in part.besides] == [
-        "2 contours not machined: only round holes are drilled; mill them with leafcut part or leafcut pocket"
+        "2 contours will not be machined, because only round holes are drilled; mill them with leafcut part or "
+        "leafcut pocket"
     ]
     assert [hole.diameter for hole in read(path, ReadOptions(layers=("EDGE",))).holes] == [60]
 
@@ -135,7 +136,8 @@ def test_a_contour_in_the_only_hole_is_no_outline(draw: Any) -> None:
     assert [hole.diameter for hole in part.holes] == [8]
     assert part.issues == ()
     assert [issue.message for issue in part.besides] == [
-        "1 contour not machined: only round holes are drilled; mill them with leafcut part or leafcut pocket"
+        "1 contour will not be machined, because only round holes are drilled; mill them with leafcut part or "
+        "leafcut pocket"
     ]
 
 
@@ -216,7 +218,7 @@ def test_a_polygon_with_its_corners_on_a_circle_is_a_hole(tmp_path: Path, n: int
     assert [(h.x, h.y, h.diameter) for h in part.holes[3:]] == [pytest.approx((30, 40, 8))]
     assert missing(part) == []
     (issue,) = (i for i in part.issues if i.code == "L405")
-    assert "treated as round holes (Ø8)" in issue.message
+    assert "with corners on a circle as round holes (Ø8)" in issue.message
 
 
 @pytest.mark.parametrize(

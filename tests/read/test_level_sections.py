@@ -258,7 +258,7 @@ def test_a_solid_without_such_a_section_is_no_sheet() -> None:
 def test_a_recess_in_a_sheet_is_missing_work(tmp_path: Path) -> None:
     part = read_contours(saved(tmp_path / "a.step", cut(box(0, 0, 0, 40, 30, 3), box(10, 10, 2, 20, 20, 3))))
     assert [str(issue) for issue in part.issues] == [
-        "L219 the sheet also has pockets, steps or chamfers: they are not cut"
+        "L219 the sheet also has pockets, steps or chamfers, which will not be cut"
     ]
     (issue,) = part.issues
     assert issue.missing is not None and (issue.missing.what, issue.missing.count) == ("feature", 1)

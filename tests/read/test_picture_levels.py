@@ -132,7 +132,8 @@ def test_a_light_that_falls_off_is_levelled(falloff: float, invert: bool) -> Non
     assert flat[bright] == pytest.approx(1.0, abs=0.01)
     assert flat[~bright] == pytest.approx(0.25, abs=0.01)
     assert [str(issue) for issue in issues] == [
-        f"L426 the picture is lit unevenly, by up to {100 * falloff:.0f}%: levelled; set --threshold to use it anyway"
+        f"L426 the picture is lit unevenly by up to {100 * falloff:.0f}% and was levelled; set --threshold to use it "
+        "anyway"
     ]
 
 
@@ -153,7 +154,7 @@ def test_spots_no_wider_than_the_speckle_are_dirt() -> None:
     found = picture._without_dirt(Source("p.png", b""), lines, 2.0, (0.5, 100), issues)
     assert [id(line) for line in found] == [id(lines[0]), id(lines[3])]
     assert [str(issue) for issue in issues] == [
-        "L214 2 spots narrower than 1 mm ignored as dirt; change the limit with --speckle (at (10, 30), (15, 25))"
+        ("L214 ignored 2 spots narrower than 1 mm as dirt; change the limit with --speckle (at (10, 30), (15, 25))")
     ]
     assert picture._without_dirt(Source("p.png", b""), [square(1, 1, 2)], 0.0, (0.5, 100), issues)
     for spots, words in (([], ""), ([square(0, 0, 1)], " that is wider than --speckle 1 mm")):

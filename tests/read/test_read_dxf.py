@@ -146,9 +146,9 @@ def test_a_slot_outline_and_a_rectangle_are_counted_by_kind_and_are_no_holes(dra
     assert places(part) == [(50, 50, 2)]
     found = sorted((i.severity, i.message) for i in part.issues)
     assert found == [
-        (Severity.MISSING, "2 slots not milled: only round holes are drilled"),
-        (Severity.NOTE, "1 LINE: not a hole"),
-        (Severity.NOTE, "1 SPLINE: not a hole"),
+        (Severity.MISSING, "2 slots will not be milled, because only round holes are drilled"),
+        (Severity.NOTE, "ignored 1 LINE, which cannot be a hole"),
+        (Severity.NOTE, "ignored 1 SPLINE, which cannot be a hole"),
     ]
 
 
@@ -348,7 +348,7 @@ def test_doubled_holes_are_drilled_once_and_reported(draw):
 
     part = read(draw(build))
     assert places(part) == [(5, 0, 4), (20, 0, 4), (40, 0, 4)]
-    assert issue(part, "L301").message.startswith("2 holes")
+    assert issue(part, "L301").message.startswith("merged 2 holes")
     assert "(5.004, 0)" in issue(part, "L301").place
 
 

@@ -297,7 +297,10 @@ def test_holes_that_all_lie_inside_one_of_them_cannot_be_right(text_file, header
     """X3 is 0.0003 in = 0.00762 mm; the file means 3 in."""
     path = text_file("tz.drl", f"M48\n{header}T1C0.0394\n%\nT1\nX3Y1\nX2Y1\nM30\n")
     told = " ".join(issue.message for issue in read(path).issues if issue.code == "L102")
-    assert "2 holes span 0.00254 × 0 mm, less than the diameter of the largest, 1.00076 mm: implausible" in told
+    assert (
+        "2 holes span 0.00254 × 0 mm, less than the diameter of the largest, 1.00076 mm, which is implausible; "
+        "export the file with decimal"
+    ) in told
     whole = text_file("tz.drl", f"M48\n{header}T1C0.0394\n%\nT1\nX30000Y10000\nX20000Y10000\nM30\n")
     assert "implausible" not in str(read(whole).issues)
 

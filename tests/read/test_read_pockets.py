@@ -177,7 +177,7 @@ def test_a_pocket_at_the_edge_of_its_plate_is_reported(draw: Draw) -> None:
     part = read_pockets(draw(build), None, PocketDrawingOptions(outline="edge"))
     assert [pocket.area for pocket in part.pockets] == [100.0]
     assert [str(i) for i in part.issues if i.code == "L423"] == [
-        "L423 1 pocket at the edge of the plate: no wall remains there (at (0, 20))"
+        "L423 no wall remains at the edge of the plate for 1 pocket (at (0, 20))"
     ]
 
 

@@ -209,7 +209,7 @@ def test_numbers_that_cannot_be_understood_are_skipped_and_reported(draw, elemen
         ("<svg", "not well-formed"),
         ("<html/>", "this is not an SVG drawing: its root is <html>"),
         (f'{HEAD} viewBox="0 0 5"><line x2="1"/></svg>', "size of the drawing.*a view box needs four numbers"),
-        (f"{HEAD}/>", "nothing to cut: the drawing is empty"),
+        (f"{HEAD}/>", "there is nothing to cut: the drawing is empty"),
         (f'{HEAD} width="5em"/>', "size of the drawing"),
         (f'{HEAD} viewBox="0 0 0 0"/>', "size of the drawing"),
         (f'<!DOCTYPE svg [<!ENTITY a "b">]>{HEAD}/>', "refused: the file has an entity declaration"),

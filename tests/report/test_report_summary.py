@@ -171,7 +171,7 @@ def test_assumptions_and_corners_that_are_not_cut_stand_beside_verified(outcome_
         Issue("L402", "no depth given: 1 mm deep", severity=Severity.NOTE),
         Issue("L102", "the file does not state its units: mm assumed"),
         Issue("L701", "pocket 1: 4 corners are not reached", severity=Severity.NOTE),
-        Issue("L201", "1 LINE: not a hole"),
+        Issue("L201", "ignored 1 LINE, which cannot be a hole"),
     )
     lines = shown(outcome_of(issues=issues)).splitlines()
     first = next(i for i, line in enumerate(lines) if line.startswith("verified"))

@@ -28,10 +28,10 @@ def part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize(
     "words, status, told",
     [
-        ("part.nc --port nosuch", 2, "--port nosuch: the port does not exist; "),
+        ("part.nc --port nosuch", 2, "--port nosuch does not exist"),
         ("part.nc --port part.nc", 2, "--port part.nc: this is a file, not a serial port; "),
         ("part.nc --port .", 2, "--port .: this is a folder, not a serial port; "),
-        ("part.nc --port /dev/null", 1, "--port /dev/null: not a serial port"),
+        ("part.nc --port /dev/null", 1, "--port /dev/null is not a serial port, or does not support this baud rate"),
         ("part.nc --port nosuch --baud 1152000", 2, "--baud 1152000: did you mean '115200'"),
         ("part.nc", 2, "send needs --port; "),
         ("missing.nc --port nosuch", 1, "missing.nc"),

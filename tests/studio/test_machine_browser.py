@@ -286,4 +286,4 @@ def test_what_is_refused_is_one_line_in_the_language_of_the_page(own: Page, star
     page.goto(f"{started.origin}/?view=control&lang=en")
     page.get_by_label("Port", exact=True).fill("/dev/nothing")
     button(page, "Connect").click()
-    expect(page.locator("#machine-line")).to_contain_text("the port does not exist")
+    expect(page.locator("#machine-line")).to_contain_text("does not exist")

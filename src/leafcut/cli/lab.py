@@ -292,7 +292,7 @@ def _open_for_work(results: str, executor: str, workers: int | None) -> Iterator
     from leafcut.order.executors import MOST_WORKERS, open_executor
 
     if workers is not None and executor == HERE:
-        raise OptionError("--workers: needs --executor")
+        raise OptionError("--workers needs --executor")
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
     ended = threading.Event()

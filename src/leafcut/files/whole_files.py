@@ -187,7 +187,9 @@ def toml_bytes(path: Path) -> bytes:
         raise DataError("{}: cannot be read ({})", path, problem.strerror) from None
     if len(content) > LARGEST_TOML:
         raise DataError(
-            "{}: larger than {} kB; the limit for files of options, machines and tools", path, LARGEST_TOML // 1000
+            "{}: the file is larger than {} kB, the limit for files of options, machines and tools",
+            path,
+            LARGEST_TOML // 1000,
         )
     return content
 

@@ -44,7 +44,7 @@ def end_cycle(state: InterpreterState) -> None:
 def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Drill the hole of a block in a canned cycle. If the block states a number of repeats, drill that many holes."""
     if state.plane != 17:
-        raise UnclearBlock("canned cycles are understood in the XY plane (G17) only")
+        raise UnclearBlock("leafcut understands canned cycles only in the XY plane (G17)")
     if state.feed_mode == 93:
         raise BlockError("a canned cycle cannot be used in inverse time mode (G93)")
     x, y = state.path.position[:2]
@@ -59,7 +59,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
     for _ in range(repeats):
         x, y = (x + step_x, y + step_y) if state.incremental else (step_x, step_y)
         if math.isnan(x) or math.isnan(y):
-            raise UnclearBlock("a hole at an unknown position: X and Y are not both given")
+            raise UnclearBlock("the position of the hole is unknown, because X and Y are not both given")
         state.path.drill(x, y, cycle, feed=feed, line=state.line)
 
 
@@ -175,7 +175,9 @@ def _plane_heights(state: InterpreterState, words: CycleValues, fagor: bool) -> 
         r += initial
         z += r
     if r < z:
-        raise BlockError("the cycle drills upwards: its R plane {:g} mm is below its bottom {:g} mm", r, z)
+        raise BlockError(
+            "the cycle drills upwards, because its R plane at {:g} mm is below its bottom at {:g} mm", r, z
+        )
     return r, z
 
 
@@ -184,7 +186,7 @@ def _peck_depth(words: CycleValues, name: str, depth: float, may_lack: bool) -> 
         return words.peck or 0.0 if "Q" in words.spare else 0.0
     if words.peck is None or not words.peck > 0.0:
         raise (UnclearBlock if words.peck is None and may_lack else BlockError)(
-            Message("{} needs a peck: Q larger than 0", name)
+            Message("{} needs a peck depth, a Q larger than 0", name)
         )
     if depth / words.peck > MAX_PECKS:
         raise BlockError("{} would peck {:.0f} times; Q is too small", name, depth / words.peck)

@@ -220,7 +220,7 @@ class Flow:
             return None
         call = self.calls[-1]
         if call.construct is not None:
-            raise BlockError("M99 inside a subroutine that ends with endsub")
+            raise BlockError("M99 is used inside a subroutine that ends with endsub")
         if call.again:
             call.again -= 1
             return call.start
@@ -300,7 +300,7 @@ class Flow:
 
     def _obey_return(self, construct: Construct, scanner: Scanner, _line: int) -> int:
         if not self.calls or self.calls[-1].construct is not construct:
-            raise BlockError("the end of a subroutine that is not running")
+            raise BlockError("this block ends a subroutine that is not running")
         value = None if scanner.at_end() else scanner.value()
         call, parameters = self.calls.pop(), self.parameters
         for number in range(1, ARGUMENTS + 1):
@@ -374,7 +374,7 @@ class Flow:
     def _obey_do(self, construct: Construct, _scanner: Scanner, line: int) -> int:
         construct.closing_line()
         if self._broken:
-            raise BlockError("a 'do' after a 'break' out of a 'while': LinuxCNC 2.9 runs it only once")
+            raise BlockError("a 'do' follows a 'break' out of a 'while', and LinuxCNC 2.9 runs such a loop only once")
         return line + 1
 
     def _obey_repeat(self, construct: Construct, scanner: Scanner, line: int) -> int:

@@ -447,7 +447,7 @@ class Interpreter:
         if "tool change" in words.m and state.next_tool is not None:
             self._change_tool(state.next_tool)
         elif "tool change" in words.m:
-            self._record_unclear(Message("M6 without a T before it"), _NONE)
+            self._record_unclear(Message("M6 has no T word before it"), _NONE)
             state.tool = None
             del words.m["tool change"]
         if state.dialect.length_offset == "edge" and "D" in letters:
@@ -468,14 +468,14 @@ class Interpreter:
         """Select the length offset of the tool's first cutting edge (D1), or cancel it (D0)."""
         number = whole_number(word, 1)
         if number and self.state.tool is None:
-            raise BlockError("{} before a tool was called", word)
+            raise BlockError("{} comes before the first tool call", word)
         self.state.path.offset(self.state.tool or 0 if number else 0, line=self.state.line)
         self.state.offset_on = bool(number)
 
     def _change_tool(self, number: int) -> None:
         state = self.state
         if state.cycle is not None:
-            self.policy.unknown(Message("a tool change inside a canned cycle; G80 is missing before it"))
+            self.policy.unknown(Message("the tool is changed inside a canned cycle; G80 is missing before it"))
         state.path.tool(number, line=state.line)
         state.tool = number
         state.next_tool = None if state.dialect.changes_by_hand else number
@@ -617,7 +617,7 @@ class Interpreter:
             return whole_number(letters.pop("H"), 99_999)
         number = state.offset_number if stated_by == "D" else state.tool
         if number is None:
-            raise UnclearBlock("G43 without {}, and no tool was called", stated_by or "H")
+            raise UnclearBlock("G43 has no {}, and no tool was called", stated_by or "H")
         return number
 
     # -- motion --------------------------------------------------------------------------------------------------------
@@ -652,9 +652,9 @@ class Interpreter:
         moving = not letters.keys().isdisjoint(AXES)
         if g.get("non-modal") == 530:
             if state.dialect.length_offset == "edge" and state.offset_on:
-                raise BlockError("a move in machine coordinates while a length offset is active; D0 is missing")
+                raise BlockError("the tool moves in machine coordinates while a length offset is active; D0 is missing")
             if state.cycle is not None:
-                raise BlockError("G{} with another motion active; G80 is missing before it", 53)
+                raise BlockError("G{} is used while another motion is active; G80 is missing before it", 53)
             run_machine_move(state, letters)
         elif state.cycle is not None:
             if moving or "cycle" in g:
@@ -666,7 +666,7 @@ class Interpreter:
             run(state, letters)
         elif moving:
             axis = next(a for a in AXES if a in letters)
-            raise BlockError("{} without G0, G1 or another motion", letters[axis])
+            raise BlockError("{} is given without G0, G1 or another motion", letters[axis])
 
     def _move_or_keep(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
@@ -681,7 +681,7 @@ class Interpreter:
         self._check_clear(special, words, moving)
         if special in (280, 300):
             if state.cycle is not None or g.get("motion", 0) != 0:
-                raise BlockError("G28 or G30 with another motion active; G80 is missing before it")
+                raise BlockError("G28 or G30 is used while another motion is active; G80 is missing before it")
             self._check_one_motion(special, g, False)
             self.named = " ".join([f"G{special // 10}", *(str(letters.pop(p)) for p in "P" if p in letters)])
             run_home(state, letters)
@@ -727,7 +727,7 @@ class Interpreter:
         if state.unknown_modes and moving:
             self._check_modes_known()
         if special == 530 and not moving:
-            raise UnclearBlock("G53 without an axis")
+            raise UnclearBlock("G53 has no axis word")
         repeat = None if state.cycle is None else letters.get(state.dialect.repeat_letter)
         if (
             special not in (280, 300)

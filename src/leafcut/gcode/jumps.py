@@ -192,7 +192,7 @@ class Jumps:
             raise self.undecided_to_end(line)
         goal = self.label(round(value), line)
         if goal is None or not scanner.at_end():
-            raise BlockError("GOTO {}: no such line in the program", rest.strip()[:20])
+            raise BlockError("GOTO {}: the program has no such line", rest.strip()[:20])
         return goal
 
     def _if(self, rest: str, line: int) -> tuple[int, str]:
@@ -219,13 +219,13 @@ class Jumps:
         """Return the number of the loop that starts on a line, and the line of its END."""
         found = self._all_loops().get(line)
         if found is None:
-            raise BlockError("a loop (WHILE … DO) without its END")
+            raise BlockError("a loop (WHILE … DO) has no END")
         return found
 
     def _loop_start(self, line: int) -> int:
         found = self._all_loops().get(line)
         if found is None:
-            raise BlockError("an END without its WHILE … DO before it")
+            raise BlockError("END has no WHILE … DO before it")
         return found[1]
 
     def _all_loops(self) -> dict[int, tuple[int, int]]:

@@ -88,8 +88,8 @@ def _blocks(program: str) -> Iterator[tuple[int, str]]:
             numbered = _NUMBERED.fullmatch(text)
             if numbered is None or int(numbered[1]) != expected:
                 raise BlockError(
-                    "line {}: block {} is missing: a Klartext (conversational) program numbers its "
-                    "blocks from 0 without gaps; take the file as the controller saved it, or choose the machine of "
+                    "line {}: block {} is missing, but a Klartext (conversational) program numbers its blocks "
+                    "from 0 without gaps; take the file as the controller saved it, or choose the machine of "
                     "this program",
                     number,
                     expected,
@@ -167,7 +167,7 @@ class _Reader:
         path = self.path
         if word in ("M3", "M4"):
             if self.rpm is None:
-                raise BlockError("{} without a speed: TOOL CALL lacks S", word)
+                raise BlockError("{} has no speed, because TOOL CALL lacks S", word)
             path.spindle(self.rpm if word == "M3" else -self.rpm, line=self.line)
         elif word == "M5":
             path.spindle(0.0, line=self.line)
@@ -212,9 +212,9 @@ class _Reader:
     def _move(self, found: re.Match[str]) -> None:
         x, y, z = (None if one is None else float(one) for one in found.groups()[:3])
         if x is None and y is None and z is None:
-            raise BlockError("L without an axis")
+            raise BlockError("the L block has no axis")
         if self.tool is None:
-            raise BlockError("a move before the first TOOL CALL: the tool length is unknown")
+            raise BlockError("the tool moves before the first TOOL CALL, while its length is unknown")
         rapid = found[4] == "MAX"
         if found[5]:
             self._drill(x, y, z, rapid)
@@ -222,13 +222,13 @@ class _Reader:
             self.path.rapid(x, y, z, line=self.line)
         else:
             if not float(found[4]) > 0.0:
-                raise BlockError("a cut without a feed")
+                raise BlockError("the cut has no feed")
             self.path.feed(x, y, z, feed=float(found[4]) / SECONDS_PER_MINUTE, line=self.line)
 
     def _drill(self, x: float | None, y: float | None, z: float | None, rapid: bool) -> None:
         path, cycle = self.path, self.cycle
         if cycle is None:
-            raise BlockError("M99 without a cycle: CYCL DEF 200 is missing after the last tool call")
+            raise BlockError("M99 calls no cycle, because CYCL DEF 200 is missing after the last tool call")
         here = path.position
         place = (here[0] if x is None else x, here[1] if y is None else y)
         if z is not None or not rapid or not all(map(math.isfinite, (*place, here[2]))):

@@ -56,7 +56,7 @@ def run_machine_move(state: InterpreterState, letters: dict[str, Word]) -> None:
         raise BlockError("G53 cannot be incremental (G91)")
     x, y, z = (state.mm(letters.pop(axis)) if axis in letters else None for axis in AXES)
     if x is None and y is None and z is None:
-        raise BlockError("G53 without an axis")
+        raise BlockError("G53 has no axis word")
     state.path.machine(x, y, z, line=state.line)
 
 
@@ -82,7 +82,7 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     axes = plane_axes(state.plane)
     first, second, normal = axes
     if math.isnan(begin[first]) or math.isnan(begin[second]):
-        raise UnclearBlock("an arc from an unknown position")
+        raise UnclearBlock("the arc starts at an unknown position")
     clockwise = state.motion == 2
     if "R" in letters:
         if targets[first] is None and targets[second] is None:
@@ -137,7 +137,7 @@ def check_radii(u0: float, v0: float, u1: float, v1: float, uc: float, vc: float
     """Check that the start (u0, v0) and the end (u1, v1) of an arc are equally far from its centre (uc, vc)."""
     inner, outer = math.hypot(u0 - uc, v0 - vc), math.hypot(u1 - uc, v1 - vc)
     if inner == 0.0:
-        raise BlockError("an arc of radius 0")
+        raise BlockError("the arc has a radius of 0")
     if abs(inner - outer) > _RADIUS_TOLERANCE and abs(inner - outer) > _RADIUS_RELATIVE_TOLERANCE * inner:
         raise BlockError(
             "the arc does not end on its circle: its radius is {:.4f} mm at the start and {:.4f} mm at the end",
@@ -195,7 +195,7 @@ def run_origin_change(state: InterpreterState, code: int, letters: dict[str, Wor
         if state.policy.cancels_shift(state):
             state.move_origin((True, True, True))
     elif code in (_G92, _G52) and not any(named_axes(letters)):
-        raise BlockError("G92 without an axis" if code == _G92 else "G52 without an axis")
+        raise BlockError("G92 has no axis word" if code == _G92 else "G52 has no axis word")
     elif code == _G92:
         _, values = _take_axis_words(letters)
         state.move_origin((False, False, False), {axis: state.mm(word) for axis, word in values.items()})

@@ -144,8 +144,8 @@ def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
     if not dialect.line_ends and any(line.endswith("\r") for line in lines[:-1]) and "\n" in text:
         number = next(k for k, line in enumerate(lines, 1) if line.endswith("\r"))
         reason = Message(
-            "a carriage return alone: whether it ends the line depends on the controller; save the file with "
-            "LF line ends"
+            "the line contains a lone carriage return, and it depends on the controller whether that ends the "
+            "line; save the file with LF line ends"
         )
         raise ReadError(file, reason, number)
     return lines

@@ -159,7 +159,7 @@ def _drill_position(state: InterpreterState, cycle: DrillCycle, words: SortedBlo
     letters = words.letters
     if words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:
         raise BlockError(
-            "a block other than a hole position while a cycle is modal (MCALL): it would drill a hole, too"
+            "while a cycle is modal (MCALL), this block would drill a hole, too; only hole positions may follow MCALL"
         )
     if state.motion != 0:
         raise BlockError("a hole must be approached with G0")
@@ -167,5 +167,5 @@ def _drill_position(state: InterpreterState, cycle: DrillCycle, words: SortedBlo
     here = state.path.position
     place = (here[0] if x is None else x, here[1] if y is None else y)
     if not all(map(math.isfinite, place)):
-        raise BlockError("a hole at an unknown position: X and Y are not both given")
+        raise BlockError("the position of the hole is unknown, because X and Y are not both given")
     state.path.drill(*place, cycle, feed=state.feed_for(letters, math.nan), line=state.line)

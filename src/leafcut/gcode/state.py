@@ -204,8 +204,8 @@ class InterpreterState(Modal):
             # The least increment of these controllers: 0.001 mm or 0.0001 inch.
             least = word.value * (0.001 if self.unit == 1.0 else 0.0001)
             raise BlockError(
-                "{} has no decimal point: whether that is {}{:.1f} or "
-                "{}{:.10g} depends on a setting of the controller; write it with a decimal point",
+                "{} has no decimal point, so a setting of the controller decides whether it means {}{:.1f} or "
+                "{}{:.10g}; write it with a decimal point",
                 word,
                 word.letter,
                 word.value,
@@ -259,15 +259,15 @@ class InterpreterState(Modal):
                 raise BlockError("a feed per revolution (G95) needs a running spindle")
             feed *= self.rpm / SECONDS_PER_MINUTE
         if not feed > 0.0:
-            raise BlockError("a cut without a feed; F is missing")
+            raise BlockError("the cut has no feed; F is missing")
         return feed * self.override if self.adaptive else feed
 
     def _feed_of_time(self, letters: dict[str, Word], length: float) -> float:
         if self.rotary is not None and not length > 0.0:
             line, axis = self.rotary
             raise BlockError(
-                "a cut in inverse time (G93) needs a known length, but line {} moves the rotary axis {}: "
-                "programs with four or five axes are not read",
+                "a cut in inverse time (G93) needs a known length, but line {} moves the rotary axis {}, and "
+                "leafcut does not read programs with four or five axes",
                 line,
                 axis,
             )

@@ -151,7 +151,9 @@ def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
 
     body = COMMENT.sub(cut, line)
     if "(" in body:
-        raise BlockError("a comment inside a comment" if ")" in body else "a comment is not closed: ')' is missing")
+        raise BlockError(
+            "a comment contains another comment" if ")" in body else "a comment is not closed: ')' is missing"
+        )
     if ")" in body:
         raise BlockError("')' without '(' before it")
     return body, tuple(comments)

@@ -143,7 +143,7 @@ def _unplaced_issues(best: Nest) -> list[Issue]:
     named = Message.joined(", ", missing[:MAX_NAMED])
     if len(missing) > MAX_NAMED:
         named = Message("{} and {} more", named, count_of(len(missing) - MAX_NAMED, "kind"))
-    message = Message("no room for {}: add sheets, or use larger ones", named)
+    message = Message("there is no room for {}; add sheets, or use larger ones", named)
     return [Issue("L436", message, missing=MissingWork("part", sum(best.unplaced)))]
 
 
@@ -155,7 +155,7 @@ def _search_issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple
         )
     if not all(variant.repeatable for variant in best):
         message = Message(
-            "the time limit ended the search: run without a limit to get the same nest from the same seed"
+            "the time limit ended the search; run without a limit to get the same nest from the same seed"
         )
         issues.append(Issue("L434", message, severity=Severity.NOTE))
     return tuple(issues)
@@ -331,7 +331,8 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     holes = [c.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:
         raise PlanError(
-            "{}: {} separate outlines; a sheet has a single outline, with holes in it: use one drawing per sheet",
+            "{}: the drawing has {} separate outlines, but a sheet has a single outline with holes in it; use "
+            "one drawing per sheet",
             printable(sheet.name),
             len(outer),
         )
@@ -397,7 +398,7 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
         contours_by_part.setdefault(contour.part, []).append(replace(contour, depth=0, parent=-1))
     strays = [] if any(c.part == 0 for c in outlines) else contours_by_part.pop(0, [])
     if not outlines:
-        raise PlanError("{}: no closed outline of a part; join its lines, or select its layer", sheet.name)
+        raise PlanError("{}: there is no closed outline of a part; join its lines, or select its layer", sheet.name)
     several = len(contours_by_part) > 1
     parts = [
         NestPart(f"{sheet.name}-{number}" if several else sheet.name, tuple(contours), quantity, rotations)

@@ -225,7 +225,7 @@ class Writer:
             raise PostError("{} does not support arcs of more than one turn", self.dialect.name)
         start = [math.nan if text is None else float(text) * self.numbers.unit for text in self.place]
         if any(math.isnan(start[axis]) or math.isnan(row.end[axis]) for axis in axes[:2]):
-            raise PostError("an arc from an unknown position")
+            raise PostError("the arc starts at an unknown position")
         self._check_chord(row, axes)
         centre = [f"{'IJK'[a]}{self.numbers.length(arc.center[a] - start[a])}" for a in sorted(axes[:2])]
         turns = [f"P{arc.turns}"] if arc.turns > 1 else []
@@ -243,7 +243,7 @@ class Writer:
         """Check that rounding cannot turn a very short arc into an almost full circle, or vice versa."""
         steps = [abs(row.end[a] - self.position[a]) / self.numbers.resolution for a in axes[:2]]
         if 1e-6 < max(steps) < 2.0:
-            raise PostError("an arc whose ends are less than two units of the last decimal place apart")
+            raise PostError("the ends of an arc are less than two units of the last decimal place apart")
 
     def _check_cutting(self, row: Motion) -> None:
         if not self.safe or self.pending_offset is not None:
@@ -252,7 +252,7 @@ class Writer:
                 "the first move must be a rapid in Z alone"
             )
         if all(math.isnan(v) for v in row.end):
-            raise PostError("a cut to an unknown position")
+            raise PostError("a cut goes to an unknown position")
 
     def _is_changed(self, value: float, axis: int) -> bool:
         return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
@@ -270,7 +270,7 @@ class Writer:
             self.out.forget("XYZ")
             words = [self._axis(row, axis) for axis in range(3)]
         if not any(words):
-            raise PostError("a move to an unknown position")
+            raise PostError("a move goes to an unknown position")
         return words
 
     def _axis(self, row: Motion, axis: int) -> str:
@@ -295,7 +295,7 @@ class Writer:
         if not self.safe and moved_axes != [2]:
             raise PostError("the first move, in machine coordinates, must be in Z only")
         if not moved_axes:
-            raise PostError("a move in machine coordinates without a target")
+            raise PostError("a move in machine coordinates has no target")
         self._move_machine(
             ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in moved_axes],
             all(row.end[axis] == 0.0 for axis in moved_axes),
@@ -387,7 +387,7 @@ class Writer:
 
     def _write_expanded_cycle(self, row: Motion, cycle: DrillCycle) -> None:
         if cycle.name == "G84":
-            raise PostError("a tapped hole, after which the tool does not return to the R plane or the initial plane")
+            raise PostError("after a tapped hole, the tool does not return to the R plane or the initial plane")
         self._leave_cycle()
         for step in expand_drill(row, cycle, self.position[2]):
             if step.kind is Kind.DWELL:
@@ -414,7 +414,7 @@ class Writer:
     def _tool(self, row: Motion) -> None:
         is_manual = self.dialect.changes_by_hand
         if is_manual and self.spinning:
-            raise PostError("a manual tool change while the spindle is running; stop it first")
+            raise PostError("a manual tool change is planned while the spindle is running; stop the spindle first")
         name = self.tool_names.get(row.ref, "")
         self.out.comment(f"T{row.ref} {name}".strip())
         tool = self._tool_word(row.ref)

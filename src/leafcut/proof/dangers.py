@@ -186,7 +186,7 @@ def _issue(path: Toolpath, kind: str, mask: Mask) -> Issue:
 
 
 def _spindle_started_manually(issue: Issue) -> Issue:
-    message = Message("the program never starts the spindle (M3): start it before you run the program")
+    message = Message("the program never starts the spindle (M3); start it before you run the program")
     return replace(issue, message=message, severity=Severity.WARNING)
 
 
@@ -202,8 +202,8 @@ def _report_unknown_surface(path: Toolpath) -> Iterator[Issue]:
         yield Issue(
             "L814",
             Message(
-                "no cut goes below Z0 (lowest Z{}, highest Z{}): the "
-                "surface is unknown, so rapids were not checked against it; check them with leafcut stock --workpiece",
+                "no cut goes below Z0 (lowest Z{}, highest Z{}), so the surface is unknown and rapids were not "
+                "checked against it; check them with leafcut stock --workpiece",
                 to_fixed(heights.min(), 3),
                 to_fixed(heights.max(), 3),
             ),
@@ -231,7 +231,8 @@ def _report_lowered_zero(program: Program) -> Iterator[Issue]:
         yield Issue(
             "L816",
             Message(
-                "Z0 is moved {}: later rapids were compared with the new Z0, and not with the surface of earlier cuts",
+                "Z0 is moved {}, so later rapids were compared with the new Z0 and not with the surface of "
+                "earlier cuts",
                 moved,
             ),
             Message("line {}", int(path.line[row])),

@@ -49,7 +49,7 @@ def _report_backward_rotation(program: Program) -> Iterator[Issue]:
     rows = np.flatnonzero(cuts & (turns < 0))
     if len(rows):
         message = Message(
-            "M4 turns the spindle backwards in cuts: mills and drills need M3, unless they are left-handed"
+            "M4 turns the spindle backwards in cuts, but mills and drills need M3 unless they are left-handed"
         )
         yield Issue("L806", message, Message("line {}", int(path.line[rows[0]])))
 
@@ -84,8 +84,8 @@ def _report_spindle_restarts(program: Program) -> Iterator[Issue]:
     rows = starts[without & (stopped > cuts[0])]
     if len(rows):
         message = Message(
-            "{} of the spindle between cuts without a dwell (G4) before the next cut: "
-            "the spindle may not be up to speed, unless the controller waits for it",
+            "{} of the spindle between cuts without a dwell (G4) before the next cut; the spindle may not be "
+            "up to speed, unless the controller waits for it",
             count_of(len(rows), "start"),
         )
         yield Issue("L817", message, Message("line {}", int(path.line[rows[0]])), Severity.NOTE)
@@ -119,8 +119,8 @@ def _unknown_changes(program: Program, dialect: Dialect) -> Iterator[Issue]:
     for line in np.unique(program.path.line[program.path.kind == Kind.TOOL]).tolist():
         if _CHANGE.search(COMMENT.sub(" ", program.lines[line - 1])):
             message = Message(
-                "{} does not support M6: it stops with an error or skips the tool change, unless the "
-                "sender handles it; use {}",
+                "{} does not support M6 and stops with an error or skips the tool change, unless the sender "
+                "handles it; use {}",
                 dialect.name,
                 dialect.stop_word,
             )

@@ -174,25 +174,28 @@ def classify_other_contours(
 
 #: Message for contours if the outline of the part is known.
 _INSIDE_MESSAGE = Message(
-    "inside the part, not machined: only round holes are drilled; mill them with leafcut part or leafcut pocket"
+    "inside the part will not be machined, because only round holes are drilled; mill them with leafcut part or "
+    "leafcut pocket"
 )
 #: A circle around holes or contours.
 _ENCLOSES_MESSAGE = Message(
-    "not drilled: a circle that encloses other holes or contours is an outline; cut it with leafcut cut, or to "
-    "drill it select its layer alone with --layers"
+    "will not be drilled, because a circle that encloses other holes or contours is an outline; cut it with "
+    "leafcut cut, or to drill it select its layer alone with --layers"
 )
 #: Kind, noun, message.
 _KINDS = (
-    ("slot", "slot", Message("not milled: only round holes are drilled")),
-    ("hole", "hole", Message("drawn as lines or a spline, not drilled: draw it as a circle")),
+    ("slot", "slot", Message("will not be milled, because only round holes are drilled")),
+    ("hole", "hole", Message("drawn as lines or a spline will not be drilled; draw circles instead")),
     ("circle", "circle", _ENCLOSES_MESSAGE),
     (
         "contour",
         "contour",
-        Message("not machined: only round holes are drilled; mill them with leafcut part or leafcut pocket"),
+        Message(
+            "will not be machined, because only round holes are drilled; mill them with leafcut part or leafcut pocket"
+        ),
     ),
     ("outline", "outline", Message("")),
-    ("beside", "contour", Message("beside the outline, not cut")),
+    ("beside", "contour", Message("beside the outline will not be cut")),
 )
 
 

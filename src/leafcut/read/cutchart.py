@@ -440,7 +440,7 @@ def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, 
         **{f: mixed(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
     )
     message = Message(
-        "the cut chart has no row for {:g} mm: interpolated between {:g} and {:g} mm",
+        "the cut chart has no row for {:g} mm, so its data were interpolated between {:g} and {:g} mm",
         thickness,
         a.thickness,
         b.thickness,
@@ -535,7 +535,7 @@ def _cut_data(
         )
     if row.source_rank == _ESTIMATE:
         message = Message(
-            "the cutting data of {} in {} are uncertain ({}): try them first",
+            "the cutting data of {} in {} are uncertain ({}); test them on scrap first",
             _describe_process(row),
             row.material,
             row.confidence,

@@ -131,7 +131,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     n_points = sum(h.diameter == 0 for h in kept)
     if 0 < n_points < len(kept):
         selection_issues.append(
-            Issue("L405", Message("{} in addition to the circles: treated as holes", count_of(n_points, "POINT")))
+            Issue("L405", Message("treated {} in addition to the circles as holes", count_of(n_points, "POINT")))
         )
     return replace(part, issues=(*issues, *selection_issues))
 
@@ -224,7 +224,9 @@ class HoleCollector:
         """Report the shapes that did not become holes."""
         issues = []
         if self.leaning:
-            message = Message("{} not in the plane of the plate: not drilled", count_of(len(self.leaning), "circle"))
+            message = Message(
+                "{} outside the plane of the plate will not be drilled", count_of(len(self.leaning), "circle")
+            )
             missing = MissingWork("hole", len(self.leaning), tuple(self.leaning))
             issues.append(Issue("L202", message, places_text(self.leaning, len(self.leaning)), missing=missing))
         for kind, number in self.far.items():
@@ -253,15 +255,13 @@ class HoleCollector:
 def _polygon_issue(holes: list[Hole]) -> Issue:
     sizes = ", ".join(f"Ø{diameter:.4g}" for diameter in sorted({round(hole.diameter, 3) for hole in holes})[:5])
     positions = [(hole.x, hole.y) for hole in holes]
-    message = Message(
-        "{} with corners on a circle: treated as round holes ({})", count_of(len(holes), "polygon"), sizes
-    )
+    message = Message("treated {} with corners on a circle as round holes ({})", count_of(len(holes), "polygon"), sizes)
     return Issue("L405", message, places_text(positions, len(positions)))
 
 
 def _other_entities(kinds: Counter[str]) -> list[Issue]:
     return [
-        Issue("L201", Message("{} {}: not a hole", number, printable(kind)), severity=Severity.NOTE)
+        Issue("L201", Message("ignored {} {}, which cannot be a hole", number, printable(kind)), severity=Severity.NOTE)
         for kind, number in kinds.items()
     ]
 

@@ -64,7 +64,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
         if options.layers:
             names = sorted(str(layer.dxf.get("name", "")) for layer in document.layers)
             reasons = Message("{}; the drawing has the layers {}", reasons, printable(", ".join(names), 120))
-        raise ReadError(source.path, Message("nothing to cut: {}", reasons))
+        raise ReadError(source.path, Message("there is nothing to cut: {}", reasons))
     issues += _height_issues(tuple(c for c in contours if c.kind != "text"))
     part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
     refuse_tiny(source.path, part, options)
@@ -80,7 +80,7 @@ def _height_issues(contours: tuple[Contour, ...]) -> list[Issue]:
     """
     heights = HeightCount.of((*c.path.start, c.z) for c in contours)
     if heights.differ:
-        message = Message("lines are drawn at different heights: {}; projected onto the sheet", heights)
+        message = Message("lines are drawn at different heights: {}; they were projected onto the sheet", heights)
         return [Issue("L406", message)]
     return heights.notes("lines")
 

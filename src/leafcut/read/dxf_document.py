@@ -90,7 +90,7 @@ def _load_document(source: Source, issues: list[Issue]) -> Any:
             raise ReadError(source.path, "this is not a DXF drawing: it does not start with group code 0 and SECTION")
         _check_whole(source.path, data, issues)
     elif b"EOF\0" not in data[-64:]:
-        raise ReadError(source.path, "the drawing is incomplete: its end is missing; save or send it again")
+        raise ReadError(source.path, "the end of the drawing is missing; save or send it again")
     with _silence_ezdxf():
         try:
             document = _load_binary(data) if binary else _load_text(source, data, issues)
@@ -117,7 +117,7 @@ def _check_whole(path: str, data: bytes, issues: list[Issue]) -> None:
         return
     start = data.rfind(b"ENTITIES")
     if start < 0 or not _SECTION_END.search(data, start):
-        raise ReadError(path, "the drawing is incomplete: its end is missing; save or send it again", lines)
+        raise ReadError(path, "the end of the drawing is missing; save or send it again", lines)
     issues.append(Issue("L101", Message("the drawing ends without EOF; its entities are complete")))
 
 
@@ -143,7 +143,7 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
         if code == GUESSED_NUMBER:
             line = _LINE.search(message)
             description = printable(message.split(" near ")[0].replace("recovered ", ""))
-            reason = Message("{}; repair the drawing: a guess could cut in the wrong place", description)
+            reason = Message("{}; repair the drawing, because a guess could cut in the wrong place", description)
             raise ReadError(source.path, reason, int(line.group(1)) if line else None)
     document = Drawing.from_tags(_tags_of(tool.section_dict))
     repairs = [message for code, message in (*tool.errors, *tool.fixes) if code not in TRIVIAL_REPAIRS]
@@ -208,7 +208,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L203",
-                Message("{} {} skipped: {}", len(handles), printable(kind), reason),
+                Message("skipped {} {}: {}", len(handles), printable(kind), reason),
                 location,
                 missing=missing,
             )

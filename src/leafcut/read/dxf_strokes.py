@@ -369,17 +369,18 @@ class Strokes:
         """Report the strokes that cannot be used."""
         issues = []
         for kind, number in self.leaning.items():
-            message = Message("{} {} not in the plane of the sheet: not cut", number, kind)
+            message = Message("{} {} outside the plane of the sheet will not be cut", number, kind)
             issues.append(Issue("L202", message, missing=MissingWork("element", number)))
         if self.sloping:
             message = Message(
-                "{} sloping out of the plane of the sheet: projected onto it", count_of(len(self.sloping), "line")
+                "projected {} sloping out of the plane of the sheet onto that plane",
+                count_of(len(self.sloping), "line"),
             )
             issues.append(Issue("L202", message, places_text(self.sloping, len(self.sloping))))
         for (kind, reason), handles in self.skipped.items():
             location = Message("handle {}", ", ".join(handles[:3])) + (" …" if len(handles) > 3 else "")
             message = Message(
-                "{} {} skipped: {}", len(handles), printable(kind), map_text(reason, lambda text: printable(text, 100))
+                "skipped {} {}: {}", len(handles), printable(kind), map_text(reason, lambda text: printable(text, 100))
             )
             issues.append(Issue("L203", message, location, missing=MissingWork("element", len(handles))))
         return issues

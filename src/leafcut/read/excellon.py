@@ -108,7 +108,9 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     if not kept and not slots:
         tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or Message("none")
         reasons = Message.joined("; ", (i.message for i in (*issues, *selection_issues)))
-        message = Message("no holes: {} (tools: {})", reasons or Message("no coordinates follow the header"), tools)
+        message = Message(
+            "the file has no holes: {} (tools: {})", reasons or Message("no coordinates follow the header"), tools
+        )
         raise ReadError(source.path, message) if reasons or parser.tools else EmptyDrillFile(source.path, message)
     units = options.units or own_units
     part = Part(source.name, kept, tuple(slots), source=source.file_name, format="excellon", units=units or "mm")
@@ -148,8 +150,8 @@ def _coordinate_format_issue(holes: list[Hole]) -> Issue | None:
     return Issue(
         "L102",
         Message(
-            "{} holes span {:.3g} × {:.3g} mm, less than the diameter of the largest, "
-            "{:g} mm: implausible; export the file with decimal points",
+            "{} holes span {:.3g} × {:.3g} mm, less than the diameter of the largest, {:g} mm, which is "
+            "implausible; export the file with decimal points",
             len(positions),
             right - left,
             high - low,
@@ -202,7 +204,7 @@ def _check_whole(source: Source, prepared: _TranslatedCommands, issues: list[Iss
         # Half a number is still a number: the hole would be in the wrong position.
         reason = Message("the file is incomplete: its last line is truncated; export or send it again")
         raise ReadError(source.path, reason, prepared.numbers[last])
-    issues.append(Issue("L101", Message("the file does not end with M30: it may be incomplete, with holes missing")))
+    issues.append(Issue("L101", Message("the file does not end with M30, so it may be incomplete and lack holes")))
 
 
 def _comment(prepared: _TranslatedCommands, line: str, number: int) -> None:
@@ -234,7 +236,9 @@ def _command(source: Source, prepared: _TranslatedCommands, line: str, number: i
         raise ReadError(source.path, reason, number)
     if re.match(r"G0[23]", line):
         raise ReadError(
-            source.path, Message("routed arc '{}': only holes and straight slots are read", printable(line)), number
+            source.path,
+            Message("'{}' is a routed arc, but leafcut reads only holes and straight slots", printable(line)),
+            number,
         )
     if match := re.fullmatch(r"(METRIC|M71|INCH|M72)(,.*)?", line):
         prepared.metric = match.group(1) in ("METRIC", "M71")
@@ -365,9 +369,11 @@ def _holes_and_slots(
         if len(holes) > MAX_HOLES:
             raise too_many_holes(source.path)
     if out_of_range:
-        message = Message("{} with coordinates or diameter out of range: not drilled", count_of(out_of_range, "hole"))
+        message = Message(
+            "{} with coordinates or diameter out of range will not be drilled", count_of(out_of_range, "hole")
+        )
         issues.append(Issue("L203", message, missing=MissingWork("hole", out_of_range)))
     if hidden:
-        message = Message("{} of tools that are not selected left out", count_of(hidden, "hole"))
+        message = Message("left out {} of tools that are not selected", count_of(hidden, "hole"))
         issues.append(Issue("L204", message, severity=Severity.NOTE))
     return holes, slots

@@ -49,8 +49,8 @@ def holes_on_part_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[l
     )
     more = " …" if len(layers) > 5 else ""
     message = Message(
-        "circles not drilled, because their layers are named like a drawing frame, text or dimension: "
-        "{}{}; choose the layers to drill with --layers",
+        "circles on layers that are named like a drawing frame, text or dimension will not be drilled: {}{}; "
+        "choose the layers to drill with --layers",
         layer_texts,
         more,
     )
@@ -68,7 +68,7 @@ def holes_on_chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple
     chosen = layer_filter(options.layers)
     kept = [h for h in holes if not h.layer or chosen(h.layer)]
     if n_left_out := len(holes) - len(kept):
-        message = Message("{} on layers that are not selected left out", count_of(n_left_out, "hole"))
+        message = Message("left out {} on layers that are not selected", count_of(n_left_out, "hole"))
         return kept, [Issue("L204", message, severity=Severity.NOTE)]
     return kept, []
 
@@ -130,9 +130,7 @@ def _without_doubles(
         issues.append(
             Issue(
                 "L301",
-                Message(
-                    "{} drawn on top of another of the same diameter: drilled once", count_of(len(duplicates), "hole")
-                ),
+                Message("merged {} drawn on top of another of the same diameter", count_of(len(duplicates), "hole")),
                 places_text(duplicates, len(duplicates)),
             )
         )
@@ -156,7 +154,7 @@ def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issu
         issues.append(
             Issue(
                 "L302",
-                Message("{} in the centre of a circle: treated as centre marks", count_of(len(marks), "point")),
+                Message("treated {} in the centre of a circle as centre marks", count_of(len(marks), "point")),
                 severity=Severity.NOTE,
             )
         )
@@ -177,7 +175,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
     raised = [(h.x, h.y) for i, h in enumerate(holes) if i not in removed and highest[i] > h.z + SAME_HEIGHT]
     if raised:
         # A rapid to the height of the lower circle would enter the material above it.
-        message = Message("concentric circles are drawn at different heights: the hole starts at the highest")
+        message = Message("concentric circles are drawn at different heights, so the hole starts at the highest")
         issues.append(Issue("L406", message, places_text(raised, len(raised))))
     if removed:
         positions = [(holes[i].x, holes[i].y) for i in sorted(removed)]
@@ -185,7 +183,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
             Issue(
                 "L302",
                 Message(
-                    "{} left out in favour of the {} with the same centre",
+                    "left out {} in favour of the {} with the same centre",
                     count_of(len(removed), "circle"),
                     options.concentric,
                 ),

@@ -334,7 +334,7 @@ def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
         raise ReadError(
             path,
             Message(
-                "the whole drawing is {:.3g} × {:.3g} mm: its unit is probably wrong; set it with --units "
+                "the whole drawing is {:.3g} × {:.3g} mm, so its unit is probably wrong; set it with --units "
                 "(mm if the part is so small)",
                 width,
                 height,

@@ -61,7 +61,9 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
     message = Message("drilled in one program: {}; one tool for each diameter, plated or not", files)
     issues = [Issue("L409", message, severity=Severity.NOTE)]
     if far := _names_of_distant_parts(parts):
-        message = Message("{} lie far apart: do they belong to the same board, with the same origin and units?", far)
+        message = Message(
+            "{} lie far apart; check that they belong to the same board and have the same origin and units", far
+        )
         issues.append(Issue("L409", message))
     issues += [issue for issue in selection_issues if issue.code in ("L301", "L302")]
     warnings = [issue for issue in issues if issue.severity is Severity.WARNING]

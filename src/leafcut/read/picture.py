@@ -258,7 +258,7 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     falloff = 1.0 - float(surface.min() / surface.max())
     if falloff < UNEVEN:
         return grey
-    message = Message("the picture is lit unevenly, by up to {:.0f}%: levelled", 100.0 * falloff)
+    message = Message("the picture is lit unevenly by up to {:.0f}% and was levelled", 100.0 * falloff)
     issues.append(Issue("L426", Message("{}; set --threshold to use it anyway", message)))
     levelled: Grey = np.empty_like(light)
     y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
@@ -345,7 +345,7 @@ def _without_dirt(
         dirt = [line[0] for line in lines if id(line) not in known]
         positions = [(round(float(x) * size, 3), round((rows - float(y)) * size, 3)) for x, y in dirt]
         message = Message(
-            "{} narrower than {:g} mm ignored as dirt; change the limit with --speckle",
+            "ignored {} narrower than {:g} mm as dirt; change the limit with --speckle",
             count_of(n_dirt, "spot"),
             narrow * size,
         )

@@ -230,7 +230,7 @@ def _outlines(
         )
     closed = sorted((o for o in joined if o.contour.path.closed), key=lambda o: o.order)
     if not closed:
-        raise LeafcutError("no closed outline remains: nothing to mill")
+        raise LeafcutError("no closed outline remains, so there is nothing to mill")
     return closed
 
 
@@ -396,11 +396,11 @@ def _check_apart(
         )
     if touching:
         message = Message(
-            "{} of pockets touch each other: no wall remains between them", count_of(len(touching), "pair")
+            "{} of pockets touch each other, so no wall remains between them", count_of(len(touching), "pair")
         )
         issues.append(Issue("L423", message, places_text(touching, len(touching))))
     if at_edge:
-        message = Message("{} at the edge of the plate: no wall remains there", count_of(len(at_edge), "pocket"))
+        message = Message("no wall remains at the edge of the plate for {}", count_of(len(at_edge), "pocket"))
         issues.append(Issue("L423", message, places_text(at_edge, len(at_edge))))
 
 

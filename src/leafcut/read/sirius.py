@@ -53,7 +53,9 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
             try:
                 path = _path(rows, factor)
             except (ValueError, TypeError, LookupError, OverflowError):
-                message = Message("path {} of part {} skipped: not a list of (x, y, bulge)", k + 1, number)
+                message = Message(
+                    "path {} of part {} was skipped, because it is not a list of (x, y, bulge)", k + 1, number
+                )
                 issues.append(Issue("L203", message, missing=MissingWork("contour")))
                 continue
             count += path.n_segments

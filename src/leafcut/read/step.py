@@ -175,7 +175,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     if options.layers:
         raise OptionError("--layers: a STEP file has no layers; leave it out")
     data = _read_solid(source, options, "outlines")
-    message = Message("the sheet also has pockets, steps or chamfers: they are not cut")
+    message = Message("the sheet also has pockets, steps or chamfers, which will not be cut")
     issues = (Issue("L219", message, missing=MissingWork("feature")),) if data["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in data["outlines"])
     part = Part(source.name, issues=issues, source=source.path, format="step", contours=contours)
@@ -231,7 +231,7 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
             Issue(
                 "L218",
                 Message(
-                    "{} open only from below, not drilled: turn the part over (--up {})",
+                    "{} open only from below will not be drilled; turn the part over (--up {})",
                     count_of(data["below"], "hole"),
                     opposite,
                 ),
@@ -243,8 +243,8 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
             Issue(
                 "L218",
                 Message(
-                    "{} with material inside, above or closed around it, not "
-                    "drilled: an island, an overhang or a cavity",
+                    "{} with material inside, above or closed around it (an island, an overhang or a cavity) "
+                    "will not be drilled",
                     count_of(data["obstructed"], "round wall"),
                 ),
                 missing=MissingWork("round wall", data["obstructed"]),
@@ -255,7 +255,7 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
             Issue(
                 "L218",
                 Message(
-                    "{} with a free-form surface not searched for holes: export hole walls as cylinders",
+                    "holes were not searched for on {} with a free-form surface; export hole walls as cylinders",
                     count_of(data["free"], "face"),
                 ),
             )
@@ -268,7 +268,12 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
         issues.append(
             Issue(
                 "L218",
-                Message("{} along {}, not drilled: only holes along Z are{}", count_of(count, "hole"), direction, turn),
+                Message(
+                    "{} along {} will not be drilled, because only holes along Z are{}",
+                    count_of(count, "hole"),
+                    direction,
+                    turn,
+                ),
                 missing=MissingWork("hole", count),
             )
         )
@@ -281,7 +286,7 @@ def _issues_of_plate(data: dict[str, Any]) -> tuple[Issue, ...]:
     if issues or not data["other"]:
         return issues
     message = Message(
-        "the solid has other features than outlines and pockets, such as countersinks: they are not milled"
+        "the solid has other features than outlines and pockets, such as countersinks, which will not be milled"
     )
     return (Issue("L219", message, missing=MissingWork("feature")),)
 
@@ -293,7 +298,8 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
             Issue(
                 "L219",
                 Message(
-                    "{} open at a side (a step, an open slot), not milled: a pocket has walls all around",
+                    "{} open at a side (a step, an open slot) will not be milled, because a pocket has walls "
+                    "all around",
                     count_of(data["open"], "level face"),
                 ),
                 missing=MissingWork("level face", data["open"]),
@@ -304,7 +310,7 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
             Issue(
                 "L219",
                 Message(
-                    "{} with sloping walls or rounded floor edges, not milled: walls must be vertical",
+                    "{} with sloping walls or rounded floor edges will not be milled, because walls must be vertical",
                     count_of(data["leaning"], "pocket"),
                 ),
                 missing=MissingWork("pocket", data["leaning"]),
@@ -315,7 +321,7 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
             Issue(
                 "L219",
                 Message(
-                    "{} under an overhang, not milled: the tool cannot reach it from above",
+                    "{} under an overhang will not be milled, because the tool cannot reach there from above",
                     count_of(data["covered"], "level face"),
                 ),
                 missing=MissingWork("level face", data["covered"]),
@@ -326,7 +332,7 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
             Issue(
                 "L219",
                 Message(
-                    "{} that slope or are rounded, not milled: chamfers, fillets, curved floors",
+                    "{} that slope or are rounded (chamfers, fillets, curved floors) will not be milled",
                     count_of(data["sloping"], "face"),
                 ),
                 missing=MissingWork("face", data["sloping"]),
@@ -368,7 +374,7 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
     ]
     if outlines:
         positions = tuple(_centre(outline) for outline in outlines)
-        message = Message("{} not milled: no drill can make it; use leafcut pocket", count_of(len(outlines), "pocket"))
+        message = Message("{} will not be milled; use leafcut pocket", count_of(len(outlines), "pocket"))
         missing = MissingWork("pocket", len(outlines), positions, tuple(outlines))
         issues.append(Issue("L219", message, places_text([*positions], len(positions)), missing=missing))
     return issues

@@ -87,7 +87,7 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     issues += walk.issues()
     if not walk.contours:
         reasons = Message.joined("; ", (i.message for i in issues)) or Message("the drawing is empty")
-        raise ReadError(source.path, Message("nothing to cut: {}", reasons))
+        raise ReadError(source.path, Message("there is nothing to cut: {}", reasons))
     units = options.units or "mm"
     part = Part(source.name, source=source.file_name, format="svg", units=units, contours=tuple(walk.contours))
     if not has_size:
@@ -362,7 +362,11 @@ class _Walk:
         if self.others:
             texts = ", ".join(f"{number} <{printable(kind, 30)}>" for kind, number in self.others.most_common(8))
             issues.append(
-                Issue("L210", Message("not cut: {}; convert text to paths to cut it", texts), severity=Severity.NOTE)
+                Issue(
+                    "L210",
+                    Message("these objects will not be cut: {}; convert text to paths to cut it", texts),
+                    severity=Severity.NOTE,
+                )
             )
         if self.hidden:
             texts = Message.joined(", ", (Message("{} {}", n, reason) for reason, n in self.hidden.most_common(5)))
@@ -377,6 +381,8 @@ class _Walk:
             missing = MissingWork("element", len(names))
             issues.append(Issue("L203", Message("{} skipped: {}", len(names), reason), location, missing=missing))
         if self.n_clipped:
-            message = Message("{} with a clip path or mask: cut without clipping", count_of(self.n_clipped, "element"))
+            message = Message(
+                "{} with a clip path or mask will be cut without clipping", count_of(self.n_clipped, "element")
+            )
             issues.append(Issue("L215", message))
         return issues

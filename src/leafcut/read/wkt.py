@@ -76,7 +76,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
         words = ", ".join(f"{number} {kind}" for kind, number in sorted(rings.others.items()))
         issues.append(Issue("L210", Message("no region: {}", words), severity=Severity.NOTE))
     if rings.heights:
-        message = Message("corners have different heights: projected onto the plane")
+        message = Message("corners have different heights and were projected onto the plane")
         issues.append(Issue("L202", message, places_text(rings.heights, len(rings.heights))))
     contours = tuple(Contour(Polyline.of_points(ring.points, closed=True)) for ring in rings.rings)
     part = Part(source.name, source=source.file_name, format="wkt", units=options.units or "mm", contours=contours)

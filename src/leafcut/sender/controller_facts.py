@@ -112,7 +112,9 @@ class Facts:
         return (
             ""
             if self.soft_limits
-            else Message("soft limits are off ({}): the controller does not stop at the limits", self.names.soft_limits)
+            else Message(
+                "soft limits are off ({}), so the controller does not stop at the limits", self.names.soft_limits
+            )
         )
 
     def travel(self) -> tuple[XYZ, XYZ]:

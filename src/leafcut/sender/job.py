@@ -174,7 +174,9 @@ def job_of(
     issues = list(dangers)
     if program.assumed_units:
         name = {"mm": "mm", "in": Message("inches")}[units or machine.units]
-        issues.append(Issue("L102", Message("the program does not state its units (G20 or G21): read as {}", name)))
+        issues.append(
+            Issue("L102", Message("the program does not state its units (G20 or G21) and is read in {}", name))
+        )
     if not (program.path.kind <= Kind.ARC_CCW).any():
         raise ReadError(file, "the program has no moves")
     return SendJob(file, machine, controller_dialect, program, steps, tuple(issues), tuple(accept))

@@ -71,17 +71,17 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
         raise SendError("a limit switch is pressed ({}); move the machine away from it", facts.status.pins)
     if not facts.homing and not unhomed:
         raise SendError(
-            "homing is off ({}): the machine does not know its position, and its travel is not "
-            "enforced; set its zero by hand and add --unhomed, or turn homing on",
+            "homing is off ({}), so the machine does not know its position and does not enforce its travel; "
+            "set its zero by hand and add --unhomed, or turn homing on",
             facts.names.homing,
         )
     if facts.homing and not facts.homed and not unhomed:
         reason = Message("the controller reports that it was not homed") if facts.homed is False else _UNSURE
-        raise SendError("{}: add --home; or set its zero by hand and add --unhomed", reason)
+        raise SendError("{}; add --home, or set its zero by hand and add --unhomed", reason)
     if not facts.has_valid_coordinates and restarted:
         raise SendError(
-            "the board restarted when its port was opened, and lost its position: move the tool to the program's "
-            "zero by hand, and add --zero-here"
+            "the board restarted when its port was opened, and lost its position; move the tool to the "
+            "program's zero by hand, and add --zero-here"
         )
 
 

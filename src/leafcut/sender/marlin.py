@@ -73,8 +73,8 @@ PLANNED_SECONDS = 30.0
 _NOTHING_TO_DO = ("G17", "G21", "M5", "M9")
 
 _NO_BUSY = Message("the firmware does not report that it is busy; turn on M113 S2 (HOST_KEEPALIVE_FEATURE)")
-_NO_SETTINGS = Message("the firmware does not report its settings (M503): build it with them")
-_NO_TRAVEL = Message("the firmware does not report its travel (M211): it has no soft end stops")
+_NO_SETTINGS = Message("the firmware does not report its settings (M503); build the firmware with this command")
+_NO_TRAVEL = Message("the firmware does not report its travel (M211), so it has no soft end stops")
 
 _VERSION = re.compile(r"Marlin\s+(?:bugfix-)?(\d+)\.[^\s(]*")
 _ENDS = re.compile(r"(Min|Max):\s*X\s*(-?[\d.]+)\s*Y\s*(-?[\d.]+)\s*Z\s*(-?[\d.]+)", re.IGNORECASE)

@@ -59,7 +59,7 @@ class SerialPort:
             raise OptionError("--baud {}: {}", baud, name_suggestion(str(baud), [str(rate) for rate in BAUDS])[2:])
         self.name = name
         if os.name == "posix" and not os.path.exists(name):  # noqa: PTH110 - a device, and no path of ours
-            raise OptionError("--port {}: the port does not exist; {}", name, ports_in_words())
+            raise OptionError("--port {} does not exist; {}", name, ports_in_words())
         for is_kind, kind in ((os.path.isdir, "a folder"), (os.path.isfile, "a file")):
             if is_kind(name):
                 raise OptionError("--port {}: this is {}, not a serial port; {}", name, kind, ports_in_words())
@@ -115,12 +115,12 @@ def _refusal(name: str, problem: Exception) -> SendError:
     number = getattr(problem, "errno", None)
     text = str(problem)
     if number in (errno.EBUSY, errno.EWOULDBLOCK) or "exclusively lock" in text or "Access is denied" in text:
-        return SendError("--port {}: in use by another program; close it first", name)
+        return SendError("--port {} is in use by another program; close that program first", name)
     if number in (errno.EACCES, errno.EPERM):
-        return SendError("--port {}: access denied; on Linux join the group 'dialout'", name)
+        return SendError("--port {}: access was denied; on Linux, join the group 'dialout'", name)
     if number == errno.ENOENT or "FileNotFound" in text:
-        return SendError("--port {}: the port does not exist; {}", name, ports_in_words())
-    return SendError("--port {}: not a serial port, or it does not support this baud rate", name)
+        return SendError("--port {} does not exist; {}", name, ports_in_words())
+    return SendError("--port {} is not a serial port, or does not support this baud rate", name)
 
 
 def ports() -> list[tuple[str, str]]:

@@ -140,7 +140,9 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     the descent.
     """
     if modal.feed_mode != 94:
-        raise OptionError("G93 gives each move a time: the program cannot be resumed there; start from the first line")
+        raise OptionError(
+            "G93 gives each move a time, so the program cannot be resumed there; start from the first line"
+        )
     if modal.unit is None:
         raise OptionError("the program has not set its units there; start from the first line")
     x, y, z = place

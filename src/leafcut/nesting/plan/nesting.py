@@ -77,7 +77,7 @@ def prepare_task(parts: Sequence[NestPart], options: NestOptions, kerf: float, s
         If `options.blocks` is set without a kerf.
     """
     if options.blocks != "none" and kerf <= 0.0:
-        raise OptionError("--blocks: needs --kerf, the kerf width of the cutting data")
+        raise OptionError("--blocks needs --kerf, the kerf width of the cutting data")
     pieces = pieces_of(parts)
     plain = NestTask(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), tuple(stocks), options, kerf)
     inner = [plain.inner(k) for k in range(len(stocks))]

@@ -42,7 +42,7 @@ def check_gpu() -> None:
     if config.ENABLE_CUDASIM:  # tests simulate CUDA threads in Python
         return
     if find_spec("numba_cuda") is None:
-        raise SolveError("--parallel gpu: needs the package numba-cuda: pip install 'leafcut[gpu]'")
+        raise SolveError("--parallel gpu needs the package numba-cuda: pip install 'leafcut[gpu]'")
     from numba import cuda as there
 
     if not there.is_available():

@@ -98,7 +98,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     parts, drawn = parts_of(task), _drawn_sheets(task, folder)
     parts = tuple(part for part in parts if part.input not in drawn.values())
     if task.command == "nest" and not parts:
-        raise OptionError("no parts to nest; open their drawings")
+        raise OptionError("there are no parts to nest; open their drawings")
     if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
         files = Message("one file") if COMMANDS[task.command] == 1 else Message("{} files", COMMANDS[task.command])
         raise OptionError("{} needs {}", task.command, files)

@@ -193,7 +193,7 @@ MUTATIONS: list[tuple[Callable[[Cuts], Cuts], set[str]]] = [
     (mirrored, {"direction"}),
     (not_closed, {"incomplete"}),
     (too_wide, {"cuts into a part"}),
-    (off_the_sheet, {"the torch cuts outside the sheet, at"}),
+    (off_the_sheet, {"off the sheet"}),
 ]
 
 

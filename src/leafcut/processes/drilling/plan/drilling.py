@@ -484,7 +484,7 @@ def _hole_tops(part: Part, drawn: bool) -> tuple[NDArray[np.float64], list[Issue
     heights = HeightCount.of((hole.x, hole.y, hole.z) for hole in part.holes)
     if heights.differ:
         raise PlanError(
-            "{}: the holes are drawn at different heights ({}), but all of them are drilled from Z0; use "
+            "{}: the holes are drawn at different heights: {}; all of them are drilled from Z0, so use "
             "--z-zero drawn, select a single height with --layers, or draw the holes at the same height",
             part.name,
             heights,

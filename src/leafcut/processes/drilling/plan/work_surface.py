@@ -316,8 +316,8 @@ def check_tool_width(
         index = min(hits)
         x, y = xy[index]
         raise PlanError(
-            "{}: the tool is wider than the hole at ({:g}, {:g}) and would cut its wall ({} such holes in "
-            "all); use a narrower tool, or leave these holes out",
+            "{}: the tool is wider than the hole at ({:g}, {:g}) and would cut its wall ({} in all); use a "
+            "narrower tool, or leave these holes out",
             tool.label,
             x,
             y,
