@@ -15,13 +15,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks import page
-from leafcut.lab.analysis_blocks import analysis_blocks
+from leafcut.lab.analysis_blocks import blocks_of_all_analyses
 from leafcut.lab.description import Description
-from leafcut.lab.loading import load, shipped
-from leafcut.lab.page import overview, run_circumstances
+from leafcut.lab.loading import load_experiment, titles_of_included_experiments
+from leafcut.lab.page import overview_block, run_environment_sentences
 from leafcut.lab.published import Runs, published_blocks
 from leafcut.lab.results import ReportBlock, Results, Table
-from leafcut.lab.running import can_run, rows_of
+from leafcut.lab.running import has_enough_cores, stored_rows
 from leafcut.lab.store import Row, Store
 
 #: Maximum number of rows of a table; `leafcut lab report` writes all rows to a CSV file.
@@ -35,7 +35,7 @@ _PAIRS = "Differ"
 def section(experiment: Description, rows: list[Row]) -> str:
     """Return the section of an experiment."""
     results = Results.of(experiment, rows)
-    able = sum(can_run(experiment, plan) for plan in experiment.runs())
+    able = sum(has_enough_cores(experiment, plan) for plan in experiment.runs())
     state = f"{len(results.finished)} of {able} runs"
     if len(results.rows) > len(results.finished):
         state += f", and the search alone of {len(results.rows) - len(results.finished)}"
@@ -46,14 +46,14 @@ def section(experiment: Description, rows: list[Row]) -> str:
     for note in experiment.notes:
         lines += [f"* {note}"]
     lines += [""]
-    blocks = analysis_blocks(results)
+    blocks = blocks_of_all_analyses(results)
     if not any(table.columns[-1] != _PAIRS for block in blocks for table in block.tables):
-        blocks.append(overview(results))
+        blocks.append(overview_block(results))
     for block in blocks:
         lines += shown(block)
     for block in published_blocks({experiment.name: Runs(experiment, experiment, rows)}, "en"):
         lines += shown(block, MOST_PUBLISHED)
-    lines += [f"* {line}" for line in run_circumstances(results.rows)]
+    lines += [f"* {line}" for line in run_environment_sentences(results.rows)]
     return "\n".join(lines)
 
 
@@ -88,14 +88,16 @@ def replaced(text: str, sections: Sequence[str]) -> str:
 def main(argv: Sequence[str]) -> int:
     """Publish the sections of all experiments that have results."""
     parser = page.parser("experiments", __doc__)
-    parser.add_argument("names", nargs="*", default=list(shipped()), help="names of experiments (default: all)")
+    parser.add_argument(
+        "names", nargs="*", default=list(titles_of_included_experiments()), help="names of experiments (default: all)"
+    )
     parser.add_argument("--results", type=Path, required=True, help="file of `leafcut lab run --results`")
     given = parser.parse_args(argv)
     sections = []
     with Store(given.results, read_only=True) as store:
         for name in given.names:
-            experiment = load(name)
-            rows = rows_of(experiment, store)
+            experiment = load_experiment(name)
+            rows = stored_rows(experiment, store)
             if rows:
                 sections.append(section(experiment, rows))
     if not sections:

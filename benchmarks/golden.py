@@ -230,7 +230,7 @@ def _write(place: Path, source: str, process: str, options: dict[str, Any], else
     """Write the outputs of a job, without the folder `elsewhere` of its input."""
     import leafcut
     from leafcut.processes.registry import report_of
-    from leafcut.report.json_answer import as_json
+    from leafcut.report.json_answer import program_as_json
     from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene
 
     with tempfile.TemporaryDirectory() as work:
@@ -245,7 +245,7 @@ def _write(place: Path, source: str, process: str, options: dict[str, Any], else
             if file.exists():
                 text = file.read_text(encoding=outcome.encoding if file == program else "utf-8")
                 (place / file.name).write_text(_CLOCK_WORDS.sub("", _named(text, work, elsewhere)))
-        answer = json.dumps(_unclocked(as_json(report_of(outcome))), indent=1, sort_keys=True)
+        answer = json.dumps(_unclocked(program_as_json(report_of(outcome))), indent=1, sort_keys=True)
         (place / "answer.json").write_text(_named(answer, work, elsewhere))
         scenes = {"part": outcome_part_scene, "before": lambda o: outcome_scene(o, "before")}
         scenes["after"] = lambda o: outcome_scene(o, "after")

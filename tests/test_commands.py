@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.cli.app import app, run
+from leafcut.cli.app import build_app, run
 from leafcut.cli.usage import GROUPS
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
@@ -61,7 +61,7 @@ def test_the_main_options_stand_first_and_the_rest_under_more(
 
 def test_no_package_can_take_the_name_of_a_command() -> None:
     """The registry knows all other commands."""
-    commands = {name for name in app() if not name.startswith("-")}
+    commands = {name for name in build_app() if not name.startswith("-")}
     assert commands == {*COMMANDS, *registry.OTHER_COMMANDS} - {"auto"}
 
 

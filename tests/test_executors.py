@@ -38,14 +38,14 @@ from leafcut.order.executors import (
 SUMS = """
 import sys
 from leafcut.order import executors
-from leafcut.cli.shared import failure
+from leafcut.cli.shared import error_line_and_status
 executors.CONNECT_SECONDS = float(sys.argv[2])
 try:
     with executors.open_executor(sys.argv[1], 2) as executor:
         for task, found in executors.run_tasks(executor, {work}, {tasks}):
             print(task, found, flush=True)
 except Exception as problem:
-    print(failure(problem)[0], flush=True)
+    print(error_line_and_status(problem)[0], flush=True)
 """
 
 

@@ -17,7 +17,7 @@ from leafcut.files.whole_files import (
     OutputError,
     check_output,
     read_program,
-    write_together,
+    write_all_or_none,
     write_whole,
 )
 
@@ -162,7 +162,7 @@ files.write_whole({str(tmp_path / "out.nc")!r}, "half")
 KILLED = """
 import json, os, signal, sys
 from pathlib import Path
-from leafcut.files.whole_files import write_together
+from leafcut.files.whole_files import write_all_or_none
 folder = Path(sys.argv[1])
 names = [folder / name for name in ("a.nc", "a.json", "a.html")]
 found = []
@@ -182,7 +182,7 @@ for step in range(1, 100):
             return call
         for name in ("fsync", "replace", "unlink", "link", "open", "chmod"):
             setattr(os, name, killing(getattr(os, name)))
-        write_together({str(path): "new" for path in names})
+        write_all_or_none({str(path): "new" for path in names})
         os._exit(0)
     _, status = os.waitpid(child, 0)
     found.append({path.name: path.read_text() for path in folder.iterdir() if not path.name.startswith(".")})
@@ -224,7 +224,7 @@ def test_files_that_belong_together_are_all_written_or_none(
 
     monkeypatch.setattr(Path, "replace", refused)
     with pytest.raises(OutputError, match="No space"):
-        write_together({str(program): "new program", str(report): "new report"})
+        write_all_or_none({str(program): "new program", str(report): "new report"})
     found = {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()}
     assert found == ({"a.html": "old report", "a.nc": "old program"} if old else {})
 
@@ -232,7 +232,7 @@ def test_files_that_belong_together_are_all_written_or_none(
 def test_files_that_belong_together_have_their_own_encodings(tmp_path: Path) -> None:
     """A program for an old controller, and its report."""
     report, program = tmp_path / "a.html", tmp_path / "a.nc"
-    write_together({str(report): "Ø", str(program): "(Ø)"}, encodings={str(program): "latin-1"})
+    write_all_or_none({str(report): "Ø", str(program): "(Ø)"}, encodings={str(program): "latin-1"})
     assert (report.read_bytes(), program.read_bytes()) == ("Ø".encode(), b"(\xd8)")
     assert len(list(tmp_path.iterdir())) == 2
 
@@ -247,7 +247,7 @@ def test_a_new_file_has_the_permissions_of_the_umask_and_a_replaced_file_keeps_i
     kept.chmod(0o646)
     before = os.umask(mask)
     try:
-        write_together({str(tmp_path / "new.nc"): "a", str(kept): "b"})
+        write_all_or_none({str(tmp_path / "new.nc"): "a", str(kept): "b"})
         during = os.umask(mask)
     finally:
         os.umask(before)

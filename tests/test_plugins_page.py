@@ -10,7 +10,7 @@ import pytest
 
 import leafcut
 from leafcut import api
-from leafcut.cli.app import app, run
+from leafcut.cli.app import build_app, run
 from leafcut.gcode.dialects import dialect
 from leafcut.processes import registry
 from leafcut.read.machine import load_machine
@@ -172,7 +172,7 @@ def test_a_plate_is_drilled_as_if_no_package_were_there(monkeypatch: pytest.Monk
 
 
 def test_no_package_takes_the_name_of_a_command() -> None:
-    commands = {name for name in app() if not name.startswith("-")}
+    commands = {name for name in build_app() if not name.startswith("-")}
     assert commands - set(registry.PACKAGED.names()) <= set(registry.PACKAGED.built_in())
     assert {"spot", "drill", "list", "machine"} <= commands
 

@@ -10,7 +10,7 @@ import pytest
 from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import OptionError
-from leafcut.options.removed import REMOVED, why_removed
+from leafcut.options.removed import REMOVED, removal_message
 from leafcut.processes.settings import all_options, collect_settings, read_options_file
 
 
@@ -24,7 +24,7 @@ def test_no_removed_option_exists_and_every_replacement_does() -> None:
 
 @pytest.mark.parametrize("name", REMOVED)
 def test_a_removed_option_is_refused_by_name_in_a_call_and_in_a_file(name: str, tmp_path: Path) -> None:
-    line = why_removed(name)
+    line = removal_message(name)
     assert line.startswith(f"--{name.replace('_', '-')} ") and "\n" not in line
     with pytest.raises(OptionError) as refused:
         collect_settings({name: 1})
@@ -40,7 +40,7 @@ def test_a_removed_option_is_refused_by_name_in_a_call_and_in_a_file(name: str, 
 @pytest.mark.parametrize("flag", ["--milling-feed=300", "--zigzag-angle=30"])
 def test_a_removed_flag_is_refused_by_name_on_the_command_line(flag: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["pocket", "none.dxf", flag]) == 2
-    assert why_removed(flag[2:].partition("=")[0].replace("-", "_")) in capsys.readouterr().err
+    assert removal_message(flag[2:].partition("=")[0].replace("-", "_")) in capsys.readouterr().err
 
 
 def test_a_removed_keyword_of_the_library_is_refused_by_name() -> None:

@@ -97,7 +97,7 @@ def test_a_notebook_shows_a_picture_that_runs_no_script(case: tuple[str, Result]
 
 def test_every_kind_of_file_is_written(case: tuple[str, Result], tmp_path: Path) -> None:
     _, found = case
-    for ending in found._writers():
+    for ending in found._contents_by_extension():
         file = tmp_path / f"saved{ending or '.nc'}"
         found.save(file)
         assert file.stat().st_size > 0

@@ -19,13 +19,13 @@ from cyclopts import App
 
 import leafcut
 from leafcut.cli import warming
-from leafcut.cli.app import app, main, run
+from leafcut.cli.app import build_app, main, run
 from leafcut.cli.defaults import TEMPLATE
 from leafcut.errors import DataError, LeafcutError
 from leafcut.files import schemas
 from leafcut.files.schemas import SCHEMAS, Schema, check_schema
 from leafcut.gcode.dialects import dialect, dialect_template
-from leafcut.lab.loading import load
+from leafcut.lab.loading import load_experiment
 from leafcut.lab.store import Store
 from leafcut.processes.part.operations import read_operations
 from leafcut.processes.settings import read_options_file
@@ -79,7 +79,7 @@ TEXTS: dict[Schema, tuple[str, str, Callable[[Path], Any]]] = {
     schemas.TOOLS: ("a.toml", TOOL, load_tools),
     schemas.MATERIAL: ("a.toml", material_text("copper"), lambda file: load_material(str(file))),
     schemas.DIALECT: ("a.toml", 'base = "haas"\n', lambda file: dialect(str(file))),
-    schemas.EXPERIMENT: ("a.toml", EXPERIMENT, load),
+    schemas.EXPERIMENT: ("a.toml", EXPERIMENT, load_experiment),
     schemas.PLAN: ("a.json", '{"leafcut_plan": 1, "contours": [], "cuts": []}', load_plan),
     schemas.ORDER: ("a.json", order_text({0: (0, 1)}), load_order),
 }
@@ -265,7 +265,7 @@ def test_a_refusal_is_one_object_and_the_same_line_on_standard_error(
 def test_an_error_that_the_answer_reports_is_not_answered_again(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(warming, "warm_all", lambda _: SimpleNamespace(count=3, seconds=1.0, kept=False))
+    monkeypatch.setattr(warming, "compile_all_kernels", lambda _: SimpleNamespace(count=3, seconds=1.0, kept=False))
     assert run(["install", "kernels", "--json"]) == 1
     out, err = capsys.readouterr()
     assert json.loads(out) == {"schema": 1, "compiled": 3, "seconds": 1.0, "kept": False}
@@ -273,7 +273,7 @@ def test_an_error_that_the_answer_reports_is_not_answered_again(
 
 
 def test_every_command_that_answers_in_json_is_tested() -> None:
-    commands = {*answering(app())}
+    commands = {*answering(build_app())}
     run_here = {command for words in RUNS for command in commands if f"{words} ".startswith(f"{command} ")}
     assert run_here == commands - WITH_A_BOARD
 
@@ -283,7 +283,7 @@ def test_a_json_answer_is_one_object_that_begins_with_its_schema(
     words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(warming, "warm_all", lambda _: SimpleNamespace(count=0, seconds=0.0, kept=True))
+    monkeypatch.setattr(warming, "compile_all_kernels", lambda _: SimpleNamespace(count=0, seconds=0.0, kept=True))
     Path("settings.txt").write_bytes((ROOT / "tests" / "read" / "settings" / "grbl_3018.txt").read_bytes())
     for name in (CAM, "bracket.dxf", "pocket.dxf"):
         Path(name).write_bytes((EXAMPLES / name).read_bytes())

@@ -45,7 +45,7 @@ def _named_by(file: Path) -> Iterator[tuple[str, str]]:
 
 @pytest.mark.slow
 def test_every_kernel_is_compiled_after_a_warm_up() -> None:
-    warmed = warming.warm_all()
+    warmed = warming.compile_all_kernels()
     kernels = called_by_python()
     assert warmed.kept and len(kernels) > 40
     assert [name for name, kernel in kernels.items() if not kernel.signatures] == []

@@ -9,7 +9,7 @@ from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.issue import CODES
 from leafcut.options import ALGORITHM_TITLES
 from leafcut.options.option_spec import flag_name, typed_text
-from leafcut.options.removed import REMOVED, why_removed
+from leafcut.options.removed import REMOVED, removal_message
 from leafcut.processes import registry
 from leafcut.read import formats
 from leafcut.read.machine import load_machine, machine_names
@@ -68,7 +68,11 @@ def removed_options() -> list[str]:
     flags: dict[str, list[str]] = {}
     for name in REMOVED:
         words = (
-            why_removed(name).partition(" ")[2].removeprefix("was removed").lstrip(":; ").removesuffix("; leave it out")
+            removal_message(name)
+            .partition(" ")[2]
+            .removeprefix("was removed")
+            .lstrip(":; ")
+            .removesuffix("; leave it out")
         )
         flags.setdefault(words, []).append(f"`{flag_name(name)}`")
     lines = ["### Removed options", "", "leafcut refuses them by name and states the replacement.", ""]

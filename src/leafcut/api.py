@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError, PlanError
-from leafcut.files.whole_files import StandardInput, check_is_there, check_output, write_together
+from leafcut.files.whole_files import StandardInput, check_file_exists, check_output, write_all_or_none
 from leafcut.kernels.compiling import announced_compilations, compile_seconds
 from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress, heartbeat_for_step, progress_of_search
@@ -30,7 +30,7 @@ from leafcut.processes.job import Job, machine_of, refuse_missing_work
 from leafcut.processes.settings import collect_settings, input_file_names, settings_for
 from leafcut.read import Input, read
 from leafcut.read.registry import READERS, format_name, read_once, read_source
-from leafcut.results.base import result_of
+from leafcut.results.base import public_result
 
 if TYPE_CHECKING:
     from leafcut.options.keywords import (
@@ -115,8 +115,8 @@ def optimize(
     from leafcut.results.program import ProgramResult
 
     start, compiled = time.perf_counter(), compile_seconds()
-    sources = _sources(source)
-    settings = _collect(process, options, options_file, defaults_file)
+    sources = _list_sources(source)
+    settings = _collect_settings(process, options, options_file, defaults_file)
     inputs = [*_file_names(*sources), options_file, defaults_file, *input_file_names(settings)]
     check_output(output, inputs)
     check_output(report, [*inputs, output])
@@ -128,7 +128,7 @@ def optimize(
     for k, target in enumerate(outputs[2:], 2):
         check_output(target, [*inputs, *outputs[:k]])
     settings = work.with_defaults(settings) if work else settings
-    with _noting_defaults(settings), _noting_guess(named, process):
+    with _note_defaults_file(settings), _note_guessed_process(named, process):
         run = Job(
             settings,
             machine_of(settings),
@@ -139,8 +139,8 @@ def optimize(
             Deadline.of_bounds(settings.solve),
         )
         for target in outputs:
-            check_output(target, _profile_files(run.machine.controller))
-        done, outcome = _run_process(run, sources, process, table=_is_table(report))
+            check_output(target, _toml_file_names(run.machine.controller))
+        done, outcome = _run_process(run, sources, process, table=_is_csv(report))
     outcome = replace(outcome, output=str(output or ""), report=str(report or ""))
     compiled = compile_seconds() - compiled
     outcome = replace(outcome, seconds=time.perf_counter() - start - compiled, compile_seconds=compiled)
@@ -149,8 +149,8 @@ def optimize(
     texts |= done.extra_files(outcome, settings)
     if report:
         texts[str(report)] = page
-    write_together(texts, encodings={str(output): outcome.encoding})
-    return result_of(ProgramResult, outcome, [*inputs, *_profile_files(run.machine.controller)])
+    write_all_or_none(texts, encodings={str(output): outcome.encoding})
+    return public_result(ProgramResult, outcome, [*inputs, *_toml_file_names(run.machine.controller)])
 
 
 def drill(
@@ -198,7 +198,7 @@ def reorder(
     return optimize(source, output, process="reorder" if process == "auto" else process, **keywords)
 
 
-def _profile_files(*names: str | None) -> list[str]:
+def _toml_file_names(*names: str | None) -> list[str]:
     return [name for name in names if name and name.lower().endswith(".toml")]
 
 
@@ -206,7 +206,7 @@ def _file_names(*sources: Input | None) -> list[str]:
     return [str(source) for source in sources if source is not None and not isinstance(source, StandardInput)]
 
 
-def _sources(source: Input | Sequence[Input]) -> list[Input]:
+def _list_sources(source: Input | Sequence[Input]) -> list[Input]:
     sources = [source] if isinstance(source, Input) else [*source]
     if not sources:
         raise OptionError("no input given")
@@ -222,19 +222,19 @@ def _guess_command(sources: Sequence[Input], settings: Settings) -> tuple[str, l
     return registry.guess_command([read_source(source) for source in loaded], settings), [*loaded]
 
 
-def _collect(
+def _collect_settings(
     process: str | Work,
     options: Mapping[str, Any],
     file: str | Path | None = None,
     defaults: str | Path | None = None,
 ) -> Settings:
-    check_is_there("--options", Path(file) if file else None)
+    check_file_exists("--options", Path(file) if file else None)
     work = registry.process_of_command(process) if isinstance(process, str) else process
     group = work.options if work else None
     return collect_settings(options, Path(file) if file else None, Path(defaults) if defaults else None, group)
 
 
-def _settings(
+def _settings_for_work(
     work: str,
     options: Mapping[str, Any],
     file: str | Path | None = None,
@@ -242,15 +242,15 @@ def _settings(
     input_kind: str = "",
 ) -> Settings:
     command = registry.work(work)
-    return settings_for(_collect(command, options, file, defaults), command, input_kind)
+    return settings_for(_collect_settings(command, options, file, defaults), command, input_kind)
 
 
-def _with_usual_options(settings: Settings, word: str) -> Settings:
+def _with_process_defaults(settings: Settings, word: str) -> Settings:
     work = registry.drawing_process(word)
     return work.with_defaults(settings) if work else settings
 
 
-def _is_table(report: str | Path | None) -> bool:
+def _is_csv(report: str | Path | None) -> bool:
     return str(report or "").lower().endswith(".csv")
 
 
@@ -275,7 +275,7 @@ def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table
 
 
 @contextmanager
-def _noting_defaults(settings: Settings) -> Iterator[None]:
+def _note_defaults_file(settings: Settings) -> Iterator[None]:
     try:
         yield
     except LeafcutError as problem:
@@ -289,7 +289,7 @@ def _noting_defaults(settings: Settings) -> Iterator[None]:
 
 
 @contextmanager
-def _noting_guess(named: str, process: str) -> Iterator[None]:
+def _note_guessed_process(named: str, process: str) -> Iterator[None]:
     try:
         yield
     except (OptionError, PlanError) as problem:
@@ -299,10 +299,10 @@ def _noting_guess(named: str, process: str) -> Iterator[None]:
 
 
 def _report_text(outcome: Outcome[Any], file: str | Path) -> str:
-    from leafcut.report.page import write_page
+    from leafcut.report.page import report_page_html
 
     report = registry.report_of(outcome)
-    return report.norms() if _is_table(file) else write_page(report)
+    return report.cycle_time_csv() if _is_csv(file) else report_page_html(report)
 
 
 def nest(
@@ -337,11 +337,11 @@ def nest(
     """
     from leafcut.results.nest import NestResult
 
-    settings = _settings("nest", options, options_file, defaults_file)
+    settings = _settings_for_work("nest", options, options_file, defaults_file)
     outcome, inputs = registry.command_function("nest")(
         parts, output, settings, other_inputs=[options_file, defaults_file], progress=progress, cancelled=cancelled
     )
-    return result_of(
+    return public_result(
         NestResult, replace(outcome, defaults=settings.from_defaults()), [*inputs, *input_file_names(settings)]
     )
 
@@ -382,17 +382,17 @@ def solve(
     """
     from leafcut.results.tour import TourResult
 
-    settings = _settings("solve", options, None, defaults_file)
+    settings = _settings_for_work("solve", options, None, defaults_file)
     part = (
         source
         if isinstance(source, Part)
         else read(source, settings.read, heartbeat_for_step(progress, Message("reading")))
     )
-    solved = Solved(part, _tour(part, settings, progress, observe, cancelled), settings.from_defaults())
-    return result_of(TourResult, solved, [part.source or None, defaults_file, *input_file_names(settings)])
+    solved = Solved(part, _solve_part(part, settings, progress, observe, cancelled), settings.from_defaults())
+    return public_result(TourResult, solved, [part.source or None, defaults_file, *input_file_names(settings)])
 
 
-def _tour(
+def _solve_part(
     part: Part,
     settings: Settings,
     progress: OnProgress | None,
@@ -444,12 +444,12 @@ def simulate(
     """
     from leafcut.results.simulation import SimulationResult
 
-    settings = _settings("simulate", options, None, defaults_file)
+    settings = _settings_for_work("simulate", options, None, defaults_file)
     outcome = registry.command_function("simulate")(program, settings, dialect, progress)
-    return result_of(
+    return public_result(
         SimulationResult,
         outcome,
-        [*_file_names(program), *_profile_files(dialect), defaults_file, *input_file_names(settings)],
+        [*_file_names(program), *_toml_file_names(dialect), defaults_file, *input_file_names(settings)],
     )
 
 
@@ -515,10 +515,10 @@ def stock(
     """
     from leafcut.results.stock import StockResult
 
-    settings = _settings("stock", options, None, defaults_file)
+    settings = _settings_for_work("stock", options, None, defaults_file)
     outcome = registry.command_function("stock")(program, settings, dialect, progress, same_as=same_as)
-    inputs = [*_file_names(program, same_as), *_profile_files(dialect), defaults_file, *input_file_names(settings)]
-    return result_of(StockResult, outcome, inputs)
+    inputs = [*_file_names(program, same_as), *_toml_file_names(dialect), defaults_file, *input_file_names(settings)]
+    return public_result(StockResult, outcome, inputs)
 
 
 def tool_speeds(
@@ -555,20 +555,22 @@ def tool_speeds(
     ReadError, OptionError, PlanError, OutputError
         The message is a single line that describes the problem, its location, and the remedy. No file was written.
     """
-    from leafcut.report.front_chart import check_extension, front_svg
+    from leafcut.report.front_chart import check_plot_extension, front_svg
     from leafcut.results.tool_speeds import ToolSpeedsResult
 
-    settings = _settings("cutting-data", options, None, defaults_file, "drawing" if drawing is not None else "none")
+    settings = _settings_for_work(
+        "cutting-data", options, None, defaults_file, "drawing" if drawing is not None else "none"
+    )
     inputs = [*_file_names(drawing), defaults_file, *input_file_names(settings)]
-    check_extension(plot)
+    check_plot_extension(plot)
     check_output(plot, [*inputs, save])
     check_output(save, inputs)
     outcome = registry.command_function("cutting_data")(drawing, settings, objective, progress)
     texts = {str(plot): front_svg(outcome)} if plot else {}
     if save:
         texts[str(save)] = registry.command_function("cutting_data_library")(outcome, settings, save)
-    write_together(texts)
-    return result_of(ToolSpeedsResult, outcome, inputs)
+    write_all_or_none(texts)
+    return public_result(ToolSpeedsResult, outcome, inputs)
 
 
 def verify(
@@ -596,10 +598,10 @@ def verify(
     """
     from leafcut.results.verification import VerificationResult
 
-    settings = _settings("verify", options, None, defaults_file)
+    settings = _settings_for_work("verify", options, None, defaults_file)
     proof = registry.command_function("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
-    inputs = [*_file_names(original, new), *_profile_files(dialect), defaults_file, *input_file_names(settings)]
-    return result_of(VerificationResult, proof, inputs)
+    inputs = [*_file_names(original, new), *_toml_file_names(dialect), defaults_file, *input_file_names(settings)]
+    return public_result(VerificationResult, proof, inputs)
 
 
 def output_name(
@@ -630,10 +632,10 @@ def program_for(
     OptionError
         An option or the machine is invalid for every input.
     """
-    settings = _collect(process, options, options_file, defaults_file)
+    settings = _collect_settings(process, options, options_file, defaults_file)
     if process == "auto" and Path(str(source)).is_file():
         process, _ = _guess_command([source], settings)
-    settings = _with_usual_options(settings, process)
+    settings = _with_process_defaults(settings, process)
     extension = program_extension(settings.post.dialect or machine_of(settings).controller)
     if format_name(str(source)) == "gcode":
         return Path(str(source)).name, "reorder"
@@ -666,7 +668,7 @@ def default_machine(work: str) -> str:
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
     """Return the dialect that `optimize` would use with these options, as a name or as the path of a file."""
-    settings = _with_usual_options(_collect(process, options), process)
+    settings = _with_process_defaults(_collect_settings(process, options), process)
     return settings.post.dialect or machine_of(settings).controller
 
 

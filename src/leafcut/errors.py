@@ -45,10 +45,10 @@ def printable(text: str, limit: int = LONGEST_QUOTE) -> str:
 
 def shorten_message(message: str) -> str:
     """Shorten the quotations and long words in a message."""
-    return message if len(message) <= LONGEST_QUOTE else map_text(message, _shorten)
+    return message if len(message) <= LONGEST_QUOTE else map_text(message, _shorten_text)
 
 
-def _shorten(text: str) -> str:
+def _shorten_text(text: str) -> str:
     line = text[: 10 * LONGEST_MESSAGE]
     line = _QUOTED.sub(lambda match: f"'{printable(match[1])}'", line)
     line = _UNBROKEN.sub(lambda match: printable(match[0]), line)
@@ -71,10 +71,10 @@ class LeafcutError(Exception):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Make the exception picklable with any arguments. Otherwise it would break a process pool."""
-        return _restored, (type(self), self.args, self.__dict__)
+        return _unpickle_error, (type(self), self.args, self.__dict__)
 
 
-def _restored(kind: type[LeafcutError], args: tuple[Any, ...], state: dict[str, Any]) -> LeafcutError:
+def _unpickle_error(kind: type[LeafcutError], args: tuple[Any, ...], state: dict[str, Any]) -> LeafcutError:
     error = kind.__new__(kind)
     error.args = args
     error.__dict__.update(state)

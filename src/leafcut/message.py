@@ -35,7 +35,7 @@ class Message(str):
 
     def __new__(cls, template: str, *values: object) -> Self:
         """Fill the placeholders of a template in order. A placeholder is ``{}``, ``{:.3g}`` or ``{!r}``."""
-        key, gaps = _parsed(template)
+        key, gaps = _split_template(template)
         # `format` of a message, or of an exception with a message, is the message.
         texts = tuple(
             format(value) if gap == GAP else gap.format(value) for gap, value in zip(gaps, values, strict=True)
@@ -108,7 +108,7 @@ def quoted_gaps(template: str) -> tuple[bool, ...]:
 
 def template_key(template: str) -> str:
     """Return a template with plain placeholders, which is its key in the catalogue."""
-    return _parsed(template)[0]
+    return _split_template(template)[0]
 
 
 def has_words(template: str) -> bool:
@@ -117,7 +117,7 @@ def has_words(template: str) -> bool:
 
 
 @cache
-def _parsed(template: str) -> tuple[str, tuple[str, ...]]:
+def _split_template(template: str) -> tuple[str, tuple[str, ...]]:
     """Split a template into a text with plain placeholders, and the placeholders with their formats."""
     key, gaps = "", []
     for literal, name, form, conversion in Formatter().parse(template):
@@ -146,10 +146,10 @@ def messages_to_json(plain: Any) -> Any:
 
 def messages_from_json(text: str | bytes) -> Any:
     """Parse a JSON text, and restore the messages that `messages_to_json` converted."""
-    return json.loads(text, object_hook=_restored)
+    return json.loads(text, object_hook=_restore_message)
 
 
-def _restored(plain: dict[str, Any]) -> Any:
+def _restore_message(plain: dict[str, Any]) -> Any:
     if plain.keys() == {"text", "template", "values"}:
         return Message.of_parts(plain["text"], plain["template"], tuple(plain["values"]))
     return plain

@@ -110,7 +110,7 @@ _LIKE_FRACTION = re.compile(r"[\d.]\s*/\s*[-+.]?\d")
 _COMMA = re.compile(r"\s*([-+]?\d+),(\d+)(?![\d.])([^,]*)\Z")
 
 
-def with_point(text: str) -> str:
+def replace_decimal_comma(text: str) -> str:
     """Replace a decimal comma with a decimal point: ``6,5 mm`` becomes ``6.5 mm``.
 
     Raises
@@ -134,8 +134,8 @@ def parse_quantity(value: str | float, unit: str) -> float:
 
     A number is already in the internal unit. A text may state its own unit ("3mm", "0.1in", "90 ipm", "118deg"). If it
     has no unit, the shop unit applies (`BARE_UNIT`: feeds in mm/min, angles in degrees). The function treats a comma as
-    a decimal point if it cannot mean anything else (`with_point`). Fractions are allowed: "1/4in", "3/8\"", "1 1/2in"
-    and "1-1/2in".
+    a decimal point if it cannot mean anything else (`replace_decimal_comma`). Fractions are allowed: "1/4in", "3/8\"",
+    "1 1/2in" and "1-1/2in".
 
     Raises
     ------
@@ -147,7 +147,7 @@ def parse_quantity(value: str | float, unit: str) -> float:
     if isinstance(value, int | float):
         number, factor = float(value), 1.0
     else:
-        number, word = _split(value, unit)
+        number, word = _split_number_and_unit(value, unit)
         factors = FACTORS[unit]
         # "M" and "m" are different in physics, but "MM" can only mean millimetres.
         factor_of_unit = factors.get(word or BARE_UNIT[unit], factors.get(word.lower()))
@@ -159,7 +159,7 @@ def parse_quantity(value: str | float, unit: str) -> float:
     return number * factor
 
 
-def _split(text: str, unit: str) -> tuple[float, str]:
+def _split_number_and_unit(text: str, unit: str) -> tuple[float, str]:
     fraction = _FRACTION.match(text)
     # "3000 1/min" is a number with a unit: no digit follows the slash.
     if fraction is not None:
@@ -174,13 +174,13 @@ def _split(text: str, unit: str) -> tuple[float, str]:
         return -number if sign == "-" else number, word
     if _LIKE_FRACTION.search(text):
         raise OptionError("'{}' is not a fraction; write a fraction such as 1/4in or 1 1/2in", text)
-    match = _QUANTITY.match(with_point(text))
+    match = _QUANTITY.match(replace_decimal_comma(text))
     if not match:
         raise OptionError("'{}' is not a number with a unit, such as '3{}'", text, BARE_UNIT[unit])
     return float(match.group(1)), match.group(2)
 
 
-def with_unit(text: str, unit: str) -> str:
+def add_default_unit(text: str, unit: str) -> str:
     """Add the default unit to a quantity: ``800`` becomes ``800 mm/min``.
 
     Raises
@@ -188,7 +188,7 @@ def with_unit(text: str, unit: str) -> str:
     OptionError
         The text is not a number.
     """
-    number, word = _split(text, unit)
+    number, word = _split_number_and_unit(text, unit)
     return text.strip() if word or not math.isfinite(number) else f"{text.strip()} {BARE_UNIT[unit]}"
 
 

@@ -14,7 +14,7 @@ from lab_descriptions import SMALL, written
 
 from leafcut.cli.app import run
 from leafcut.lab import loading
-from leafcut.lab.loading import load, shipped, shipped_names, short_form
+from leafcut.lab.loading import included_names, load_experiment, reduced_experiment, titles_of_included_experiments
 from page_parser import Page
 
 
@@ -25,14 +25,14 @@ def lab(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]
     return status, output.out, output.err
 
 
-@pytest.mark.parametrize("name", ["small", *(pytest.param(name, marks=pytest.mark.slow) for name in shipped_names())])
+@pytest.mark.parametrize("name", ["small", *(pytest.param(name, marks=pytest.mark.slow) for name in included_names())])
 def test_every_experiment_runs_in_its_reduced_form_and_is_reported(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = str(tmp_path / "r.sqlite")
     if name == "small":
         name = str(written(tmp_path))
-    short = short_form(load(name))
+    short = reduced_experiment(load_experiment(name))
     status, out, err = lab(capsys, "run", name, "--reduced", "--results", file, "--json")
     answer = json.loads(out)
     assert (status, answer["failed"], err) == (0, [], "")
@@ -67,8 +67,8 @@ def test_the_list_shows_the_finished_runs_of_each_experiment(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file, names = str(tmp_path / "r.sqlite"), ("machining_time", "boards")
-    titles = shipped()
-    monkeypatch.setattr(loading, "shipped", lambda: {name: titles[name] for name in names})
+    titles = titles_of_included_experiments()
+    monkeypatch.setattr(loading, "titles_of_included_experiments", lambda: {name: titles[name] for name in names})
     assert lab(capsys, "list", "--results", file)[0] == 0
     assert not Path(file).exists()
     run_again = [lab(capsys, "run", names[0], "--reduced", "--results", file, "--json")[1] for _ in range(2)]

@@ -12,9 +12,9 @@ import pytest
 from lab_descriptions import SMALL, written
 from test_store import ROW
 
-from leafcut.lab.analysis_blocks import analysis_blocks
-from leafcut.lab.loading import load
-from leafcut.lab.page import rows_as_csv, searches, write_page
+from leafcut.lab.analysis_blocks import blocks_of_all_analyses
+from leafcut.lab.loading import load_experiment
+from leafcut.lab.page import experiment_page_html, rows_as_csv, searches_block
 from leafcut.lab.results import Results
 from leafcut.lab.store import Row
 from page_parser import Page
@@ -46,7 +46,7 @@ base = "as"
 
 def rows_of(folder: Path, text: str = EVERY, seeds: int = 3) -> tuple[object, list[Row]]:
     """Return a description and its runs by formula: acs is 10 shorter than as; 5 ants take half as long as 10."""
-    found = load(written(folder, text))
+    found = load_experiment(written(folder, text))
     rows = []
     for plan in found.runs():
         algorithm, ants = (plan.levels[name].name for name in ("algorithm", "ants"))
@@ -68,7 +68,7 @@ def rows_of(folder: Path, text: str = EVERY, seeds: int = 3) -> tuple[object, li
 @pytest.mark.parametrize("seeds", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_the_page_needs_no_other_file_and_escapes_text_from_files(seeds: int, tmp_path: Path) -> None:
     """One seed gives half of the charts."""
-    html = write_page(*rows_of(tmp_path, seeds=seeds), 24)
+    html = experiment_page_html(*rows_of(tmp_path, seeds=seeds), 24)
     page = Page(html)
     assert "script" not in page.tags
     assert "Two <script>alert(1)</script>" in page.words
@@ -80,7 +80,7 @@ def test_the_page_needs_no_other_file_and_escapes_text_from_files(seeds: int, tm
 
 @pytest.mark.slow
 def test_the_page_states_the_differences_of_the_formula(tmp_path: Path) -> None:
-    text = Page(write_page(*rows_of(tmp_path), 24)).words
+    text = Page(experiment_page_html(*rows_of(tmp_path), 24)).words
     assert "24 of 24 runs done" in text
     # as – acs is 10 in every run, of which the mean square within is (1² + 0² + 1²) · 2 / 4 = 1.
     assert "-10.000" in text or "10.000" in text
@@ -92,14 +92,14 @@ def test_the_page_states_the_differences_of_the_formula(tmp_path: Path) -> None:
 
 def test_a_page_without_runs_shows_the_command(tmp_path: Path) -> None:
     found, _ = rows_of(tmp_path)
-    text = Page(write_page(found, [], 24)).words
+    text = Page(experiment_page_html(found, [], 24)).words
     assert "0 of 24 runs done" in text
     assert "leafcut lab run small" in text
 
 
 def test_an_analysis_without_enough_runs_is_explained(tmp_path: Path) -> None:
     found, rows = rows_of(tmp_path, seeds=1)
-    text = Page(write_page(found, rows, 24)).words
+    text = Page(experiment_page_html(found, rows, 24)).words
     assert "Not done: an analysis of variance needs 2 figures of each level" in text
     assert "8 of 24 runs done" in text
 
@@ -107,7 +107,7 @@ def test_an_analysis_without_enough_runs_is_explained(tmp_path: Path) -> None:
 def test_a_failed_run_and_a_run_of_an_older_description_are_not_counted(tmp_path: Path) -> None:
     found, rows = rows_of(tmp_path, seeds=1)
     odd = [replace(rows[0], failed="no such <tool>"), replace(rows[1], instance="gone"), *rows[2:]]
-    text = Page(write_page(found, odd, 24)).words
+    text = Page(experiment_page_html(found, odd, 24)).words
     assert "6 of 24 runs done" in text
     assert "no such <tool>" in text
 
@@ -128,7 +128,7 @@ def test_speed_up_is_the_ratio_of_means(tmp_path: Path) -> None:
         '[[analysis]]\nkind = "compare"', '[response.time]\npath = "wall_s"\n[[analysis]]\nkind = "speedup"'
     )
     text = text.replace('kind = "speedup"', 'kind = "speedup"\nresponse = "time"')
-    found = load(written(tmp_path, text))
+    found = load_experiment(written(tmp_path, text))
     rows = [
         replace(
             ROW,
@@ -140,7 +140,7 @@ def test_speed_up_is_the_ratio_of_means(tmp_path: Path) -> None:
         )
         for plan in found.runs()
     ]
-    shown = Page(write_page(found, rows, 12)).words
+    shown = Page(experiment_page_html(found, rows, 12)).words
     assert "1.50" in shown
     assert "75 %" in shown
 
@@ -149,14 +149,14 @@ def test_speed_up_is_the_ratio_of_means(tmp_path: Path) -> None:
     ("value", "words"), [(0.0, "0"), (12345.678, "12,346"), (1122.26, "1,122.3"), (0.012345, "0.012345")]
 )
 def test_figures_have_five_significant_digits(value: float, words: str) -> None:
-    from leafcut.lab.results import number
+    from leafcut.lab.results import five_digits
 
-    assert number(value) == words
+    assert five_digits(value) == words
 
 
 def page_of_lengths(folder: Path, analysis: str) -> str:
     """Return the text of a page whose analysis compares known lengths of two algorithms."""
-    of = load(written(folder, SMALL.replace('kind = "compare"', f'kind = "compare"\n{analysis}')))
+    of = load_experiment(written(folder, SMALL.replace('kind = "compare"', f'kind = "compare"\n{analysis}')))
     lengths = {("ten", "as"): 200.0, ("ten", "acs"): 150.0, ("thirty", "as"): 400.0, ("thirty", "acs"): 420.0}
     rows = []
     for plan in of.runs():
@@ -164,7 +164,7 @@ def page_of_lengths(folder: Path, analysis: str) -> str:
         answer = {"length": lengths[plan.instance.name, algorithm]}
         row = replace(ROW, key=plan.label, instance=plan.instance.name, seed=plan.seed, responses=answer)
         rows.append(replace(row, levels={"algorithm": algorithm}))
-    return Page(write_page(of, rows, 12)).words
+    return Page(experiment_page_html(of, rows, 12)).words
 
 
 def test_a_comparison_with_a_base_shows_each_instance_in_percent_of_the_base(tmp_path: Path) -> None:
@@ -182,7 +182,7 @@ def test_a_comparison_with_a_fact_shows_each_instance_in_percent_of_the_fact(tmp
 
 def test_a_chart_with_many_variants_has_a_curve_for_each_level_of_the_first_factor(tmp_path: Path) -> None:
     text = EVERY.replace("levels = [5, 10]", "levels = [1, 2, 3, 4, 5]")
-    of = load(written(tmp_path, text))
+    of = load_experiment(written(tmp_path, text))
     rows = [
         replace(
             ROW,
@@ -193,7 +193,7 @@ def test_a_chart_with_many_variants_has_a_curve_for_each_level_of_the_first_fact
         )
         for plan in of.runs()
     ]
-    block = searches(Results.of(of, rows))
+    block = searches_block(Results.of(of, rows))
     assert block
     convergence = block.drawn[0][1]
     assert ">as<" in convergence
@@ -202,7 +202,7 @@ def test_a_chart_with_many_variants_has_a_curve_for_each_level_of_the_first_fact
 
 def test_attractiveness_is_halved_where_the_formula_halves_it() -> None:
     """10·exp(-γ·r²) = 5 at r = √(ln 2 / γ): 8.33 for γ = 0.010, 6.21 for γ = 0.018."""
-    of = load("firefly_gamma")
-    (block,) = [block for block in analysis_blocks(Results.of(of, [])) if "β over" in block.title]
+    of = load_experiment("firefly_gamma")
+    (block,) = [block for block in blocks_of_all_analyses(Results.of(of, [])) if "β over" in block.title]
     assert "halved at r = 8.33 with γ = 0.010, and at r = 6.21 with γ = 0.018" in block.words[0]
     assert "γ = 0.015" in block.drawn[0][1]

@@ -14,7 +14,14 @@ from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.multicomp import pairwise_tukeyhsd
 
 from leafcut.errors import OptionError
-from leafcut.lab.statistics import compare_ranks, interval, one_way, pareto_front, trend, two_way
+from leafcut.lab.statistics import (
+    bootstrap_interval,
+    compare_ranks,
+    one_way_anova,
+    pareto_front,
+    trend_test,
+    two_way_anova,
+)
 
 #: Etch rate by power, W: Montgomery, Design and Analysis of Experiments, 8th ed., table 3.1.
 ETCH = {
@@ -39,7 +46,7 @@ BASE = """
 
 
 def test_one_way_analysis_is_that_of_the_book() -> None:
-    found = one_way(ETCH)
+    found = one_way_anova(ETCH)
     assert found.f == pytest.approx(66.80, abs=0.005)
     assert (found.between, found.within) == (3, 16)
     assert found.f_critical == pytest.approx(3.24, abs=0.005)
@@ -59,7 +66,7 @@ def test_one_way_analysis_is_that_of_statsmodels_with_groups_of_several_sizes() 
     groups = {"a": [1.0, 2.0, 4.0], "b": [2.0, 2.5, 6.0, 3.0], "c": [7.0, 8.0]}
     frame = pandas.DataFrame([(name, y) for name, one in groups.items() for y in one], columns=["g", "y"])
     table = anova_lm(ols("y ~ C(g)", data=frame).fit())
-    found = one_way(groups)
+    found = one_way_anova(groups)
     assert found.f == pytest.approx(table.loc["C(g)", "F"])
     assert found.p == pytest.approx(table.loc["C(g)", "PR(>F)"])
     assert found.lsd is None
@@ -71,7 +78,7 @@ def test_one_way_analysis_is_that_of_statsmodels_with_groups_of_several_sizes() 
 
 def test_levels_that_do_not_differ_share_a_letter() -> None:
     draw = np.random.default_rng(3)
-    found = one_way({"a": draw.normal(10, 1, 8), "b": draw.normal(10, 1, 8), "c": draw.normal(30, 1, 8)})
+    found = one_way_anova({"a": draw.normal(10, 1, 8), "b": draw.normal(10, 1, 8), "c": draw.normal(30, 1, 8)})
     shared = {
         (a, b): bool(set(found.letters[a]) & set(found.letters[b])) for a, b in itertools.combinations(found.letters, 2)
     }
@@ -80,7 +87,7 @@ def test_levels_that_do_not_differ_share_a_letter() -> None:
 
 
 def test_figures_that_are_equal_in_every_level_are_told_apart_without_a_division_by_zero() -> None:
-    found = one_way({"a": [3.0, 3.0], "b": [5.0, 5.0]})
+    found = one_way_anova({"a": [3.0, 3.0], "b": [5.0, 5.0]})
     assert math.isinf(found.f)
     assert found.p == 0.0
     assert found.letters["a"] != found.letters["b"]
@@ -88,7 +95,7 @@ def test_figures_that_are_equal_in_every_level_are_told_apart_without_a_division
 
 def test_crossed_analysis_is_that_of_the_book() -> None:
     rows = [(a, b, float(y)) for (a, b), ys in BATTERIES.items() for y in ys]
-    material, temperature, both, residual = two_way(rows, ("material", "temperature"))
+    material, temperature, both, residual = two_way_anova(rows, ("material", "temperature"))
     assert (material.name, both.name) == ("material", "material × temperature")
     assert material.squares == pytest.approx(10683.72, abs=0.01)
     assert temperature.squares == pytest.approx(39118.72, abs=0.01)
@@ -101,7 +108,7 @@ def test_crossed_analysis_is_that_of_the_book() -> None:
 
 def test_crossed_analysis_without_repetition_tells_no_interaction() -> None:
     rows = [("a", "x", 1.0), ("a", "y", 2.5), ("b", "x", 3.0), ("b", "y", 4.0), ("c", "x", 5.5), ("c", "y", 6.0)]
-    assert [one.name for one in two_way(rows, ("one", "two"))] == ["one", "two", "residual"]
+    assert [one.name for one in two_way_anova(rows, ("one", "two"))] == ["one", "two", "residual"]
 
 
 #: Machining time, s, of three plates: plate, order, pecks. Pecks add the same time to both orders of a plate.
@@ -118,7 +125,7 @@ PLATES = [
 def test_blocks_take_their_degrees_of_freedom_as_in_statsmodels() -> None:
     frame = pandas.DataFrame(PLATES, columns=["plate", "order", "peck", "y"])
     table = anova_lm(ols("y ~ C(plate) + C(order) * C(peck)", data=frame).fit(), typ=2)
-    found = two_way([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])
+    found = two_way_anova([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])
     assert [one.name for one in found] == ["block", "order", "peck", "order × peck", "residual"]
     assert [one.freedom for one in found] == [2, 1, 1, 1, 6]
     assert found[1].f == pytest.approx(table.loc["C(order)", "F"])
@@ -127,11 +134,11 @@ def test_blocks_take_their_degrees_of_freedom_as_in_statsmodels() -> None:
 
 
 def test_an_interaction_that_is_zero_by_construction_is_not_tested() -> None:
-    both = two_way([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])[3]
+    both = two_way_anova([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])[3]
     assert both.zero
     assert (both.f, both.p, both.squares) == (None, None, 0.0)
     other = [(*row[:3], row[3] + 5.0 * (row[1:3] == ("random", "pecks"))) for row in PLATES]
-    assert two_way([row[1:] for row in other], ("order", "peck"), [row[0] for row in other])[3].f is not None
+    assert two_way_anova([row[1:] for row in other], ("order", "peck"), [row[0] for row in other])[3].f is not None
 
 
 def test_letters_of_lsd_are_those_of_uncorrected_pairs_of_statsmodels() -> None:
@@ -139,7 +146,7 @@ def test_letters_of_lsd_are_those_of_uncorrected_pairs_of_statsmodels() -> None:
     close = {"a": [1.0, 1.2, 1.4], "b": [1.35, 1.6, 1.75], "c": [1.8, 1.9, 2.2], "d": [2.1, 2.4, 2.3]}
     frame = pandas.DataFrame([(name, y) for name, ys in close.items() for y in ys], columns=["g", "y"])
     pairs = ols("y ~ C(g)", data=frame).fit().t_test_pairwise("C(g)").result_frame
-    found = one_way(close)
+    found = one_way_anova(close)
     assert sorted(pair.p for pair in found.fisher) == pytest.approx(sorted(pairs["P>|t|"]))
     for pair in found.fisher:
         shared = set(found.fisher_letters[pair.first]) & set(found.fisher_letters[pair.second])
@@ -151,7 +158,7 @@ def test_the_critical_value_of_the_paper_is_that_of_eight_levels_and_five_replic
     assert stats.f.ppf(0.95, 7, 32) == pytest.approx(2.313, abs=5e-4)
     rng = np.random.default_rng(1)
     groups = {str(level): rng.normal(level, 1.0, 5) for level in range(5, 13)}
-    found = one_way(groups)
+    found = one_way_anova(groups)
     assert found.f_critical == pytest.approx(2.313, abs=5e-4)
     assert found.f == pytest.approx(stats.f_oneway(*groups.values()).statistic)
 
@@ -191,7 +198,7 @@ def test_the_effect_of_pairs_is_one_where_every_figure_is_larger() -> None:
 
 def test_trend_of_the_published_nests_is_told_by_hand() -> None:
     """Kendall's τ of 1, 2, 3, 4 against 1, 3, 2, 4: five pairs agree, one does not."""
-    found = trend([1, 2, 3, 4], [1, 3, 2, 4])
+    found = trend_test([1, 2, 3, 4], [1, 3, 2, 4])
     assert found.tau == pytest.approx((5 - 1) / 6)
     assert found.rho == pytest.approx(1 - 6 * 2 / (4 * 15))
     # Slopes of all pairs: 2, 1/2, 1, -1, 1/2, 2; the median of six lies between 1/2 and 1.
@@ -199,10 +206,10 @@ def test_trend_of_the_published_nests_is_told_by_hand() -> None:
 
 
 def test_interval_of_a_mean_holds_it_and_of_equal_figures_is_those() -> None:
-    low, high = interval([1.0, 2.0, 3.0, 4.0, 10.0])
+    low, high = bootstrap_interval([1.0, 2.0, 3.0, 4.0, 10.0])
     assert 1.0 < low < 4.0 < high < 10.0
-    assert interval([7.0, 7.0, 7.0]) == (7.0, 7.0)
-    assert interval([1.0, 2.0, 3.0, 4.0, 10.0]) == (low, high)
+    assert bootstrap_interval([7.0, 7.0, 7.0]) == (7.0, 7.0)
+    assert bootstrap_interval([1.0, 2.0, 3.0, 4.0, 10.0]) == (low, high)
 
 
 def test_the_pareto_front_is_what_nothing_beats_in_both() -> None:
@@ -212,14 +219,14 @@ def test_the_pareto_front_is_what_nothing_beats_in_both() -> None:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: one_way({"a": [1.0, 2.0]}), "two groups"),
-        (lambda: one_way({"a": [1.0, 2.0], "b": [1.0]}), "'b' has 1"),
-        (lambda: one_way({"a": [1.0, 1.0], "b": [1.0, 1.0]}), "all figures are equal"),
-        (lambda: two_way([("a", "x", 1.0), ("a", "y", 2.0)], ("one", "two")), "two levels"),
-        (lambda: two_way([("a", "x", 1.0), ("a", "y", 2.0), ("b", "x", 2.0)], ("one", "two")), "no figure yet"),
+        (lambda: one_way_anova({"a": [1.0, 2.0]}), "two groups"),
+        (lambda: one_way_anova({"a": [1.0, 2.0], "b": [1.0]}), "'b' has 1"),
+        (lambda: one_way_anova({"a": [1.0, 1.0], "b": [1.0, 1.0]}), "all figures are equal"),
+        (lambda: two_way_anova([("a", "x", 1.0), ("a", "y", 2.0)], ("one", "two")), "two levels"),
+        (lambda: two_way_anova([("a", "x", 1.0), ("a", "y", 2.0), ("b", "x", 2.0)], ("one", "two")), "no figure yet"),
         (lambda: compare_ranks({"a": [1.0, 2.0]}), "two methods"),
         (lambda: compare_ranks({"a": [1.0, 2.0], "b": [1.0, 2.0]}), "there are 2"),
-        (lambda: trend([1, 1, 1, 1], [1, 2, 3, 4]), "differ in both"),
+        (lambda: trend_test([1, 1, 1, 1], [1, 2, 3, 4]), "differ in both"),
     ],
 )
 def test_too_few_figures_are_refused_in_a_line(call: object, words: str) -> None:

@@ -10,8 +10,8 @@ from lab_descriptions import written
 from test_store import ROW
 
 from leafcut.errors import OptionError
-from leafcut.lab.loading import load
-from leafcut.lab.message_costs import IterationCost, break_even_size, messages_block
+from leafcut.lab.loading import load_experiment
+from leafcut.lab.message_costs import IterationCost, break_even_size, message_costs_block
 from leafcut.lab.results import ReportBlock, Results
 from leafcut.lab.running import SearchStudy
 from leafcut.lab.store import Row
@@ -55,7 +55,7 @@ TIMES = {"small": (10.0, 12.0, 11.0), "large": (100.0, 102.0, 55.0)}
 
 def block(folder: Path) -> ReportBlock:
     """Return the report of runs by formula: on one thread 80 % of an iteration are ants; the second seed is slower."""
-    description = load(written(folder, TEXT))
+    description = load_experiment(written(folder, TEXT))
     rows: list[Row] = []
     for plan in description.runs():
         model, workers = plan.levels["model"].name, plan.levels["workers"].name
@@ -70,7 +70,7 @@ def block(folder: Path) -> ReportBlock:
                 ROW, key=str(len(rows)), instance=plan.instance.name, levels=levels, seed=plan.seed, responses=figures
             )
         )
-    return messages_block(Results.of(description, rows), description.analyses[0], description.response("time"))
+    return message_costs_block(Results.of(description, rows), description.analyses[0], description.response("time"))
 
 
 def test_a_simulated_iteration_is_that_of_ants_update_and_messages() -> None:
@@ -108,7 +108,7 @@ def test_the_report_agrees_with_a_hand_calculation(tmp_path: Path) -> None:
 
 
 def test_levels_may_set_options_that_another_level_leaves_out(tmp_path: Path) -> None:
-    description = load(written(tmp_path, TEXT))
+    description = load_experiment(written(tmp_path, TEXT))
     given = {tuple(level.name for level in plan.levels.values()): plan.options for plan in description.runs()}
     assert "n_processes" not in given["threads", "2"]
     assert (given["threads", "2"]["threads"], given["exchange", "4"]["n_processes"]) == (2, 4)
@@ -125,7 +125,7 @@ def test_levels_may_set_options_that_another_level_leaves_out(tmp_path: Path) ->
 )
 def test_an_incomplete_analysis_is_refused(tmp_path: Path, old: str, new: str, words: str) -> None:
     with pytest.raises(OptionError, match=words):
-        load(written(tmp_path, TEXT.replace(old, new)))
+        load_experiment(written(tmp_path, TEXT.replace(old, new)))
 
 
 def test_the_time_of_an_iteration_is_the_shortest_without_the_first() -> None:

@@ -9,7 +9,7 @@ import pytest
 from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.lab.own_experiment import compared_option_values, comparison_experiment
-from leafcut.lab.running import rows_of, run
+from leafcut.lab.running import execute_experiment, stored_rows
 from leafcut.lab.store import Store
 
 PLATE = str(Path(__file__).parents[2] / "examples" / "plate_10.dxf")
@@ -21,8 +21,8 @@ def test_each_run_is_the_one_of_its_algorithm_and_seed(tmp_path: Path) -> None:
         "plate", PLATE, "optimize", {**shared, "algorithm": "acs", "n_ants": 3}, ["nn", "acs"], 2
     )
     with Store(tmp_path / "r.sqlite") as store:
-        assert run(of, store).done == 4
-        rows = rows_of(of, store)
+        assert execute_experiment(of, store).done == 4
+        rows = stored_rows(of, store)
     assert {(row.levels["algorithm"], row.seed) for row in rows} == {(w, s) for w in ("nn", "acs") for s in (4, 5)}
     for row in rows:
         alone = api.optimize(

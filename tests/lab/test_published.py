@@ -16,9 +16,9 @@ from test_store import ROW
 from leafcut.cli.app import run
 from leafcut.lab import published
 from leafcut.lab.description import RunPlan
-from leafcut.lab.loading import load
-from leafcut.lab.page import write_page, write_published
-from leafcut.lab.published import Figure, Ours, Runs, ours, pairs_as_csv, published_blocks, published_tables
+from leafcut.lab.loading import load_experiment
+from leafcut.lab.page import experiment_page_html, published_page_html
+from leafcut.lab.published import Figure, Ours, Runs, our_counterpart, pairs_as_csv, published_blocks, published_tables
 from leafcut.lab.store import Store
 from page_parser import Page
 
@@ -27,7 +27,7 @@ Answer = Callable[[RunPlan], Mapping[str, float] | None]
 
 def runs_of(name: str, answer: Answer, seeds: int = 5) -> Runs:
     """Return runs of an experiment with responses by formula; None for a run that is missing."""
-    whole = load(name)
+    whole = load_experiment(name)
     rows = [
         replace(
             ROW,
@@ -62,7 +62,7 @@ def without_runs(name: str) -> Runs:
     return runs_of(name, lambda plan: None)
 
 
-@pytest.mark.parametrize("name", published.experiments())
+@pytest.mark.parametrize("name", published.published_experiments())
 def test_every_published_figure_names_cells_of_its_experiment(name: str) -> None:
     runs = without_runs(name)
     for figure in figures_of(name):
@@ -70,7 +70,7 @@ def test_every_published_figure_names_cells_of_its_experiment(name: str) -> None
         assert cells
         assert {runs.base(cell, figure) for cell in cells} <= set(runs.cells)
         assert figure.response in [response.name for response in runs.whole.responses]
-        assert ours(figure, runs).missing in ("not_run", "cores")
+        assert our_counterpart(figure, runs).missing in ("not_run", "cores")
         n_levels = len(runs.whole.factor(figure.factor).levels) if figure.factor else 0
         assert len(cells) == n_levels or not figure.factor
 
@@ -83,7 +83,7 @@ def test_a_time_is_the_mean_of_its_runs() -> None:
         mine = (plan.instance.name, level(plan, "set"), level(plan, "processors")) == ("1: 10 holes", "A", "1")
         return {"search": 13.0 * plan.seed if mine else 1.0}  # 13, 26, 39
 
-    assert ours(figure, runs_of("thesis", search, seeds=3)) == Ours(26.0, 3, 30)
+    assert our_counterpart(figure, runs_of("thesis", search, seeds=3)) == Ours(26.0, 3, 30)
 
 
 def board(plan: RunPlan) -> Mapping[str, float]:
@@ -94,8 +94,8 @@ def board(plan: RunPlan) -> Mapping[str, float]:
 def test_a_saving_is_of_the_base_level() -> None:
     saved, saving = figures_of("boards", instance="97 holes")
     runs = runs_of("boards", board)
-    assert (saved.published, ours(saved, runs).value) == (24.6, 6.0)
-    assert (saving.published, ours(saving, runs).value) == (62.27, pytest.approx(60.0))
+    assert (saved.published, our_counterpart(saved, runs).value) == (24.6, 6.0)
+    assert (saving.published, our_counterpart(saving, runs).value) == (62.27, pytest.approx(60.0))
 
 
 def test_differences_are_percent_and_of_percentages_points() -> None:
@@ -115,7 +115,7 @@ def test_of_all_pieces_the_largest_saving_counts() -> None:
         return {"length": base - complex_ * (1000.0 if star else 2000.0), "time": 8.0 if star else 2.0}
 
     runs = runs_of("firefly_variants", variant)
-    values = {figure.statistic: ours(figure, runs).value for figure in figures_of("firefly_variants")}
+    values = {figure.statistic: our_counterpart(figure, runs).value for figure in figures_of("firefly_variants")}
     assert values == {"saving": pytest.approx(25.0), "saved": pytest.approx(1.0), "max": 8.0}
 
 
@@ -142,12 +142,12 @@ def test_a_cell_without_runs_shows_its_command() -> None:
 
 def test_a_cell_whose_runs_lack_the_figure_does_not_ask_for_more_runs() -> None:
     refused = runs_of("boards", lambda plan: {})
-    assert {ours(figure, refused).missing for figure in figures_of("boards")} == {"no_figure"}
+    assert {our_counterpart(figure, refused).missing for figure in figures_of("boards")} == {"no_figure"}
 
 
 def test_one_replicate_is_too_few_for_an_analysis() -> None:
     runs = runs_of("firefly_n_simple", lambda plan: {"length": 1.0 + plan.levels["n"].options["n_fireflies"]}, seeds=1)
-    assert {ours(figure, runs).missing for figure in figures_of("firefly_n_simple")} == {"not_run"}
+    assert {our_counterpart(figure, runs).missing for figure in figures_of("firefly_n_simple")} == {"not_run"}
 
 
 def test_the_published_nests_show_no_trend() -> None:
@@ -189,19 +189,19 @@ def test_both_languages_state_the_same_figures() -> None:
 
 
 def test_the_page_of_an_experiment_shows_its_published_figures() -> None:
-    whole = load("boards")
-    text = Page(write_page(whole, [], whole.n_runs)).words
+    whole = load_experiment("boards")
+    text = Page(experiment_page_html(whole, [], whole.n_runs)).words
     assert "62.27 %" in text
     assert "not run: leafcut lab run boards" in text
     own = replace(whole, shipped=False)  # a file of the user with the same name
-    assert "62.27 %" not in Page(write_page(own, [], own.n_runs)).words
+    assert "62.27 %" not in Page(experiment_page_html(own, [], own.n_runs)).words
 
 
 def test_the_table_has_a_row_for_every_published_figure() -> None:
-    runs = {name: without_runs(name) for name in published.experiments()}
+    runs = {name: without_runs(name) for name in published.published_experiments()}
     rows = list(csv.DictReader(io.StringIO(pairs_as_csv(runs))))
     assert len(rows) == sum(len(table.figures) for table in published_tables())
-    page = Page(write_published(runs, "es"))
+    page = Page(published_page_html(runs, "es"))
     assert "sin correr: leafcut lab run nests" in page.words
     assert "Lo publicado junto a lo nuestro" in page.words
 

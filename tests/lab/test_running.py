@@ -23,10 +23,19 @@ from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import OptionError, VerifyError
 from leafcut.lab import running
-from leafcut.lab.analysis_blocks import analysis_blocks
-from leafcut.lab.loading import load
+from leafcut.lab.analysis_blocks import blocks_of_all_analyses
+from leafcut.lab.loading import load_experiment
 from leafcut.lab.results import Results
-from leafcut.lab.running import Answer, RunTask, execute_run, executor_performer, rows_of, run, search_curve, task_of
+from leafcut.lab.running import (
+    Answer,
+    RunTask,
+    execute_experiment,
+    execute_run,
+    latest_search_curve,
+    perform_on_executor,
+    stored_rows,
+    task_for_plan,
+)
 from leafcut.lab.store import Store
 from leafcut.model.heartbeat import Progress
 from leafcut.model.study import Study
@@ -46,9 +55,9 @@ def counted(done: list[str], most: int = 1000) -> running.Performer:
 
 
 def test_a_run_is_what_its_command_answers(tmp_path: Path) -> None:
-    found = load(written(tmp_path))
+    found = load_experiment(written(tmp_path))
     with Store(tmp_path / "r.sqlite") as store:
-        ran = run(found, store)
+        ran = execute_experiment(found, store)
         rows = store.rows("small")
     assert (ran.runs, ran.finished, ran.done, ran.failed) == (12, 12, 12, ())
     assert len({row.key for row in rows}) == 12
@@ -69,7 +78,7 @@ def test_a_curve_has_few_points_never_rises_and_ends_with_the_search() -> None:
     study.begin()
     for number in range(1, 401):
         study.note(number, 0.1 * number, 1000.0 - 2.0 * min(number, 300))
-    curve = list(search_curve(study, 50))
+    curve = list(latest_search_curve(study, 50))
     assert curve[0] == (1, 0.1, 998.0)
     assert curve[-1] == (400, 40.0, 400.0)
     assert len(curve) <= 51
@@ -90,12 +99,12 @@ def test_a_pocket_has_the_curve_of_its_search_also_if_it_is_refused(monkeypatch:
 
 
 def test_what_is_finished_is_not_repeated_and_what_is_not_is_done(tmp_path: Path) -> None:
-    found, first, second, third = load(written(tmp_path)), [], [], []
+    found, first, second, third = load_experiment(written(tmp_path)), [], [], []
     with Store(tmp_path / "r.sqlite") as store:
-        assert run(found, store, performer=counted(first, 5)).stopped
+        assert execute_experiment(found, store, performer=counted(first, 5)).stopped
     with Store(tmp_path / "r.sqlite") as store:
-        ran = run(found, store, performer=counted(second))
-        assert not run(found, store, performer=counted(third)).stopped
+        ran = execute_experiment(found, store, performer=counted(second))
+        assert not execute_experiment(found, store, performer=counted(third)).stopped
     assert (len(first), len(second), third) == (5, 7, [])
     assert not set(first) & set(second)
     assert (ran.finished, ran.done) == (12, 7)
@@ -105,13 +114,13 @@ def test_a_kill_in_the_middle_loses_no_finished_run_and_none_is_repeated(tmp_pat
     description, file = written(tmp_path), tmp_path / "r.sqlite"
     code = f"""
 from leafcut.lab import running
-from leafcut.lab.loading import load
+from leafcut.lab.loading import load_experiment
 from leafcut.lab.store import Store
 from leafcut.read.machine import machine_template
 def tell(progress):
     print(progress.step, flush=True)
 with Store({str(file)!r}) as store:
-    running.run(load({str(description)!r}), store, progress=tell)
+    running.execute_experiment(load_experiment({str(description)!r}), store, progress=tell)
 """
     child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert child.stdout
@@ -122,7 +131,7 @@ with Store({str(file)!r}) as store:
     with Store(file) as store:
         kept = {row.key for row in store.rows("small")}
         again: list[str] = []
-        ran = run(load(description), store, performer=counted(again))
+        ran = execute_experiment(load_experiment(description), store, performer=counted(again))
     assert len(kept) >= 4
     assert not kept & set(again)
     assert (ran.finished, len(again)) == (12, 12 - len(kept))
@@ -131,24 +140,24 @@ with Store({str(file)!r}) as store:
 def test_a_run_that_is_refused_is_one_line_stops_no_other_and_is_tried_again(tmp_path: Path) -> None:
     text = SMALL.replace('input = "random:30:5"', 'input = "broken.csv"')
     (tmp_path / "broken.csv").write_text("x,y\n", encoding="utf-8")
-    found = load(written(tmp_path, text))
+    found = load_experiment(written(tmp_path, text))
     with Store(tmp_path / "r.sqlite") as store:
-        ran = run(found, store)
+        ran = execute_experiment(found, store)
         assert (ran.finished, len(ran.failed)) == (6, 6)
         assert "broken.csv" in ran.failed[0]
         (tmp_path / "broken.csv").write_text("x,y\n1,1\n2,2\n3,1\n", encoding="utf-8")
-        ran = run(found, store)
+        ran = execute_experiment(found, store)
         assert (ran.finished, ran.done, ran.failed) == (12, 6, ())
 
 
 def test_a_file_that_changed_is_run_anew(tmp_path: Path) -> None:
     text = SMALL.replace('input = "random:30:5"', 'input = "map.csv"')
     (tmp_path / "map.csv").write_text("x,y\n1,1\n2,3\n3,1\n", encoding="utf-8")
-    found = load(written(tmp_path, text))
+    found = load_experiment(written(tmp_path, text))
     with Store(tmp_path / "r.sqlite") as store:
-        run(found, store)
+        execute_experiment(found, store)
         (tmp_path / "map.csv").write_text("x,y\n1,1\n2,3\n9,1\n", encoding="utf-8")
-        assert run(found, store).done == 6
+        assert execute_experiment(found, store).done == 6
 
 
 def test_a_run_that_is_stopped_is_not_kept(tmp_path: Path) -> None:
@@ -159,7 +168,7 @@ def test_a_run_that_is_stopped_is_not_kept(tmp_path: Path) -> None:
             ended.set()
 
     with Store(tmp_path / "r.sqlite") as store:
-        ran = run(load(written(tmp_path)), store, progress=stop, cancelled=ended)
+        ran = execute_experiment(load_experiment(written(tmp_path)), store, progress=stop, cancelled=ended)
         assert ran.stopped
         assert len(store.rows("small")) == 2
 
@@ -167,13 +176,13 @@ def test_a_run_that_is_stopped_is_not_kept(tmp_path: Path) -> None:
 def test_runs_of_another_version_are_mixed_only_when_that_is_asked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = load(written(tmp_path))
+    found = load_experiment(written(tmp_path))
     with Store(tmp_path / "r.sqlite") as store:
-        run(found, store, performer=counted([], 5))
+        execute_experiment(found, store, performer=counted([], 5))
         monkeypatch.setattr(running, "__version__", "99.0")
         with pytest.raises(OptionError, match=r"but this version is 99\.0"):
-            run(found, store)
-        assert run(found, store, mixed=True).finished == 12
+            execute_experiment(found, store)
+        assert execute_experiment(found, store, mixed=True).finished == 12
         assert {row.leafcut for row in store.rows("small")} > {"99.0"}
 
 
@@ -184,7 +193,7 @@ def test_a_run_in_a_process_of_its_own_finds_the_same_and_its_start_counts(tmp_p
     )
     text = text.replace('input = "random:30:5"', 'input = "example:plate-10"')
     with Store(tmp_path / "r.sqlite") as store:
-        run(load(written(tmp_path, text)), store)
+        execute_experiment(load_experiment(written(tmp_path, text)), store)
         rows = store.rows("small")
     assert len(rows) == 4
     for row in rows:
@@ -204,16 +213,16 @@ def test_a_run_in_a_process_of_its_own_finds_the_same_and_its_start_counts(tmp_p
 def test_more_threads_than_cores_are_left_out_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = SMALL.replace("seeds = 3", 'seeds = 1\ncores = "threads"').replace("threads = 1, ", "")
     text = text.replace("[response", '[factor.threads]\noption = "threads"\nlevels = [1, 2, 3]\n[response', 1)
-    monkeypatch.setattr(running, "_cores", lambda: 2)
+    monkeypatch.setattr(running, "_core_count", lambda: 2)
     with Store(tmp_path / "r.sqlite") as store:
-        ran = run(load(written(tmp_path, text)), store, performer=counted([]))
+        ran = execute_experiment(load_experiment(written(tmp_path, text)), store, performer=counted([]))
         assert (ran.runs, ran.left_out) == (8, 4)
         assert {row.levels["threads"] for row in store.rows("small")} == {"1", "2"}
 
 
 def test_figures_are_found_by_their_path() -> None:
     answer = json.loads('{"a": {"b": [1, {"c": 2.5}]}, "t": true}')
-    figure = running.__dict__["_figure"]
+    figure = running.__dict__["_number_at_path"]
     assert figure(answer, "a.b.1.c", 2.0) == 5.0
     for path in ("a.b.2", "a.x", "a", "t", "a.b.c"):
         assert figure(answer, path, 1.0) is None
@@ -229,9 +238,9 @@ def test_a_file_that_an_option_names_counts_by_its_content_wherever_it_lies(tmp_
         folder = tmp_path / name
         folder.mkdir()
         (folder / "mine.toml").write_text(machine_template("haas-vf2") + f"# {profile}\n", encoding="utf-8")
-        description = load(written(folder, text))
+        description = load_experiment(written(folder, text))
         inputs = {plan.input: ("input", "hash") for plan in description.runs()}
-        keys.append([task_of(description, plan, inputs).key for plan in description.runs()])
+        keys.append([task_for_plan(description, plan, inputs).key for plan in description.runs()])
     assert keys[0] == keys[1]
     assert not set(keys[0]) & set(keys[2])
 
@@ -252,28 +261,28 @@ level.there = {folder = "b"}
 [response.length]
 path = "length"
 """
-    description = load(written(tmp_path, text))
+    description = load_experiment(written(tmp_path, text))
     with Store(tmp_path / "r.sqlite") as store:
-        assert run(description, store).failed == ()
-        lengths = {row.levels["place"]: row.responses["length"] for row in rows_of(description, store)}
+        assert execute_experiment(description, store).failed == ()
+        lengths = {row.levels["place"]: row.responses["length"] for row in stored_rows(description, store)}
     assert lengths == pytest.approx({"here": 10.0, "there": 20.0})
 
 
 @pytest.mark.slow
 def test_runs_in_processes_give_the_results_of_runs_in_this_process(tmp_path: Path) -> None:
-    of = load(written(tmp_path))
+    of = load_experiment(written(tmp_path))
     with Store(tmp_path / "here.sqlite") as store:
-        run(of, store)
-        here = rows_of(of, store)
+        execute_experiment(of, store)
+        here = stored_rows(of, store)
     with Store(tmp_path / "there.sqlite") as store, open_executor("processes", 2) as executor:
-        assert run(of, store, performer=executor_performer(executor, threading.Event())).done == 12
-        there = rows_of(of, store)
+        assert execute_experiment(of, store, performer=perform_on_executor(executor, threading.Event())).done == 12
+        there = stored_rows(of, store)
     assert [(row.key, row.responses) for row in there] == [(row.key, row.responses) for row in here]
 
 
 def test_threads_are_refused_as_their_processor_time_cannot_be_told_apart() -> None:
     with open_executor("threads", 2) as executor, pytest.raises(OptionError, match="only one run at a time"):
-        executor_performer(executor, threading.Event())
+        perform_on_executor(executor, threading.Event())
 
 
 def test_runs_that_differ_in_threads_alone_are_one_run_where_the_answer_is_judged(tmp_path: Path) -> None:
@@ -281,20 +290,20 @@ def test_runs_that_differ_in_threads_alone_are_one_run_where_the_answer_is_judge
     text = SMALL.replace("threads = 1, ", "").replace("seeds = 3", 'seeds = 3\ncores = "threads"')
     threads = '[factor.threads]\noption = "threads"\nlevels = [1, 2]\n[response.length]'
     one, both = (
-        load(str(written(tmp_path, t, f"{n}.toml")))
+        load_experiment(str(written(tmp_path, t, f"{n}.toml")))
         for n, t in (("one", SMALL), ("both", text.replace("[response.length]", threads)))
     )
     found = []
     for description in (one, both):
         with Store(tmp_path / f"{description.name}.sqlite") as store:
-            run(description, store)
-            found.append(analysis_blocks(Results.of(description, rows_of(description, store)))[0])
+            execute_experiment(description, store)
+            found.append(blocks_of_all_analyses(Results.of(description, stored_rows(description, store)))[0])
     assert found[0].words == found[1].words
     assert [table.rows for table in found[0].tables] == [table.rows for table in found[1].tables]
 
 
 def test_a_refused_run_keeps_the_figures_of_its_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = load(written(tmp_path))
+    found = load_experiment(written(tmp_path))
 
     def refuse(*_: object, observe: Study, **__: object) -> object:
         observe.begin()
@@ -328,9 +337,9 @@ def test_a_response_is_a_sum_of_the_first_figures_that_exist() -> None:
 
 
 def test_runs_are_in_random_order_within_each_round(tmp_path: Path) -> None:
-    plans = list(load(written(tmp_path)).runs())
-    order = running.in_random_order(plans, "small")
+    plans = list(load_experiment(written(tmp_path)).runs())
+    order = running.shuffled_by_seed(plans, "small")
     assert [plan.seed for plan in order] == [plan.seed for plan in plans]
     assert {plan.label for plan in order} == {plan.label for plan in plans}
     assert [plan.label for plan in order] != [plan.label for plan in plans]
-    assert [plan.label for plan in running.in_random_order(plans, "small")] == [plan.label for plan in order]
+    assert [plan.label for plan in running.shuffled_by_seed(plans, "small")] == [plan.label for plan in order]

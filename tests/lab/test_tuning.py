@@ -15,7 +15,7 @@ from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from leafcut.lab.running import Answer, RunTask
 from leafcut.lab.store import Store
-from leafcut.lab.tuning import RANGES, TuningTask, command_of, options_text, search_block, tune
+from leafcut.lab.tuning import RANGES, TuningTask, command_for_process, options_file_text, tune, tuning_block
 from leafcut.processes.settings import group_of
 
 INPUTS = tuple(f"random:12:{k}" for k in range(1, 7))
@@ -101,7 +101,7 @@ def test_a_set_that_is_refused_is_told_and_the_search_goes_on(tmp_path: Path) ->
     assert refused
     assert all(trial.parameters["candidates"] < 20 for trial in refused)
     assert found.parameters["candidates"] >= 20
-    assert any(row[1] == "refused" for row in search_block(found).tables[1].rows)
+    assert any(row[1] == "refused" for row in tuning_block(found).tables[1].rows)
 
 
 def test_defaults_that_are_refused_end_it_in_one_line(tmp_path: Path) -> None:
@@ -115,7 +115,7 @@ def test_an_input_that_costs_nothing_is_told_and_not_divided_by(tmp_path: Path) 
 
 
 def test_what_is_done_is_asked_for_by_the_words_of_a_process() -> None:
-    assert [command_of(word) for word in ("auto", "solve", "reorder", "drill")] == [
+    assert [command_for_process(word) for word in ("auto", "solve", "reorder", "drill")] == [
         "optimize",
         "solve",
         "reorder",
@@ -123,7 +123,7 @@ def test_what_is_done_is_asked_for_by_the_words_of_a_process() -> None:
     ]
     for word in ("dig", "nest"):
         with pytest.raises(OptionError, match=f"--process: unknown process '{word}'; choose one of auto, drill"):
-            command_of(word)
+            command_for_process(word)
 
 
 def test_where_nothing_is_better_the_defaults_stay_and_nothing_is_judged(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_where_nothing_is_better_the_defaults_stay_and_nothing_is_judged(tmp_pat
         found = tune(task(), store, performer=Formula(lambda o: 2.0 if "candidates" in o else 1.0))
     assert (found.parameters, found.rows, found.change) == ({}, (), None)
     assert "no set of 8 trials was better than the defaults on 4 inputs" in found.words()
-    assert tomllib.loads(options_text(found)) == {"schema": 1, "solve": {"algorithm": "mmas"}}
+    assert tomllib.loads(options_file_text(found)) == {"schema": 1, "solve": {"algorithm": "mmas"}}
 
 
 @pytest.mark.parametrize("algorithm", sorted(RANGES))

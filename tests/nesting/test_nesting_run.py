@@ -21,7 +21,7 @@ from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.contours import prepare_sheet
 from leafcut.processes.registry import report_of
 from leafcut.read import read_contours
-from leafcut.report.json_answer import as_json
+from leafcut.report.json_answer import program_as_json
 
 SMALL: dict[str, Any] = {"sheet": "300x200", "kerf": 2, "gap": 3, "margin": 8, "variants": 2, "iterations": 20}
 
@@ -97,7 +97,7 @@ def test_the_cut_sheet_keeps_names_and_quantities_of_the_order(drawings: Path, t
     api.nest([str(tmp_path / "order.csv")], sheet, nester="rectangles", **{**SMALL, "gap": 10})
     cut: dict[str, Any] = {"process": "cut", "thickness": 6, "iterations": 5, "threads": 1}
     outcome = api.optimize(sheet, quantity=4, shop_rate=60.0, report=tmp_path / "r.html", **cut)
-    answer = as_json(report_of(outcome))["cutting"]
+    answer = program_as_json(report_of(outcome))["cutting"]
     pieces = {p["name"]: (p["per_sheet"], p["in_batch"]) for p in answer["pieces"]}
     assert pieces == {"Träger “1” µ": (2, 8), "plate": (3, 12)}
     assert sorted(p["name"] for p in answer["parts"]) == ["Träger “1” µ"] * 2 + ["plate"] * 3

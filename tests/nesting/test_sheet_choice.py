@@ -24,7 +24,7 @@ from leafcut.nesting import run as nest_run
 from leafcut.nesting.plan import remnant as nest_remnant
 from leafcut.nesting.plan.pieces import pieces_of
 from leafcut.processes.registry import report_of
-from leafcut.report.json_answer import as_json
+from leafcut.report.json_answer import program_as_json
 
 #: Plates of 50 × 50, 10 mm between two and along the edge: a sheet of L × W holds ⌊(L − 10) / 60⌋ × ⌊(W − 10) / 60⌋.
 RULES: dict[str, Any] = {"kerf": 2, "gap": 8, "margin": 10, "variants": 1, "nester": "rectangles"}
@@ -112,7 +112,7 @@ def test_the_price_of_a_sheet_lives_from_the_nest_to_the_cost_of_its_parts(plate
     out = tmp_path / "out.dxf"
     api.nest([f"{plate}:2"], out, sheet="300x200:1@42.5", **{**RULES, "gap": 20})
     cut: dict[str, Any] = {"process": "cut", "thickness": 6, "iterations": 5, "threads": 1}
-    answer = as_json(report_of(api.optimize(out, quantity=3, **cut)))["cutting"]
+    answer = program_as_json(report_of(api.optimize(out, quantity=3, **cut)))["cutting"]
     assert (answer["cost"], answer["batch_cost"]) == (42.5, 127.5)
     assert [piece["cost_each"] for piece in answer["pieces"]] == pytest.approx([21.25])
 

@@ -15,7 +15,7 @@ from leafcut import kernels
 from leafcut.kernels import COMPILE, PREPARE, compiling
 from leafcut.order import stop
 from leafcut.processes.registry import report_of
-from leafcut.report.json_answer import as_json
+from leafcut.report.json_answer import program_as_json
 
 
 class Clock:
@@ -102,5 +102,5 @@ def test_a_run_states_compile_time_beside_its_own(examples: Path, monkeypatch: p
     monkeypatch.setattr("leafcut.api.compile_seconds", lambda: next(spent))
     outcome = leafcut.optimize(examples / "plate_8x8_10.dxf", process="drill", thickness=5, preset="fast")
     assert outcome.compile_seconds == 40.0
-    answer = as_json(report_of(replace(outcome, seconds=2.0)))
+    answer = program_as_json(report_of(replace(outcome, seconds=2.0)))
     assert (answer["seconds"], answer["compile_seconds"]) == (2.0, 40.0)

@@ -13,7 +13,7 @@ from leafcut.options import SolveOptions
 from leafcut.order.path_search import SECONDS_PER_KICK, kicks_of_preset
 from leafcut.order.solve import solve
 from leafcut.order.stop import FIRST_STRETCH, PayoffLimit
-from leafcut.report.wording import ended_by_payoff
+from leafcut.report.wording import ended_without_payoff
 
 XY = np.random.default_rng(1).uniform(0.0, 300.0, (100, 2))
 
@@ -66,7 +66,7 @@ def kicks(found: Solution) -> int:
 def test_the_search_is_shorter_for_sheets_and_programs_too(problem: RoutingProblem) -> None:
     """Contours with several starts, cuts with two ends, and cuts with precedence."""
     found = solve(problem, SolveOptions(bound=False))
-    assert found.spared and ended_by_payoff(found)
+    assert found.spared and ended_without_payoff(found)
     nodes = 150 + 1  # with the node that joins the ends
     assert FIRST_STRETCH / (SECONDS_PER_KICK * nodes**0.5) <= kicks(found) < 0.5 * kicks_of_preset("default", 150)
 

@@ -15,7 +15,7 @@ from leafcut.cli.app import run
 from leafcut.errors import LeafcutError
 from leafcut.model.issue import Issue, MissingWork, Severity, missing_words
 from leafcut.processes.registry import report_of
-from leafcut.report.page import path_svg, write_page
+from leafcut.report.page import path_svg, report_page_html
 from leafcut.report.summary import print_summary
 
 FAST = ("--thickness", "6", "--algorithm", "nn", "--no-bound", "--machine", "linuxcnc-mill", "--no-defaults")
@@ -94,14 +94,14 @@ def test_the_answer_says_what_is_missing_how_many_where_and_why(
 @pytest.mark.hazard
 def test_the_page_shows_missing_work_before_anything_else_and_hatches_it(plates: Path) -> None:
     whole, lacking = (api.optimize(plates / f"{name}.dxf", **QUICK) for name in ("plain", "slot"))
-    page = write_page(report_of(lacking))
+    page = report_page_html(report_of(lacking))
     assert "Missing: 1 slot" in page
     assert page.index("Missing: 1 slot") < page.index("Verified")
     assert page.index("Missing work") < page.index("Time saved")
     for which in ("before", "after"):
         assert path_svg(report_of(lacking), which).count('class="missing"') == 1
         assert 'class="missing"' not in path_svg(report_of(whole), which)
-    assert "Missing" not in write_page(report_of(whole))
+    assert "Missing" not in report_page_html(report_of(whole))
 
 
 def test_several_inputs_end_with_the_worst_status(plates: Path, capsys: pytest.CaptureFixture[str]) -> None:

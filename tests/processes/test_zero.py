@@ -34,7 +34,7 @@ from leafcut.read import Source, read, read_contours, read_pockets
 from leafcut.read.joining import read_drill_files
 from leafcut.read.machine import load_machine
 from leafcut.read.reference import outline_of
-from leafcut.report.page import write_page
+from leafcut.report.page import report_page_html
 from leafcut.report.summary import print_summary
 
 #: The lower left corner of the plate in its drawing, and its size.
@@ -197,7 +197,7 @@ def test_summary_page_header_and_json_state_the_zero(plate: Path, capsys: pytest
     printed = StringIO()
     print_summary(report_of(outcome), Console(file=printed, width=120))
     assert re.search("zero +lower left corner of the part, X12 Y22 of the drawing", printed.getvalue())
-    assert STATED in write_page(report_of(outcome))
+    assert STATED in report_page_html(report_of(outcome))
     assert f"({STATED})" in outcome.text.splitlines()
     assert run(["drill", str(plate), "--depth", "2", "--preset", "fast", "--json", "--origin", "3,4"]) == 0
     told = json.loads(capsys.readouterr().out)["zero"]

@@ -88,7 +88,7 @@ def test_a_pocket_on_a_step_begins_at_that_step_and_no_rapid_meets_the_stairs(
     solid = {(20, 25): 15, (62, 12): 8, (62, 25): 5, (100, 25): 2, (55, 60): 8, (60, 45): 12, (100, 60): 6, (4, 4): 20}
     found = {(x, y): float(field.heights[int(y / 0.25), int(x / 0.25)]) for x, y in solid}
     assert found == pytest.approx(solid, abs=2e-3)
-    shown = solid_of(outcome.written, PocketReport(outcome).stock())
+    shown = solid_of(outcome.written, PocketReport(outcome).shown_stock())
     assert not shown.collisions
     assert {(x, y): at(shown.before, x, y) for x, y in solid} == pytest.approx(
         {(x, y): 20 if x < 40 else 12 if x < 80 else 6 for x, y in solid if (x, y) != (55, 60)} | {(55, 60): 20.0}

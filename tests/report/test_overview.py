@@ -15,8 +15,8 @@ from leafcut import api
 from leafcut.message import Message, has_words
 from leafcut.model.outcome import Outcome
 from leafcut.processes.registry import report_of
-from leafcut.report.json_answer import as_json, overview_as_json
-from leafcut.report.page import write_page
+from leafcut.report.json_answer import program_as_json, studio_overview_as_json
+from leafcut.report.page import report_page_html
 from leafcut.report.summary import print_summary
 from leafcut.report.wording import fact_heading, fact_line, fact_value_text
 from leafcut.studio.wording import words
@@ -47,7 +47,7 @@ def outcome(request: pytest.FixtureRequest) -> Outcome[Any]:
 
 
 def test_what_is_told_stands_in_the_report_in_the_same_words(outcome: Outcome[Any]) -> None:
-    page, found = html.unescape(write_page(report_of(outcome))), overview_as_json(report_of(outcome))
+    page, found = html.unescape(report_page_html(report_of(outcome))), studio_overview_as_json(report_of(outcome))
     english = words("en")
     for tile in found["tiles"]:
         assert english.translate(tile["name"]) in page
@@ -62,7 +62,7 @@ def test_a_fact_has_one_value_on_the_terminal_on_the_page_and_in_the_answer(outc
     report = report_of(outcome)
     console = Console(file=io.StringIO(), width=2000)
     print_summary(report, console)
-    answer, page = as_json(report), html.unescape(write_page(report))
+    answer, page = program_as_json(report), html.unescape(report_page_html(report))
     lines = [" ".join(row.split()) for row in console.file.getvalue().splitlines()]  # type: ignore[attr-defined]
     for fact in report.facts:
         if fact.key:
@@ -74,7 +74,7 @@ def test_a_fact_has_one_value_on_the_terminal_on_the_page_and_in_the_answer(outc
 
 
 def test_the_seconds_of_a_bar_are_the_time_of_its_order(outcome: Outcome[Any]) -> None:
-    rows = overview_as_json(report_of(outcome))["times"]["rows"]
+    rows = studio_overview_as_json(report_of(outcome))["times"]["rows"]
     for row, measure in ((rows[0], outcome.before), (rows[-1], outcome.after)):
         stated = measure if outcome.process != "cut" else None
         if stated is not None:
@@ -91,7 +91,7 @@ def test_all_messages_of_the_figures_have_spanish(outcome: Outcome[Any]) -> None
         inner = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
         return [one for v in inner for one in messages(v)]
 
-    shown = messages(overview_as_json(report_of(outcome)))
+    shown = messages(studio_overview_as_json(report_of(outcome)))
     assert shown
     assert {one.template for one in shown if has_words(one.template)} <= words("es").messages.keys()
 

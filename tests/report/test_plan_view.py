@@ -134,4 +134,4 @@ def test_every_cut_has_its_tool() -> None:
 
 def test_an_empty_toolpath_has_an_empty_trace():
     seen = plan_view(ToolpathBuilder().build())
-    assert len(seen.points) == 0
+    assert len(seen.all_points) == 0

@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from leafcut.model.part import Slot
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.registry import report_of
-from leafcut.report.drawing import MAX_NUMBERS, build_scene, tool_class, toolpath_drawing
+from leafcut.report.drawing import MAX_NUMBERS, build_scene, tool_css_class, toolpath_svg
 from leafcut.report.frame import Frame
-from leafcut.report.labels import Surroundings, place_labels, segments_crossing_box
+from leafcut.report.labels import Surroundings, label_positions, segments_crossing_box
 from leafcut.report.page import path_svg
-from leafcut.report.svg import STEPS, dots_data, lines_data, tick_words, ticks
+from leafcut.report.svg import STEPS, dots_path_data, segments_path_data, tick_label, ticks
 
 NUMBER = re.compile(r"-?\d+")
 
@@ -88,7 +88,7 @@ def test_the_path_goes_from_hole_to_hole_in_the_order_of_the_toolpath(outcome_of
 
 def test_y_points_up_and_a_millimetre_is_as_long_in_x_as_in_y():
     frame = Frame.around((0.0, 0.0), (100.0, 50.0))
-    (x0, y0), (x1, y1), (x2, y2) = frame.place(np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0]])).tolist()
+    (x0, y0), (x1, y1), (x2, y2) = frame.to_user_units(np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0]])).tolist()
     assert y2 < y0 == y1
     assert x0 == x2 < x1
     assert np.isclose(x1 - x0, y0 - y2)
@@ -143,7 +143,7 @@ def test_tools_have_colours_of_their_own_and_one_tool_has_none(outcome_of):
 def test_more_tools_than_colours_differ_in_manner(outcome_of):
     groups = [[(20.0 * k, 0.0)] for k in range(20)]
     scene = build_scene(outcome_of(*groups))
-    classes = [tool_class(scene, k) for k in range(20)]
+    classes = [tool_css_class(scene, k) for k in range(20)]
     assert len(set(classes)) == 20
     assert (classes[3], classes[11]) == ("t3", "t3 again1")
 
@@ -170,7 +170,7 @@ def test_who_parks_far_away_does_not_make_the_part_small(outcome_of):
 
 def test_the_last_number_of_an_axis_stays_in_the_drawing():
     frame = Frame.around((0.0, 0.0), (96.2, 96.2))
-    for x, words in re.findall(r'<text x="([0-9.]+)"[^>]*text-anchor="middle"[^>]*>([0-9]+)</text>', frame.axes()):
+    for x, words in re.findall(r'<text x="([0-9.]+)"[^>]*text-anchor="middle"[^>]*>([0-9]+)</text>', frame.axes_svg()):
         assert float(x) + 3.5 * len(words) <= frame.size[0]
 
 
@@ -192,8 +192,7 @@ def test_a_hundred_thousand_holes_fit_in_fifteen_megabytes(outcome_of):
     points = [tuple(p) for p in np.random.default_rng(1).uniform(0, 600, (10_000, 2)).tolist()]
     scene = build_scene(outcome_of(points))
     assert (
-        len(toolpath_drawing(scene, "before", "", holes="=holes"))
-        + len(toolpath_drawing(scene, "after", "", holes="#holes"))
+        len(toolpath_svg(scene, "before", "", holes="=holes")) + len(toolpath_svg(scene, "after", "", holes="#holes"))
         < 1.4e6
     )
 
@@ -213,9 +212,9 @@ def test_diameters_of_every_size_do_not_make_a_path_each(outcome_of):
     )
 )
 def test_path_data_says_the_points_it_was_given(points):
-    assert np.allclose(np.array(dots_of(dots_data(points))).reshape(-1, 2), points, atol=0.51 / STEPS)
+    assert np.allclose(np.array(dots_of(dots_path_data(points))).reshape(-1, 2), points, atol=0.51 / STEPS)
     segments = np.stack([points[:-1], points[1:]], axis=1) if len(points) > 1 else np.zeros((0, 2, 2))
-    lines = lines_of(lines_data(segments))
+    lines = lines_of(segments_path_data(segments))
     assert len(lines) == (1 if len(segments) else 0)
     if lines:
         assert np.allclose(lines[0], points, atol=0.51 / STEPS)
@@ -243,7 +242,7 @@ def test_numbers_never_cover_each_other():
     rng = np.random.default_rng(5)
     stops = np.column_stack([rng.uniform(0, 400, (110, 2)), np.full((110, 2), 3.0)])
     words = [str(i + 1) for i in range(110)]
-    spots = place_labels(stops, words, 9.0, Surroundings(stops[:, :3], np.zeros((0, 2, 2)), (400.0, 400.0)))
+    spots = label_positions(stops, words, 9.0, Surroundings(stops[:, :3], np.zeros((0, 2, 2)), (400.0, 400.0)))
     placed = [(s, w) for s, w in zip(spots, words, strict=True) if s]
     boxes = [(x, y, 0.56 * 9 * len(w) / 2, 0.72 * 9 / 2) for (x, y), w in placed]
     overlaps = [
@@ -259,15 +258,15 @@ def test_numbers_never_cover_each_other():
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
 def test_axes_have_a_readable_number_of_round_ticks(low, span):
     frame = Frame.around((low, low), (low + span, low + span))
-    numbers = [t for t in re.findall(r">([^<>]+)</text>", frame.axes()) if t[0] in "0123456789−" and "mm" not in t]
+    numbers = [t for t in re.findall(r">([^<>]+)</text>", frame.axes_svg()) if t[0] in "0123456789−" and "mm" not in t]
     assert 6 <= len(numbers) <= 24
     assert max(Counter(numbers).values()) <= 2
 
 
 def test_ticks_are_multiples_of_their_step():
     assert ticks(-0.3, 1.1, 0.5) == [0.0, 0.5, 1.0]
-    assert [tick_words(v, 0.05) for v in (0.0, 0.05, -0.1)] == ["0", "0.05", "−0.10"]
-    assert [tick_words(v, 20.0) for v in (0.0, 1200.0)] == ["0", "1200"]
+    assert [tick_label(v, 0.05) for v in (0.0, 0.05, -0.1)] == ["0", "0.05", "−0.10"]
+    assert [tick_label(v, 20.0) for v in (0.0, 1200.0)] == ["0", "1200"]
 
 
 def test_holes_of_which_nothing_says_how_wide_they_are_are_drawn_to_be_seen(outcome_of):

@@ -9,7 +9,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Slot
 from leafcut.model.solution import WorkerFigures
 from leafcut.processes.registry import report_of
-from leafcut.report.json_answer import as_json
+from leafcut.report.json_answer import program_as_json
 
 CONTRACT = {
     "input", "output", "process", "counts", "zero", "before", "after", "saved_percent", "lower_bound", "gap_percent",
@@ -34,7 +34,7 @@ BESIDE = {
 
 def test_keys_are_exactly_those_of_the_contract(every_outcome):
     for outcome in every_outcome.values():
-        answer = as_json(report_of(outcome))
+        answer = program_as_json(report_of(outcome))
         assert answer.keys() == CONTRACT | BESIDE
         for order in ("before", "nearest", "after"):
             assert answer[order].keys() == {"travel_mm", "cut_mm", "time_s"}
@@ -42,7 +42,7 @@ def test_keys_are_exactly_those_of_the_contract(every_outcome):
 
 def test_numbers_are_those_of_the_outcome(outcome_of):
     """58 s of 100 s saves 42 %; a cost of 42 s above a bound of 40 s is a gap of 5 %; 3 mm/s is 180 mm/min."""
-    answer = as_json(report_of(outcome_of([(0.0, 0.0), (9.0, 9.0)])))
+    answer = program_as_json(report_of(outcome_of([(0.0, 0.0), (9.0, 9.0)])))
     assert answer["before"] == {"travel_mm": 9000.0, "cut_mm": 560.0, "time_s": 100.0}
     assert answer["after"] == {"travel_mm": 3000.0, "cut_mm": 560.0, "time_s": 58.0}
     assert math.isclose(answer["saved_percent"], 42.0)
@@ -67,7 +67,7 @@ def test_numbers_are_those_of_the_outcome(outcome_of):
 
 
 def test_a_sum_of_bounds_needs_a_bound_of_every_operation(outcome_of):
-    answer = as_json(report_of(outcome_of([(0.0, 0.0)], slots=[Slot((0, 0), (5, 5), 2.0)])))
+    answer = program_as_json(report_of(outcome_of([(0.0, 0.0)], slots=[Slot((0, 0), (5, 5), 2.0)])))
     assert answer["lower_bound"] is None
     assert answer["gap_percent"] is None
     assert answer["tools"][1]["slots"] == 1
@@ -76,19 +76,19 @@ def test_a_sum_of_bounds_needs_a_bound_of_every_operation(outcome_of):
 
 def test_what_is_not_a_number_becomes_null(outcome_of):
     workers = (WorkerFigures(0, 0, 0.1, math.inf),)
-    answer = as_json(report_of(outcome_of([(0.0, 0.0)], solution={"workers": workers}, seconds=math.nan)))
+    answer = program_as_json(report_of(outcome_of([(0.0, 0.0)], solution={"workers": workers}, seconds=math.nan)))
     assert answer["workers"][0]["best"] is None
     assert answer["seconds"] is None
 
 
 def test_every_answer_is_plain_json(every_outcome):
     for outcome in every_outcome.values():
-        answer = as_json(report_of(outcome))
+        answer = program_as_json(report_of(outcome))
         assert json.loads(json.dumps(answer, allow_nan=False)) == answer
 
 
 def test_issues_keep_their_code_and_place(outcome_of):
     issue = Issue("L301", "two holes were one", "plate.dxf:12", Severity.NOTE)
-    assert as_json(report_of(outcome_of(issues=(issue,))))["issues"] == [
+    assert program_as_json(report_of(outcome_of(issues=(issue,))))["issues"] == [
         {"code": "L301", "severity": "note", "message": "two holes were one", "place": "plate.dxf:12"}
     ]

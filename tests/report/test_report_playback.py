@@ -18,7 +18,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.plan_view import plan_view
-from leafcut.report.playback import Activity, outcome_playback, playback
+from leafcut.report.playback import Activity, outcome_playback, playback_of_path
 from leafcut.timing.toolpath import measure_toolpath
 
 MILL = Machine(
@@ -45,7 +45,7 @@ def test_the_rows_are_where_the_tool_is_after_them_and_last_as_long_as_the_toolp
     path.feed(x=30.0, feed=10.0, line=3)
     path.rapid(y=40.0, line=4)
     built = path.build()
-    rows = playback(built, MILL)
+    rows = playback_of_path(built, MILL)
     assert rows.place.tolist() == [[0, 0, 5], [0, 0, 5], [30, 0, 5], [30, 40, 5]]
     assert rows.activity.tolist() == [Activity.RAPID, Activity.STAND, Activity.CUT, Activity.RAPID]
     assert rows.line.tolist() == [1, 2, 3, 4]
@@ -56,7 +56,7 @@ def test_a_flat_arc_is_its_circle_and_begins_where_the_tool_is() -> None:
     """A quarter clockwise from (0, 0) round (10, 0) ends above the centre, at (10, 10)."""
     path = started()
     path.arc(True, (10.0, 10.0, 5.0), Arc((10.0, 0.0, 0.0)), feed=5.0)
-    rows = playback(path.build(), MILL)
+    rows = playback_of_path(path.build(), MILL)
     x, y, radius, start, sweep = rows.arc[0]
     assert rows.arc_row.tolist() == [1]
     assert (x, y, radius, sweep) == pytest.approx((10.0, 0.0, 10.0, -math.pi / 2))
@@ -68,7 +68,7 @@ def test_an_upright_arc_is_seen_as_chords_that_share_its_time() -> None:
     path = started()
     path.arc(False, (20.0, 0.0, 5.0), Arc((10.0, 0.0, 5.0), plane=18), feed=5.0, line=2)
     built = path.build()
-    rows = playback(built, MILL)
+    rows = playback_of_path(built, MILL)
     on_arc = rows.line == 2
     assert (rows.activity[on_arc] == Activity.CUT).all() and on_arc.sum() > 10
     away = np.hypot(rows.place[on_arc, 0] - 10.0, rows.place[on_arc, 2] - 5.0)
@@ -88,7 +88,7 @@ def test_stops_are_the_places_that_the_drawing_of_the_report_numbers() -> None:
     path.feed(x=60.0, feed=5.0)
     path.feed(x=70.0, feed=5.0)
     built = path.build()
-    rows = playback(built, MILL)
+    rows = playback_of_path(built, MILL)
     assert rows.place[rows.stops - 1, :2].tolist() == plan_view(built).stops.tolist()
 
 
@@ -98,7 +98,7 @@ def test_a_beam_that_is_off_is_dark_at_feed() -> None:
     path.feed(x=10.0, feed=50.0)
     path.spindle(0.0)
     path.feed(x=20.0, feed=50.0)
-    doing = playback(path.build(), MILL, beam=True).activity.tolist()
+    doing = playback_of_path(path.build(), MILL, beam=True).activity.tolist()
     assert doing == [Activity.RAPID, Activity.STAND, Activity.CUT, Activity.STAND, Activity.DARK]
 
 
@@ -109,7 +109,7 @@ def test_an_arc_of_a_beam_that_is_off_is_no_cut_and_lies_where_it_is_gone_along(
     path.feed(x=10.0, feed=50.0)
     path.arc(True, (20.0, 0.0, 5.0), Arc((15.0, 0.0, 5.0)), feed=50.0)
     built = path.build()
-    rows = playback(built, MILL, beam=True)
+    rows = playback_of_path(built, MILL, beam=True)
     gone = rows.activity != Activity.STAND
     assert set(rows.activity[gone].tolist()) == {Activity.RAPID, Activity.DARK}
     assert len(rows.arc_row) == len(rows.stops) == 0
@@ -119,13 +119,13 @@ def test_an_arc_of_a_beam_that_is_off_is_no_cut_and_lies_where_it_is_gone_along(
 
 
 def test_an_empty_toolpath_has_no_rows() -> None:
-    assert len(playback(Toolpath.of_motions([]), MILL).activity) == 0
+    assert len(playback_of_path(Toolpath.of_motions([]), MILL).activity) == 0
 
 
 def test_a_place_in_machine_coordinates_is_not_known_on_the_part() -> None:
     path = started()
     path.machine(z=0.0)
-    rows = playback(path.build(), MILL)
+    rows = playback_of_path(path.build(), MILL)
     assert rows.place[1, :2].tolist() == [0.0, 0.0] and math.isnan(rows.place[1, 2])
 
 
@@ -174,5 +174,5 @@ def test_the_player_of_a_program_lasts_as_long_as_its_simulation() -> None:
     """On a GRBL board the time depends on the length of the lines and on the move to the first place."""
     for machine in ("grbl-3018", "linuxcnc-mill"):
         found = leafcut.simulate(STYLES / "vcarve_grbl_peck.nc", machine=machine)
-        rows = playback(found.run, found.machine, measured=found.measure)
+        rows = playback_of_path(found.run, found.machine, measured=found.measure)
         assert rows.seconds.sum() == pytest.approx(found.measure.time_s, rel=1e-9)

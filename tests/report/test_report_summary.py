@@ -13,10 +13,10 @@ from leafcut.model.issue import CODES, LIMITS, Issue, Severity
 from leafcut.model.outcome import Outcome
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.registry import report_of
-from leafcut.report.json_answer import as_json
-from leafcut.report.page import write_page
+from leafcut.report.json_answer import program_as_json
+from leafcut.report.page import report_page_html
 from leafcut.report.summary import MAX_ISSUES, print_summary
-from leafcut.report.wording import at_most_words, cost_words, percent_words, replace_unprintable, time_words
+from leafcut.report.wording import cost_words, gap_words, percent_words, replace_unprintable, time_words
 from page_parser import Page
 
 
@@ -57,8 +57,8 @@ def test_facts_of_the_search_are_for_users_of_its_options(outcome_of, options, s
     outcome = outcome_of([(1.0, 1.0)], options=options)
     headings = {line.split("  ")[0] for line in shown(outcome).splitlines()}
     assert ({"gap", "method"} <= headings) is shows is bool({"gap", "method"} & headings)
-    assert "at most 5.00 % above" in Page(write_page(report_of(outcome))).words
-    assert as_json(report_of(outcome))["gap_percent"] == pytest.approx(5.0)
+    assert "at most 5.00 % above" in Page(report_page_html(report_of(outcome))).words
+    assert program_as_json(report_of(outcome))["gap_percent"] == pytest.approx(5.0)
 
 
 def test_facts_for_the_operator_precede_the_comparison_of_orders(outcome_of):
@@ -83,19 +83,19 @@ def test_a_gap_is_never_said_smaller_than_it_is(outcome_of):
     """40.01 s above 40 s is 0.025 %: shown as 0.03 %; a gap of 0 is shown as optimal."""
     assert (
         report_of(outcome_of([(1.0, 1.0)], solution={"cost": 40.01}))
-        .bound_words()
+        .gap_sentence()
         .endswith("at most 0.03 % above the least possible")
     )
     assert (
-        report_of(outcome_of([(1.0, 1.0)], solution={"cost": 40.0})).bound_words() == "travel time the least possible"
+        report_of(outcome_of([(1.0, 1.0)], solution={"cost": 40.0})).gap_sentence() == "travel time the least possible"
     )
-    assert at_most_words(0.05, "mm") == "at most 5.00 % above the shortest possible"
-    assert report_of(outcome_of([(1.0, 1.0)], solution={"lower_bound": None})).bound_words() == ""
+    assert gap_words(0.05, "mm") == "at most 5.00 % above the shortest possible"
+    assert report_of(outcome_of([(1.0, 1.0)], solution={"lower_bound": None})).gap_sentence() == ""
 
 
 def test_of_several_tools_the_gap_says_what_it_is_a_bound_of(outcome_of):
     """Two tools, 84 s above 80 s: each tool's path starts at the end of the previous one."""
-    words = report_of(outcome_of([(1.0, 1.0)], [(2.0, 2.0)])).bound_words()
+    words = report_of(outcome_of([(1.0, 1.0)], [(2.0, 2.0)])).gap_sentence()
     assert words.startswith("travel time at most 5.00 % above the least possible")
     assert words.endswith("each tool from the end of the last")
 
@@ -179,7 +179,7 @@ def test_assumptions_and_corners_that_are_not_cut_stand_beside_verified(outcome_
     assert {words[0] for words in beside} == {"assumed", "not"}
     assert all(any(issue.message in line for line in lines[first:]) for issue in issues)
     assert [line.split()[0] for line in lines if line.startswith("L")] == ["L201"]
-    page = Page(write_page(report_of(outcome_of(issues=issues)))).words
+    page = Page(report_page_html(report_of(outcome_of(issues=issues)))).words
     assert page.index("assumed: no depth given: 1 mm deep") < page.index("machine time")
 
 
@@ -189,7 +189,7 @@ def test_assumptions_are_never_folded_into_and_so_many_more(outcome_of, capsys):
     others = tuple(Issue("L208", f"line {n}") for n in range(15))
     text = shown(outcome_of(issues=issues))
     assert text.count("drill assumed") == 42 and "more" not in text
-    assert write_page(report_of(outcome_of(issues=issues))).count("drill assumed") >= 42
+    assert report_page_html(report_of(outcome_of(issues=issues))).count("drill assumed") >= 42
     shared.print_issues((*others, *issues))
     told = capsys.readouterr().err
     assert told.count("drill assumed") == 42 and told.count("L208") == 10 and "warning: 5 more" in told
@@ -200,4 +200,4 @@ def test_low_ways_that_take_longer_save_nothing(outcome_of, saved, stated, answe
     """A short hop below the highest place may take as long as one over it."""
     outcome = outcome_of(detail=DrillingDetail(saved))
     assert ("low moves" in shown(outcome)) is stated and "−0" not in shown(outcome)
-    assert as_json(report_of(outcome))["low_ways_saved_s"] == answer
+    assert program_as_json(report_of(outcome))["low_ways_saved_s"] == answer

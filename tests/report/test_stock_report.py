@@ -112,4 +112,4 @@ def test_the_scale_has_round_heights_apart_from_its_ends(
     top: float, bottom: float, length: int, found: list[float]
 ) -> None:
     """The ends are exact and stand there, too: a number of 22 pixels that is nearer than 30 would touch one."""
-    assert stock_picture._scale_heights(top, bottom, length) == pytest.approx(found)
+    assert stock_picture._colour_scale_heights(top, bottom, length) == pytest.approx(found)

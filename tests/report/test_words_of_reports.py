@@ -11,9 +11,9 @@ import leafcut
 from leafcut.model.outcome import Outcome
 from leafcut.processes.registry import report_of
 from leafcut.proof.difference import position_text
-from leafcut.report.json_answer import as_json
-from leafcut.report.page import write_page
-from leafcut.report.wording import method_words
+from leafcut.report.json_answer import program_as_json
+from leafcut.report.page import report_page_html
+from leafcut.report.wording import search_summary
 from leafcut.units import to_fixed
 from page_parser import Page
 
@@ -49,35 +49,37 @@ def test_a_drilling_cycle_is_named_only_where_the_program_has_it(machine: str, c
         spindle_speed=3000,
         preset="fast",
     )
-    assert [tool["cycle"] for tool in as_json(report_of(outcome))["tools"]] == [cycle]
-    assert ("G81" in outcome.text) == ("G81" in write_page(report_of(outcome))) == (cycle == "G81")
+    assert [tool["cycle"] for tool in program_as_json(report_of(outcome))["tools"]] == [cycle]
+    assert ("G81" in outcome.text) == ("G81" in report_page_html(report_of(outcome))) == (cycle == "G81")
 
 
 def test_the_power_of_a_laser_is_no_speed() -> None:
     """S of a laser is its power, in the answer and in the table of the page."""
     outcome = leafcut.optimize(STYLES / "lightburn_vector.gc", preset="fast")
-    tools = as_json(report_of(outcome))["tools"]
+    tools = program_as_json(report_of(outcome))["tools"]
     assert tools and all("speed_rpm" not in tool and tool["power_s"] > 0 for tool in tools)
-    words = Page(write_page(report_of(outcome))).words
+    words = Page(report_page_html(report_of(outcome))).words
     assert "Power S" in words and "rpm" not in words
     mill = leafcut.optimize(STYLES / "vcarve_grbl_peck.nc", preset="fast")
-    assert all("power_s" not in tool and tool["speed_rpm"] > 0 for tool in as_json(report_of(mill))["tools"])
+    assert all("power_s" not in tool and tool["speed_rpm"] > 0 for tool in program_as_json(report_of(mill))["tools"])
 
 
 def test_the_time_of_the_search_is_told_apart_from_that_of_the_run(examples: Path) -> None:
     outcome = replace(leafcut.optimize(examples / "plate_10.dxf", thickness=6, preset="fast"), seconds=4.93)
     (operation,) = outcome.operations
     timed = replace(outcome, operations=(replace(operation, solution=replace(operation.solution, seconds=2.1)),))
-    assert "search 2.10 s of 4.93 s" in method_words(timed)
-    assert "search 2.10 s of 4.93 s" in write_page(report_of(timed))
-    answer = as_json(report_of(timed))
+    assert "search 2.10 s of 4.93 s" in search_summary(timed)
+    assert "search 2.10 s of 4.93 s" in report_page_html(report_of(timed))
+    answer = program_as_json(report_of(timed))
     assert (answer["search_seconds"], answer["seconds"]) == (2.1, 4.93)
 
 
 def test_reports_name_compile_time_only_where_something_was_compiled(empty_outcome: Outcome) -> None:
     some = replace(empty_outcome, seconds=2.0, compile_seconds=40.0)
     none = replace(empty_outcome, seconds=2.0)
-    assert "2.00 s and 40.0 s to load and compile kernels" in method_words(some) and "kernels" not in method_words(none)
-    assert "40.0 s to load and compile kernels" in write_page(report_of(some)) and "kernels" not in write_page(
-        report_of(none)
+    assert "2.00 s and 40.0 s to load and compile kernels" in search_summary(some) and "kernels" not in search_summary(
+        none
     )
+    assert "40.0 s to load and compile kernels" in report_page_html(
+        report_of(some)
+    ) and "kernels" not in report_page_html(report_of(none))

@@ -11,8 +11,8 @@ from leafcut.errors import OptionError, SendError
 from leafcut.sender.character_counting import SentLine
 from leafcut.sender.conversation import Interrupted
 from leafcut.sender.grbl import GrblConversation
-from leafcut.sender.jogging import check_jog, jog_line, probe_z
-from leafcut.sender.lines import DrilledHole, Pause, pauses_at_holes
+from leafcut.sender.jogging import check_jog, jog_command, probe_z
+from leafcut.sender.lines import DrilledHole, Pause, insert_pauses_at_holes
 
 
 class ProbedGrbl(FakeGrbl):
@@ -63,10 +63,10 @@ def test_a_probe_of_nonsense_is_refused(plate: float, feed: float, travel: float
 
 
 def test_a_jog_is_written_in_mm_and_refused_out_of_the_travel_but_not_back_into_it() -> None:
-    assert jog_line({"X": -0.1, "Z": 2.0}, 1500.0) == "$J=G91G21X-0.1Z2F1500"
+    assert jog_command({"X": -0.1, "Z": 2.0}, 1500.0) == "$J=G91G21X-0.1Z2F1500"
     for moves, feed in (({}, 100.0), ({"A": 1.0}, 100.0), ({"X": float("nan")}, 100.0), ({"X": 1.0}, 0.0)):
         with pytest.raises(OptionError):
-            jog_line(moves, feed)
+            jog_command(moves, feed)
     facts = talking(FakeGrbl()).facts()  # from -200, -200, -100 to 0
     check_jog(facts, (-100.0, -100.0, -20.0), {"X": 100.0, "Z": -80.0})
     with pytest.raises(SendError, match="error 15"):
@@ -83,7 +83,7 @@ def test_before_the_first_line_of_each_hole_left_stands_one_pause(lengths: list[
         line += length
     first = holes[skipped].first if skipped < len(holes) else 1
     steps = [SentLine("M5"), *(SentLine(f"X{k}", k) for k in range(first, line + 2))]
-    made = pauses_at_holes(steps, holes)
+    made = insert_pauses_at_holes(steps, holes)
     assert [step for step in made if not isinstance(step, Pause)] == steps
     pauses = [k for k, step in enumerate(made) if isinstance(step, Pause)]
     asked = [hole for hole in holes if hole.first >= first]

@@ -74,7 +74,7 @@ def test_keys_of_a_terminal_come_one_by_one_and_lines_whole() -> None:
         "with keys:\n"
         "    print('keys', flush=True)\n"
         "    more.acquire(); more.acquire()\n"
-        "    with keys.lines():\n"
+        "    with keys.line_input():\n"
         "        print('line', flush=True)\n"
         "        got.append(sys.stdin.readline())\n"
         "    print('key', flush=True)\n"
@@ -99,5 +99,5 @@ def test_keys_of_a_terminal_come_one_by_one_and_lines_whole() -> None:
 def test_where_there_is_no_terminal_no_keys_are_read() -> None:
     with Keys(pytest.fail) as keys:
         assert not keys.terminal
-        with keys.lines():
+        with keys.line_input():
             pass

@@ -15,9 +15,9 @@ from leafcut.sender.answers import Greeting, Report, Status
 from leafcut.sender.controller_facts import Facts
 from leafcut.sender.error_texts import alarm_in_words, error_in_words, firmware_family
 from leafcut.sender.firmware import query_settings
-from leafcut.sender.grbl import GrblConversation, parse
-from leafcut.sender.grbl_facts import facts_of_answers
-from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.grbl import GrblConversation, parse_grbl_line
+from leafcut.sender.grbl_facts import facts_from_answers
+from leafcut.sender.job import SendJob, job_from_text
 from leafcut.sender.job_checks import check_program, check_ready
 from leafcut.sender.marlin import MarlinConversation
 from leafcut.sender.run import Request, RunResult, RunView, SendRun
@@ -35,7 +35,7 @@ from leafcut.sender.run import Request, RunResult, RunView, SendRun
 )
 def test_the_firmware_is_told_by_its_greeting_or_its_version(line: str, family: str) -> None:
     assert firmware_family(line) == family
-    assert isinstance(parse(line), Greeting) == line.startswith("Grbl")
+    assert isinstance(parse_grbl_line(line), Greeting) == line.startswith("Grbl")
 
 
 def test_numbers_that_mean_different_things_are_told_by_the_firmware() -> None:
@@ -171,7 +171,7 @@ def drilling() -> SendJob:
         "G1 Z-1",
         "G0 Z5",
     ]
-    return job_of("\n".join([*lines, "M30", ""]), "part.nc", load_machine("grbl-3018"), dialect("grbl"), None)
+    return job_from_text("\n".join([*lines, "M30", ""]), "part.nc", load_machine("grbl-3018"), dialect("grbl"), None)
 
 
 def met(board: FakeGrbl) -> tuple[GrblConversation, Facts]:
@@ -216,8 +216,8 @@ def test_settings_that_are_texts_or_empty_are_no_noise_and_five_axes_no_riddle()
     _, facts = met(board)
     assert facts.origin(540) == (-100.0, -100.0, -50.0)
     assert facts.machine_place() == (-100.0, -100.0, -20.0)
-    assert parse("$75=a word, and (one more)") == Report("$75", "a word, and")
-    assert parse("$74=") == Report("$74", "")
+    assert parse_grbl_line("$75=a word, and (one more)") == Report("$75", "a word, and")
+    assert parse_grbl_line("$74=") == Report("$74", "")
 
 
 @pytest.mark.parametrize("homed, ready", [(7, True), (31, True), (3, False), (0, False)])
@@ -236,14 +236,16 @@ def test_a_grblhal_says_which_axes_were_homed_and_one_that_was_not_is_refused(ho
 def test_a_grbl_that_is_not_locked_until_it_is_homed_cannot_say_it() -> None:
     """L of [OPT: (gnea/grbl, report.c): HOMING_INIT_LOCK is off."""
     status = Status("Idle", machine=(0.0, 0.0, 0.0))
-    answers = [parse(line) for line in ("[VER:1.1h:]", "[OPT:VL,15,128]", "$22=1", "$20=1")]
+    answers = [parse_grbl_line(line) for line in ("[VER:1.1h:]", "[OPT:VL,15,128]", "$22=1", "$20=1")]
     with pytest.raises(
         SendError, match="does not report whether it was homed, and does not require homing: add --home"
     ):
-        check_ready(facts_of_answers(answers, status, homed=False), unhomed=False)
-    check_ready(facts_of_answers(answers, status, homed=True), unhomed=False)
+        check_ready(facts_from_answers(answers, status, homed=False), unhomed=False)
+    check_ready(facts_from_answers(answers, status, homed=True), unhomed=False)
     with pytest.raises(SendError, match=r"does not report the size of its buffer \(\[OPT:V\]\)"):
-        facts_of_answers([parse("[VER:1.1h:]"), parse("[OPT:V]"), parse("$22=1")], status, homed=False)
+        facts_from_answers(
+            [parse_grbl_line("[VER:1.1h:]"), parse_grbl_line("[OPT:V]"), parse_grbl_line("$22=1")], status, homed=False
+        )
 
 
 def test_an_alarm_with_its_number_in_the_status_is_explained_by_its_firmware() -> None:

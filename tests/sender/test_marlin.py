@@ -21,11 +21,11 @@ from leafcut.sender.character_counting import SentLine
 from leafcut.sender.controller_facts import Facts
 from leafcut.sender.firmware import conversation_class
 from leafcut.sender.grbl import GrblConversation
-from leafcut.sender.job import SendJob, job_of, read_job
+from leafcut.sender.job import SendJob, job_from_text, read_job
 from leafcut.sender.job_checks import check_program, check_ready
 from leafcut.sender.lines import Pause
-from leafcut.sender.marlin import MarlinConversation, NumberedLine, parse
-from leafcut.sender.resuming import line_of_hole, resumed
+from leafcut.sender.marlin import MarlinConversation, NumberedLine, parse_marlin_line
+from leafcut.sender.resuming import first_line_of_hole, resuming_steps
 from leafcut.sender.run import Request, RunResult, RunView, SendRun
 from leafcut.sender.run_texts import ending_in_words
 
@@ -48,7 +48,7 @@ def text_of(lines: Sequence[str]) -> str:
 
 
 def job_with(lines: Sequence[str]) -> SendJob:
-    return job_of(text_of(lines), "part.gcode", MACHINE, dialect("marlin"), None)
+    return job_from_text(text_of(lines), "part.gcode", MACHINE, dialect("marlin"), None)
 
 
 def met(board: FakeMarlin, *, homed: bool = True) -> tuple[MarlinConversation, Facts]:
@@ -255,7 +255,7 @@ def test_what_is_done_at_a_change_is_undone_and_the_program_goes_on_from_above()
 def test_it_goes_on_at_a_hole_in_the_words_of_marlin() -> None:
     """Up, over, spindle, down; each line one command; rapids with their feed, dwell in ms; no G54, G94, G40, G49."""
     job = job_with(drilled(4))
-    steps, _ = resumed(job, line_of_hole(job, 3), 20.0)
+    steps, _ = resuming_steps(job, first_line_of_hole(job, 3), 20.0)
     board = FakeMarlin()
     ending = sent(board, job, steps=steps)
     assert ending.complete, ending.reason
@@ -427,14 +427,14 @@ def test_the_machine_decides_how_it_is_spoken_to(tmp_path: Path) -> None:
     ],
 )
 def test_what_marlin_says_is_understood(line: str, meant: object) -> None:
-    assert parse(line) == meant
+    assert parse_marlin_line(line) == meant
 
 
 @given(st.text(max_size=200))
 def test_no_line_of_marlin_stops_the_reader(line: str) -> None:
-    parse(line)
-    parse(f"Error:{line}")
-    parse(f"echo:{line}")
+    parse_marlin_line(line)
+    parse_marlin_line(f"Error:{line}")
+    parse_marlin_line(f"echo:{line}")
 
 
 def test_the_command_sends_to_a_marlin_behind_a_port_and_logs_it(
@@ -459,12 +459,14 @@ def test_the_command_sends_to_a_marlin_behind_a_port_and_logs_it(
 
 
 def test_the_page_of_the_studio_serves_grbl_boards_alone_and_says_so(tmp_path: Path) -> None:
-    from leafcut.studio.control.program import machine_of, sendable
+    from leafcut.studio.control.program import included_or_own_machine, machines_to_send_to
     from leafcut.studio.folder import Folder
 
     with pytest.raises(OptionError, match="supports only GRBL boards; send to marlin with leafcut send"):
-        machine_of("marlin-mpcnc", Folder(tmp_path))
-    assert "marlin-mpcnc" not in sendable(Folder(tmp_path)) and "grbl-3018" in sendable(Folder(tmp_path))
+        included_or_own_machine("marlin-mpcnc", Folder(tmp_path))
+    assert "marlin-mpcnc" not in machines_to_send_to(Folder(tmp_path)) and "grbl-3018" in machines_to_send_to(
+        Folder(tmp_path)
+    )
 
 
 def test_the_page_of_the_studio_says_what_answers_and_what_sends_to_it() -> None:

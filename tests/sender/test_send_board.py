@@ -24,7 +24,7 @@ from leafcut.sender.job import SendJob, read_job
 from leafcut.sender.job_checks import check_program, check_ready
 from leafcut.sender.jogging import probe_z
 from leafcut.sender.port import SerialPort
-from leafcut.sender.resuming import line_of_hole, resumed
+from leafcut.sender.resuming import first_line_of_hole, resuming_steps
 from leafcut.sender.run import Request, RunResult, RunView, SendRun
 
 #: Above the last hole, in machine coordinates.
@@ -50,7 +50,7 @@ def send(
     watch: Callable[[SendRun, RunView], None] = lambda run, view: None,
 ) -> tuple[RunResult, list[RunView], SendJob]:
     talk, facts, job = prepared(board, program, machine)
-    steps = job.steps if hole == 1 else resumed(job, line_of_hole(job, hole))[0]
+    steps = job.steps if hole == 1 else resuming_steps(job, first_line_of_hole(job, hole))[0]
     run = SendRun(talk, facts, job, steps)
     seen: list[RunView] = []
 

@@ -16,11 +16,11 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.read.machine import load_machine
 from leafcut.sender.answers import Alarm, Greeting, InvalidAnswer, Refused, Report, Status
 from leafcut.sender.character_counting import SentLine
-from leafcut.sender.grbl import parse
-from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.grbl import parse_grbl_line
+from leafcut.sender.job import SendJob, job_from_text
 from leafcut.sender.line_tracking import LineTracker
-from leafcut.sender.lines import Pause, steps_of
-from leafcut.sender.resuming import line_of_hole, resumed
+from leafcut.sender.lines import Pause, steps_from_lines
+from leafcut.sender.resuming import first_line_of_hole, resuming_steps
 
 GRBL = dialect("grbl")
 MACHINE = load_machine("grbl-3018")
@@ -29,7 +29,7 @@ HEAD = "G21 G90 G94 G17\nG0 Z5\nM3 S900\n"
 
 def job(text: str, machine: str = "grbl-3018") -> SendJob:
     known = load_machine(machine)
-    return job_of(HEAD + text + "\nM30\n", "part.nc", known, dialect(known.controller), None)
+    return job_from_text(HEAD + text + "\nM30\n", "part.nc", known, dialect(known.controller), None)
 
 
 def run(text: str) -> Toolpath:
@@ -42,7 +42,7 @@ def texts(steps: object) -> list[str]:
 
 def test_comments_blanks_numbers_and_what_stands_behind_the_end_are_not_sent() -> None:
     lines = ["%", "(a part)", "N10 g1 x+1.5 Y2 (here) F100 ; there", "/G0 Z5", "", "T2", "M30", "G0 X9"]
-    steps = steps_of(lines, GRBL, "part.nc")
+    steps = steps_from_lines(lines, GRBL, "part.nc")
     assert [(step.text, step.number) for step in steps if isinstance(step, SentLine)] == [
         ("G1X1.5Y2F100", 3),
         ("G0Z5", 4),
@@ -53,7 +53,7 @@ def test_comments_blanks_numbers_and_what_stands_behind_the_end_are_not_sent() -
 
 def test_only_a_tool_chosen_right_above_makes_of_a_pause_a_change() -> None:
     lines = ["T1 (3 mm drill)", "M0", "G0 Z5", "M0", "T2 M6", "G0 Z5", "T3", "G0 Z5", "G0 Z6", "G0 Z7", "M0"]
-    pauses = [step for step in steps_of(lines, GRBL, "part.nc") if isinstance(step, Pause)]
+    pauses = [step for step in steps_from_lines(lines, GRBL, "part.nc") if isinstance(step, Pause)]
     assert [(p.number, p.change, p.tool) for p in pauses] == [
         (2, True, 1),
         (4, False, None),
@@ -93,7 +93,7 @@ def test_a_program_of_another_machine_is_refused() -> None:
     with pytest.raises(OptionError, match="its controller is linuxcnc; leafcut sends only to GRBL and Marlin boards"):
         read_job("part.nc", "linuxcnc-mill")
     with pytest.raises(ReadError, match="has no moves"):
-        job_of("G21\nM30\n", "part.nc", MACHINE, GRBL, None)
+        job_from_text("G21\nM30\n", "part.nc", MACHINE, GRBL, None)
     with pytest.raises(OptionError, match="L806 spindle speed"):
         job("S20000 M3\nG0 X1 Y1")
 
@@ -123,7 +123,7 @@ def test_the_line_is_found_by_the_place_on_straight_moves_and_arcs() -> None:
 
 @pytest.mark.hazard
 def test_going_on_in_a_cut_comes_down_at_feed_over_its_place_with_the_spindle_on() -> None:
-    steps, tool = resumed(job("T3\nG0 X0 Y0\nM8\nG1 Z-1 F100\nG1 X10 F300\nY10\nX0\nG0 Z5"), 9)
+    steps, tool = resuming_steps(job("T3\nG0 X0 Y0\nM8\nG1 Z-1 F100\nG1 X10 F300\nY10\nX0\nG0 Z5"), 9)
     assert tool is None or tool == 3
     assert texts(steps) == [
         "M5",
@@ -147,13 +147,13 @@ def test_going_on_in_a_cut_comes_down_at_feed_over_its_place_with_the_spindle_on
 
 
 def test_going_on_never_comes_down_before_it_is_over_its_place() -> None:
-    steps, _ = resumed(job("G0 X0 Y0\nG1 Z-1 F100\nG0 Z5\nG0 X5\nG1 Z-1\nG0 Z5"), 7, height=30.0)
+    steps, _ = resuming_steps(job("G0 X0 Y0\nG1 Z-1 F100\nG0 Z5\nG0 X5\nG1 Z-1\nG0 Z5"), 7, height=30.0)
     assert texts(steps)[4:6] == ["G0Z30", "G0X0Y0"]
 
 
 def test_going_on_in_inches_and_incrementally_keeps_both() -> None:
     text = "G20\nG0 X1 Y1\nG91\nG1 Z-0.3 F10\nG1 X0.5\nX0.5\nG90\nG0 Z0.2"
-    steps, _ = resumed(job(text), 9)
+    steps, _ = resuming_steps(job(text), 9)
     sent = texts(steps)
     assert sent[sent.index("G20") :][:4] == ["G20", "F10", "G17G91", "G1X0.5"]
     assert run("\n".join(sent)).end[-2] == pytest.approx(job(text).program.path.end[-2])
@@ -169,12 +169,12 @@ def test_going_on_in_inches_and_incrementally_keeps_both() -> None:
 )
 def test_where_the_state_cannot_be_known_going_on_is_refused(text: str, line: int, told: str) -> None:
     with pytest.raises(OptionError, match=told):
-        resumed(job(text), line)
+        resuming_steps(job(text), line)
 
 
 def test_a_hole_that_is_not_there_is_refused() -> None:
     with pytest.raises(OptionError, match="--from-hole 3: the program has 1 hole"):
-        line_of_hole(job("G0 X0 Y0\nG1 Z-1 F100\nG0 Z5"), 3)
+        first_line_of_hole(job("G0 X0 Y0\nG1 Z-1 F100\nG0 Z5"), 3)
 
 
 _PLACES = st.tuples(st.integers(0, 40), st.integers(0, 40), st.integers(-8, 4))
@@ -206,7 +206,7 @@ def test_whatever_is_gone_on_with_makes_the_same_moves_from_there(moves, at) -> 
     whole = job("\n".join([*lines, "G90", "G0 Z5"]))
     line = 5 + at % max(len(lines) - 2, 1)
     try:
-        steps, _ = resumed(whole, line)
+        steps, _ = resuming_steps(whole, line)
     except OptionError:
         return
     was, now = whole.program.path, run("\n".join(texts(steps)))
@@ -241,12 +241,12 @@ def test_whatever_is_gone_on_with_makes_the_same_moves_from_there(moves, at) -> 
     ],
 )
 def test_what_a_controller_says_is_understood(line: str, meant: object) -> None:
-    assert parse(line) == meant
+    assert parse_grbl_line(line) == meant
 
 
 @given(st.text(max_size=200))
 def test_no_line_of_a_controller_stops_the_reader(line: str) -> None:
-    parse(line)
-    parse(f"<{line}>")
-    parse(f"[G54:{line}]")
-    parse(f"[OPT:{line}]")
+    parse_grbl_line(line)
+    parse_grbl_line(f"<{line}>")
+    parse_grbl_line(f"[G54:{line}]")
+    parse_grbl_line(f"[OPT:{line}]")

@@ -15,7 +15,7 @@ from starlette.testclient import TestClient
 
 from grbl_board import board, patient, running
 from leafcut.studio.jobs.workers import StudioWorkers
-from leafcut.studio.server.app import guard_app, make_api, open_with_rooms
+from leafcut.studio.server.app import build_api, guard_app, open_with_rooms
 from leafcut.studio.studio import PORT, Studio
 from outside_programs import program_path
 
@@ -74,7 +74,7 @@ def own_studio(tmp_path: Path, search_path: None) -> Iterator[Studio]:
 @pytest.fixture
 def stranger(studio: Studio) -> TestClient:
     """Return a client that has no token."""
-    app = guard_app(studio, make_api(studio), largest=200_000)
+    app = guard_app(studio, build_api(studio), largest=200_000)
     return TestClient(app, base_url=f"http://127.0.0.1:{PORT}", follow_redirects=False, raise_server_exceptions=False)
 
 

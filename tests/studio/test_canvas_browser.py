@@ -13,7 +13,7 @@ from canvas_server import loaded, serving, until
 from leafcut.model.issue import Issue
 from leafcut.model.part import Part
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.report.playback import playback
+from leafcut.report.playback import playback_of_path
 from leafcut.studio.drawing.scene import part_scene, pheromone_scene, toolpath_scene
 
 PIXEL = """([x, y, dx = 0, dy = 0]) => {
@@ -199,7 +199,7 @@ def test_the_pointer_says_what_an_issue_is(page: Any) -> None:
 
 def test_playing_is_where_the_toolpath_is_at_that_time(page: Any) -> None:
     """The place is worked out here from rows and seconds; the page is asked at times in the middle of rows."""
-    rows = playback(grid_path(), MACHINE)
+    rows = playback_of_path(grid_path(), MACHINE)
     ends = np.cumsum(rows.seconds)
     for time in (0.05, 3.0, 0.5 * ends[-1], ends[-2] - 0.5):
         row = int(np.searchsorted(ends, time, side="right"))

@@ -11,7 +11,7 @@ from leafcut.model.snapshot import Observer, SearchStep
 from leafcut.options import LITERATURE, SolveOptions
 from leafcut.order.solve import solve
 from leafcut.studio.page.formulas import formula, frac, number, plain, sub
-from leafcut.studio.page.lesson import lesson
+from leafcut.studio.page.lesson import explain_step
 from leafcut.studio.wording import LANGUAGES, words
 
 XY = [(0.0, 0.0), (9.0, 1.0), (8.0, 7.0), (3.0, 9.0), (1.0, 5.0), (5.0, 4.0), (6.0, 8.0), (2.0, 2.0)]
@@ -39,7 +39,7 @@ def test_every_step_is_told_in_every_language(algorithm: str) -> None:
     assert steps
     for language in LANGUAGES:
         for step in steps:
-            told = tree(lesson(step, words(language)))
+            told = tree(explain_step(step, words(language)))
             assert len(told.findall(".//h4")) >= 2
             assert all("".join(p.itertext()).strip().endswith((".", "is", "son")) for p in told.iter("p"))
             assert "{" not in "".join(told.itertext())
@@ -53,7 +53,7 @@ def test_numbers_in_the_formulas_are_those_of_the_step() -> None:
     }  # fmt: skip
 
     def told(step: SearchStep) -> list[str]:
-        return ["".join(one.itertext()) for one in tree(lesson(step, words("en"))).iter("math")]
+        return ["".join(one.itertext()) for one in tree(explain_step(step, words("en"))).iter("math")]
 
     formulas = told(SearchStep("mmas", values, "iteration"))
     assert any("0.75" in one for one in formulas)  # 1 − ρ

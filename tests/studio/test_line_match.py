@@ -11,8 +11,8 @@ from hypothesis import strategies as some
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
-from leafcut.studio.drawing.differences import Change, change_of, differences_scene
-from leafcut.studio.drawing.line_match import line_pairs
+from leafcut.studio.drawing.differences import Change, differences_scene, kind_of_change
+from leafcut.studio.drawing.line_match import matching_lines
 
 CYCLE = DrillCycle("G81", r_plane=2.0, bottom=-6.0)
 HEAD = ["%", "G21 G90", "T1 M6", "G0 Z20"]
@@ -35,7 +35,7 @@ def drilled(order: list[int]) -> tuple[Toolpath, str]:
 def test_every_hole_is_paired_with_itself_whatever_is_written_on_its_line(order: list[int]) -> None:
     """The first hole of a cycle has words that the others have not: it is the same hole all the same."""
     one, other = list(range(9)), order
-    pairs = line_pairs(*(drilled(one)[0], drilled(other)[0]), drilled(one)[1], drilled(other)[1])
+    pairs = matching_lines(*(drilled(one)[0], drilled(other)[0]), drilled(one)[1], drilled(other)[1])
     new_of = dict(pairs.tolist())
     for hole in range(9):
         assert new_of[len(HEAD) + 1 + one.index(hole)] == len(HEAD) + 1 + other.index(hole)
@@ -53,7 +53,7 @@ def test_a_cut_that_is_turned_round_and_a_comment_that_went_with_it_are_found_ag
 
     old = "(SLOT A)\nG0 X0\nG1 X10\n(SLOT B)\nG0 X50\nG1 X70\n"
     new = "(SLOT B)\nG0 X50\nG1 X70\n(SLOT A)\nG0 X10\nG1 X0\n"
-    pairs = dict(line_pairs(cut((0, 10, 3), (50, 70, 6)), cut((50, 70, 3), (10, 0, 6)), old, new).tolist())
+    pairs = dict(matching_lines(cut((0, 10, 3), (50, 70, 6)), cut((50, 70, 3), (10, 0, 6)), old, new).tolist())
     assert pairs[3] == 6
     assert (pairs[4], pairs[5], pairs[6]) == (1, 2, 3)
     assert 2 not in pairs  # the move to the slot differs
@@ -96,7 +96,7 @@ def test_what_has_lines_in_both_programs_has_changed_and_is_marked_in_both() -> 
         paths.append(path.build())
     one = Difference("moved hole", 3, 3, "2 mm to the right")
     _, blocks = scene(differences_scene([one], *paths))
-    assert change_of(one) is Change.CHANGED
+    assert kind_of_change(one) is Change.CHANGED
     assert sorted(blocks["mark"][:, 0].tolist()) == [10.0, 12.0]
 
 

@@ -13,11 +13,11 @@ from fake_grbl import FakeGrbl
 from leafcut.errors import OptionError, SendError
 from leafcut.gcode.dialects import dialect
 from leafcut.read.machine import load_machine
-from leafcut.sender.job import SendJob, job_of, tools_of
+from leafcut.sender.job import SendJob, job_from_text, tools_after_line
 from leafcut.sender.jogging import JOG_CANCEL
 from leafcut.sender.run import Request
 from leafcut.studio.control.link import MachineLink, RunWishes
-from leafcut.studio.control.program import program_of_job
+from leafcut.studio.control.program import program_from_job
 from leafcut.studio.control.state import Connection, MachineTask
 from leafcut.studio.studio import Studio
 
@@ -27,7 +27,7 @@ SOON = 60.0
 
 
 def job(text: str = PLATE) -> SendJob:
-    return job_of(text, "plate.nc", load_machine("grbl-3018"), dialect("grbl"), None)
+    return job_from_text(text, "plate.nc", load_machine("grbl-3018"), dialect("grbl"), None)
 
 
 @pytest.fixture
@@ -216,7 +216,7 @@ def test_a_result_that_is_not_verified_for_this_machine_is_refused(
 ) -> None:
     history = Mock(**{"answer.return_value": answer})
     with pytest.raises(OptionError, match=told):
-        program_of_job(history, studio.folder, "job", "grbl-3018")
+        program_from_job(history, studio.folder, "job", "grbl-3018")
 
 
 def test_frame_is_traced_on_a_machine_without_homing_once_a_person_says_so(link: MachineLink, board: FakeGrbl) -> None:
@@ -250,4 +250,4 @@ def test_a_checked_program_states_box_and_tools(link: MachineLink) -> None:
 def test_the_tools_of_a_program_are_those_that_a_person_puts_in(head: str, line: int, tools: list[str | None]) -> None:
     lines = PLATE.splitlines()
     text = "\n".join([lines[0], head + "\n".join(lines[1:7]), "(T2 mill 6 mm)", "T2 M6", "M3 S900", *lines[3:]])
-    assert tools_of(job(text), line) == tools
+    assert tools_after_line(job(text), line) == tools

@@ -13,7 +13,7 @@ from leafcut.read.machine import shipped_machines
 from leafcut.read.machine_keys import PROFILE_KEYS, ProfileKey
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from leafcut.studio.page import library, profile_form
-from leafcut.studio.page.profile_form import add_entry, entries_of, form_values, groups, remove_entry, set_value
+from leafcut.studio.page.profile_form import add_entry, array_entries, form_groups, form_values, remove_entry, set_value
 from leafcut.studio.wording import words
 
 TOOLS = library.shipped_text("tools", "example")
@@ -50,7 +50,7 @@ def test_to_type_what_stands_there_already_changes_no_machine(name: str) -> None
 def test_to_type_what_stands_there_already_changes_no_tool() -> None:
     made = TOOLS
     for array in ("tool", "hole"):
-        for number, entry in enumerate(entries_of(tomllib.loads(TOOLS), array)):
+        for number, entry in enumerate(array_entries(tomllib.loads(TOOLS), array)):
             for key, value in form_values(array, entry).items():
                 made = set_value(made, array, number, key, value)
     assert made == TOOLS  # with its comments and their places
@@ -92,10 +92,10 @@ def test_an_empty_field_takes_its_key_out_and_a_table_that_is_empty_then() -> No
 def test_tools_and_recipes_are_added_and_taken_out() -> None:
     more = add_entry(add_entry(TOOLS, "tool"), "hole")
     library.check_profile("tools", "mine", set_value(more, "hole", 3, "layer", "*X*"))
-    tools = entries_of(tomllib.loads(more), "tool")
+    tools = array_entries(tomllib.loads(more), "tool")
     assert (tools[-1]["number"], len(tools)) == (17, 17)
     assert remove_entry(remove_entry(more, "tool", 16), "hole", 3).split() == TOOLS.split()
-    assert entries_of(tomllib.loads(add_entry("", "tool")), "tool") == [{"number": 1, "diameter": "6 mm"}]
+    assert array_entries(tomllib.loads(add_entry("", "tool")), "tool") == [{"number": 1, "diameter": "6 mm"}]
 
 
 @pytest.mark.parametrize(
@@ -180,7 +180,7 @@ def test_a_file_that_cannot_be_read_is_marked_where_it_breaks(text: str, line: i
 def test_every_key_has_a_field_with_its_help_in_the_language_that_is_spoken(language: str) -> None:
     w = words(language)
     for array, keys in (("", PROFILE_KEYS), *profile_form.ARRAYS.items()):
-        fields = {field["name"]: field for group in groups(w, array, {}) for field in group["fields"]}
+        fields = {field["name"]: field for group in form_groups(w, array, {}) for field in group["fields"]}
         assert list(fields) == [key.name for key in keys]
         for key in keys:
             stem = f"{array}." if array else ""

@@ -18,7 +18,7 @@ from leafcut.cli import app as cli
 from leafcut.studio.jobs import jobs
 from leafcut.studio.jobs.run_job import JobResult
 from leafcut.studio.jobs.workers import StudioWork
-from leafcut.studio.server.app import make_api
+from leafcut.studio.server.app import build_api
 from leafcut.studio.studio import Studio
 
 ROOT = Path(__file__).parents[2]
@@ -131,7 +131,7 @@ def test_what_is_refused_says_so_in_one_line(client: TestClient, data: dict[str,
 
 def test_a_field_too_large_for_a_form_is_told_in_words_of_ours(studio: Studio) -> None:
     data = {"source": "example:plate-10", "options": "x" * ((1 << 20) + 1)}
-    answer = TestClient(make_api(studio)).post("/api/optimize", files={"file": ("a.dxf", b"0")}, data=data)
+    answer = TestClient(build_api(studio)).post("/api/optimize", files={"file": ("a.dxf", b"0")}, data=data)
     assert answer.status_code == 400
     assert answer.json() == {"error": "a field of this request is larger than 1 MiB; only files may be"}
 
@@ -168,7 +168,7 @@ def test_however_many_wait_for_their_answers_the_others_are_answered(
     monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(600) and JobResult({}, {}, {}))
 
     async def ask() -> None:
-        transport = httpx2.ASGITransport(make_api(studio))
+        transport = httpx2.ASGITransport(build_api(studio))
         async with (
             asyncio.timeout(500),
             httpx2.AsyncClient(transport=transport, base_url="http://studio", timeout=600) as client,

@@ -23,13 +23,13 @@ from leafcut.processes.settings import all_options, collect_settings, options_us
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobState
-from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
+from leafcut.studio.jobs.task import Task, command_line, program_name, resolve_task
 from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page import forms
 from leafcut.studio.page.fitting_machines import offered_machines
 from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_input import InputPanel, work_of
+from leafcut.studio.page.panel_input import InputPanel, work_of_task
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
 from packages import Installer, shop
@@ -52,7 +52,7 @@ def made(work: str, **values: Any) -> list[dict[str, Any]]:
 def test_every_option_is_in_a_form() -> None:
     shown = {
         field["name"]
-        for work in forms.works()
+        for work in forms.works_with_form()
         for algorithm in ALGORITHMS
         for group in made(work, algorithm=algorithm)
         for field in group["fields"]
@@ -76,7 +76,7 @@ def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: 
     taken = flags & {name for _, name, _ in all_options()}
     shown = {
         field["name"]
-        for work in forms.works()
+        for work in forms.works_with_form()
         if forms.command_of(work) == command
         for algorithm in ALGORITHMS
         for group in made(work, algorithm=algorithm)
@@ -87,7 +87,7 @@ def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: 
     assert {f.removeprefix("no_") for f in flags} - {name for _, name, _ in all_options()} - BESIDE <= {"allow_reverse"}
 
 
-@pytest.mark.parametrize("work", forms.works())
+@pytest.mark.parametrize("work", forms.works_with_form())
 def test_a_form_has_only_what_its_work_uses(work: str) -> None:
     """What else a page sent would be refused."""
     names = {
@@ -99,7 +99,7 @@ def test_a_form_has_only_what_its_work_uses(work: str) -> None:
     assert names - {name for _, name, _ in options_used_by(registry.work(work))} - {"dialect", "allow_reverse"} == set()
 
 
-@pytest.mark.parametrize("work", forms.works())
+@pytest.mark.parametrize("work", forms.works_with_form())
 def test_no_option_is_twice_in_a_form_and_the_important_ones_are_open(work: str) -> None:
     groups = made(work)
     names = [field["name"] for group in groups for field in group["fields"]]
@@ -128,7 +128,7 @@ def test_a_field_says_what_the_option_says_for_its_work() -> None:
 
 def test_what_holds_otherwise_has_room_in_its_field_and_is_said_whole_beside_the_help() -> None:
     for language in ("en", "es"):
-        for work in forms.works():
+        for work in forms.works_with_form():
             groups = forms.form(work, {"algorithm": "acs"}, words(language), machines={}, tools=[])
             for field in [field for group in groups for field in group["fields"] if field["name"] != "machine"]:
                 assert len(field["default"]) + len(field["unit"]) <= 19, field
@@ -200,7 +200,7 @@ def test_parameters_of_an_algorithm_come_with_it() -> None:
     ],
 )
 def test_a_field_says_at_once_what_is_wrong(name: str, value: str, wrong: str) -> None:
-    found = forms.problem_with(name, value)
+    found = forms.value_error(name, value)
     assert (wrong in found) if wrong else found == ""
 
 
@@ -354,7 +354,7 @@ def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> No
     task = Task(
         "optimize", ("example:plate-10",), options={"thickness": 3, "layers": ["A", "B"], "start_point": [1, 2]}
     )
-    settings = collect_settings(prepare(task, studio.folder).options)
+    settings = collect_settings(resolve_task(task, studio.folder).options)
     assert (settings.job.thickness, settings.read.layers, settings.job.start_point) == (3.0, ("A", "B"), (1.0, 2.0))
     assert "--layers A,B" in command_line(task, studio.folder)
 
@@ -384,18 +384,18 @@ def test_a_process_of_a_package_has_its_form_is_run_and_is_told_by_its_own_name(
     program = studio.history.artefact(job, "program")
     assert program is not None
     assert b"--spot-depth 0.7" in program.data
-    assert work_of(task, "plate-10") == "spot"
+    assert work_of_task(task, "plate-10") == "spot"
 
 
 def test_what_packages_add_is_offered_beside_what_leafcut_brings(install: Installer) -> None:
     install(*shop())
     fields = {field["name"]: field for group in made("drill") for field in group["fields"]}
     assert [name for name, _ in fields["algorithm"]["choices"]] == [*ALGORITHMS, "random-insertion"]
-    assert forms.problem_with("algorithm", "random-insertion") == ""
+    assert forms.value_error("algorithm", "random-insertion") == ""
     assert "shop-mill" in machine_names()
 
 
 def test_a_stored_job_with_a_removed_option_is_refused_by_its_name(studio: Studio) -> None:
     task = Task("optimize", ("example:plate-10",), "drill", {"depth": "3", "milling_feed": "300"})
     with pytest.raises(OptionError, match=r"^--milling-feed is now --feed$"):
-        prepare(task, studio.folder)
+        resolve_task(task, studio.folder)

@@ -24,9 +24,9 @@ from leafcut.studio.jobs import jobs as room
 from leafcut.studio.jobs.history import Artefact, History, JobState, SearchTerm
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.run_job import JobResult
-from leafcut.studio.jobs.task import ReadyTask, Task, prepare, title_of
+from leafcut.studio.jobs.task import ReadyTask, Task, resolve_task, task_title
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers
-from leafcut.studio.page.job_words import change_words, choices_of
+from leafcut.studio.page.job_words import change_words, machine_and_changed_options
 from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.wording import Words
 from leafcut.studio.wording import words as words_of
@@ -366,8 +366,8 @@ def test_two_who_write_at_once_lose_nothing(tmp_path: Path) -> None:
 
 
 def test_what_is_built_in_is_called_by_its_name(studio: Studio) -> None:
-    assert title_of(SHORT, studio.folder) == "plate-10"
-    assert title_of(Task("solve", ("random:9:1",)), studio.folder) == "random:9:1"
+    assert task_title(SHORT, studio.folder) == "plate-10"
+    assert task_title(Task("solve", ("random:9:1",)), studio.folder) == "random:9:1"
 
 
 def test_a_time_that_has_not_changed_has_no_sign() -> None:
@@ -383,18 +383,22 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
     words = words_of("en")
     chosen = {"machine": "haas-vf2", "thickness": "6mm", "bound": False, "preset": "default", "tools": "mine:shop"}
     task = Task("optimize", ("example:plate-10",), options=chosen)
-    assert choices_of(task, studio.folder, words) == [
+    assert machine_and_changed_options(task, studio.folder, words) == [
         "haas-vf2",
         "Thickness 6\u00a0mm",
         "Lower bound off",
         "Tool library shop",
     ]
-    assert choices_of(Task("optimize", ("example:plate-10",)), studio.folder, words) == ["linuxcnc-mill"]
+    assert machine_and_changed_options(Task("optimize", ("example:plate-10",)), studio.folder, words) == [
+        "linuxcnc-mill"
+    ]
     # A job of an older leafcut is still shown.
     older = Task("optimize", ("example:plate-10",), options={"an_option_of_old": "3", "thickness": "6mm"})
-    assert choices_of(older, studio.folder, words) == ["linuxcnc-mill", "Thickness 6\u00a0mm"]
-    assert choices_of(Task("optimize", ("a",), "cut"), studio.folder, words) == ["plasma-table"]
-    assert choices_of(Task("solve", ("random:9:1",), options={"seed": "2"}), studio.folder, words) == ["Random seed 2"]
+    assert machine_and_changed_options(older, studio.folder, words) == ["linuxcnc-mill", "Thickness 6\u00a0mm"]
+    assert machine_and_changed_options(Task("optimize", ("a",), "cut"), studio.folder, words) == ["plasma-table"]
+    assert machine_and_changed_options(Task("solve", ("random:9:1",), options={"seed": "2"}), studio.folder, words) == [
+        "Random seed 2"
+    ]
 
 
 def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
@@ -407,7 +411,7 @@ def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
 
 def test_what_a_run_tries_is_kept_by_its_name_with_what_came_of_it(studio: Studio) -> None:
     """Also for equal messages: they are a single message."""
-    call = prepare(Task("optimize", ("example:plate-27",)), studio.folder)
+    call = resolve_task(Task("optimize", ("example:plate-27",)), studio.folder)
     live = LiveJob("a", call, ("plate-27",), WORK)
     live.record_progress(Progress("trying both", trial=Trial("zigzag")))
     live.record_progress(Progress("trying both", trial=Trial("contour")))

@@ -12,7 +12,7 @@ from fastapi.testclient import TestClient
 from waiting import until
 
 from leafcut.errors import OptionError
-from leafcut.lab.loading import load, short_form
+from leafcut.lab.loading import load_experiment, reduced_experiment
 from leafcut.lab.own_experiment import comparison_experiment
 from leafcut.lab.running import RunSummary
 from leafcut.model.heartbeat import Progress
@@ -25,7 +25,7 @@ SHORT = "machining_time"
 
 @pytest.mark.slow
 def test_an_experiment_runs_once_and_its_report_and_runs_can_be_had(studio: Studio, client: TestClient) -> None:
-    lab, of = studio.rooms["lab"].runs, short_form(load(SHORT))
+    lab, of = studio.rooms["lab"].runs, reduced_experiment(load_experiment(SHORT))
     lab.start(of)
     lab.wait()
     assert lab.state is not None
@@ -63,8 +63,8 @@ def test_one_runs_at_a_time_and_stops_when_it_is_told_or_the_studio_ends(
         assert cancelled.wait(60)
         return RunSummary(2, 1, 1, stopped=True)
 
-    monkeypatch.setattr(lab_runs, "run", waits)
-    lab, of = studio.rooms["lab"].runs, load(SHORT)
+    monkeypatch.setattr(lab_runs, "execute_experiment", waits)
+    lab, of = studio.rooms["lab"].runs, load_experiment(SHORT)
     lab.start(of)
     assert begun.wait(60)
     assert lab.running

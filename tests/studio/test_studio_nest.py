@@ -14,9 +14,9 @@ from starlette.testclient import TestClient
 
 from leafcut.errors import OptionError
 from leafcut.studio.jobs.history import JobState
-from leafcut.studio.jobs.nest_request import WantedPart, list_text, listed_parts, wanted_parts
-from leafcut.studio.jobs.sheets import comparison, nest_of, plan_cuts
-from leafcut.studio.jobs.task import Task, prepare, title_of
+from leafcut.studio.jobs.nest_request import WantedPart, parts_list_text, read_parts_list, wanted_parts
+from leafcut.studio.jobs.sheets import compare_variants, plan_cuts, sheets_of_nest
+from leafcut.studio.jobs.task import Task, resolve_task, task_title
 from leafcut.studio.jobs.workers import StudioWorkers
 from leafcut.studio.studio import Studio, open_studio
 
@@ -40,16 +40,18 @@ def nested(studio: Studio, plates: int = 4, **options: Any) -> str:
 def test_the_cuts_of_all_nests_are_planned_and_compared(studio: Studio) -> None:
     """The time of a variant is the sum over its sheets, times the number of equal sheets."""
     job = nested(studio, plates=2, variants=2)
-    sheets = nest_of(studio.history, job)
+    sheets = sheets_of_nest(studio.history, job)
     assert len(sheets) > 1
     for sheet in sheets:
         scene = studio.history.artefact(job, f"scene-{sheet.variant}-{sheet.number}")
         assert scene is not None
         assert scene.data.startswith(b"LCSCENE1")
-    assert [row["state"] for row in comparison(studio.jobs, job)] == ["none"] * len(comparison(studio.jobs, job))
+    assert [row["state"] for row in compare_variants(studio.jobs, job)] == ["none"] * len(
+        compare_variants(studio.jobs, job)
+    )
     for begun in plan_cuts(studio.jobs, job, CUT):
         assert studio.jobs.wait(begun, 90) is JobState.DONE, studio.jobs.record(begun)
-    rows = comparison(studio.jobs, job)
+    rows = compare_variants(studio.jobs, job)
     answer = studio.history.answer(job)
     assert answer is not None
     for row, variant in zip(rows, answer["variants"], strict=True):
@@ -79,12 +81,12 @@ def test_cuts_that_are_being_planned_are_not_begun_again_and_of_a_wrong_option_n
 ) -> None:
     job = nested(studio)
     monkeypatch.setattr(studio.jobs._threads, "submit", lambda _: None)  # all wait
-    last = nest_of(studio.history, job)[-1]
+    last = sheets_of_nest(studio.history, job)[-1]
 
     def refused(task: Task, *rest: Any) -> Any:
         if task.origin == last.origin:
             raise OptionError("out of range")
-        return prepare(task, *rest)
+        return resolve_task(task, *rest)
 
     with monkeypatch.context() as patch:
         for module in ("sheets", "jobs"):
@@ -94,7 +96,7 @@ def test_cuts_that_are_being_planned_are_not_begun_again_and_of_a_wrong_option_n
     assert studio.jobs.of_sheets(job) == []
     begun = plan_cuts(studio.jobs, job, {"thickness": "6"})
     assert plan_cuts(studio.jobs, job, {"thickness": "6"}) == begun
-    assert len(studio.jobs.of_sheets(job)) == len(begun) == len(nest_of(studio.history, job))
+    assert len(studio.jobs.of_sheets(job)) == len(begun) == len(sheets_of_nest(studio.history, job))
     studio.jobs.cancel(begun[0])
     assert plan_cuts(studio.jobs, job, {"thickness": "6"})[1:] == begun[1:]
     assert not {*plan_cuts(studio.jobs, job, {"thickness": "8"})} & {*begun}
@@ -162,7 +164,7 @@ def test_only_a_nest_has_sheets_to_be_cut(studio: Studio, client: TestClient) ->
     assert "has no nests" in client.post(f"/api/jobs/{job}/cuts").json()["error"]
     assert client.get("/api/jobs/absentabsent/cuts").status_code == 404
     with pytest.raises(OptionError, match="no parts"):
-        prepare(Task("nest", ()), studio.folder)
+        resolve_task(Task("nest", ()), studio.folder)
 
 
 def test_a_list_names_drawings_that_are_open_and_no_others(studio: Studio, tmp_path: Path) -> None:
@@ -170,7 +172,7 @@ def test_a_list_names_drawings_that_are_open_and_no_others(studio: Studio, tmp_p
     wanted = tmp_path / "parts.csv"
     wanted.write_text("file;quantity;rotations\n../other/plate.svg;7;0 90\n/etc/passwd;2\nC:\\parts\\angle.svg;3\n")
     opened = {"plate.svg": "P" * 16, "angle.svg": "A" * 16}
-    found, missing = listed_parts(wanted, opened)
+    found, missing = read_parts_list(wanted, opened)
     assert found == [WantedPart("P" * 16, 7, "0 90"), WantedPart("A" * 16, 3)]
     assert missing == ["passwd"]
 
@@ -181,9 +183,9 @@ def test_a_part_is_one_word_and_a_list_is_read_as_it_was_written(tmp_path: Path)
     parts = wanted_parts(["a" * 16, "b" * 16], '[{"quantity": 3, "rotations": "0,90"}]')
     assert parts == [WantedPart("a" * 16, 3, "0 90"), WantedPart("b" * 16)]
     file = tmp_path / "parts.csv"
-    file.write_text(list_text(parts, ['odd "name"; one.dxf', "b,2.dxf"]))
+    file.write_text(parts_list_text(parts, ['odd "name"; one.dxf', "b,2.dxf"]))
     opened = {'odd "name"; one.dxf': "a" * 16, "b,2.dxf": "b" * 16}
-    assert listed_parts(file, opened) == (parts, [])
+    assert read_parts_list(file, opened) == (parts, [])
 
 
 def test_nests_and_their_cuts_outlive_a_restart_with_what_they_said(tmp_path: Path, workers: StudioWorkers) -> None:
@@ -192,17 +194,17 @@ def test_nests_and_their_cuts_outlive_a_restart_with_what_they_said(tmp_path: Pa
     begun = plan_cuts(first.jobs, job, CUT)
     for each in begun:
         first.jobs.wait(each, 90)
-    rows, said = comparison(first.jobs, job), first.jobs.messages(job)
+    rows, said = compare_variants(first.jobs, job), first.jobs.messages(job)
     assert any("nesting" in words for _, words in said)
     first.folder.drop_unused(first.history.inputs_in_use())
     first.jobs.close()
     first.history.close()
     second = open_studio(tmp_path)
-    assert comparison(second.jobs, job) == rows
+    assert compare_variants(second.jobs, job) == rows
     assert second.jobs.messages(job) == said
     record = second.history.get(job)
     assert record is not None
-    assert title_of(record.task, second.folder) == "plate.svg × 1 · angle.svg × 2"
+    assert task_title(record.task, second.folder) == "plate.svg × 1 · angle.svg × 2"
     second.jobs.delete(job)
     assert second.jobs.messages(job) == []
     second.jobs.close()

@@ -15,7 +15,7 @@ from leafcut.studio.drawing.editing import HoleOrder
 from leafcut.studio.jobs.history import Artefact, JobState
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.nest_request import WantedPart
-from leafcut.studio.jobs.task import Task, prepare
+from leafcut.studio.jobs.task import Task, resolve_task
 from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page.elements import box
 from leafcut.studio.page.page_state import View
@@ -62,7 +62,10 @@ def test_a_result_of_a_command_of_an_earlier_version_is_named_and_its_files_rema
 
 def test_of_what_is_tried_the_least_cost_is_the_best_so_far_and_what_is_not_over_is_told_so(studio: Studio) -> None:
     live = LiveJob(
-        "a", prepare(Task("optimize", ("example:plate-27",)), studio.folder), ("plate-27",), StudioWork(studio.workers)
+        "a",
+        resolve_task(Task("optimize", ("example:plate-27",)), studio.folder),
+        ("plate-27",),
+        StudioWork(studio.workers),
     )
     live.tried = {"zigzag": ("52.0 s", 52.0), "shapes 3": ("41.2 s", 41.2), "ants": ("", None), "adaptive": ("–", None)}
     with Client(page_of("/")):

@@ -10,9 +10,9 @@ from starlette.websockets import WebSocketDisconnect
 
 from leafcut.errors import OptionError
 from leafcut.studio.folder import Folder, safe_name
-from leafcut.studio.jobs.task import Task, prepare
+from leafcut.studio.jobs.task import Task, resolve_task
 from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
-from leafcut.studio.server.app import make_api
+from leafcut.studio.server.app import build_api
 from leafcut.studio.server.safety import Guard
 from leafcut.studio.studio import PORT, STILL_POLICY, Studio, open_studio
 
@@ -20,7 +20,7 @@ OWN = f"http://127.0.0.1:{PORT}"
 
 
 def test_no_route_answers_without_the_token(studio: Studio, stranger: TestClient) -> None:
-    paths = make_api(studio).openapi()["paths"]
+    paths = build_api(studio).openapi()["paths"]
     assert len(paths) > 10
     for path, methods in paths.items():
         for method in methods:
@@ -95,7 +95,7 @@ def test_a_name_that_was_rebound_to_this_machine_is_refused(client: TestClient, 
 
 
 def test_two_host_headers_are_none(studio: Studio) -> None:
-    client = TestClient(Guard(make_api(studio), keys=studio.keys, port=PORT), base_url=OWN)
+    client = TestClient(Guard(build_api(studio), keys=studio.keys, port=PORT), base_url=OWN)
     hosts = [("host", f"127.0.0.1:{PORT}"), ("host", "evil.example"), ("authorization", f"Bearer {studio.keys.token}")]
     assert client.get("/api/machines", headers=hosts).status_code == 403
 
@@ -236,16 +236,16 @@ def test_nothing_that_a_page_sends_names_a_file_outside_the_studio(studio: Studi
     inside = studio.folder.add_input("map.csv", b"x,y\n1,2\n")
     for word in (str(secret), "../../secret.toml", "..", ".", "", "a" * 16, f"../inputs/{inside}", f"{inside}/map.csv"):
         with pytest.raises(OptionError):
-            prepare(Task("optimize", (word,)), studio.folder)
+            resolve_task(Task("optimize", (word,)), studio.folder)
         for option in ("tools", "chart", "plan"):
             if word:
                 with pytest.raises(OptionError, match=f"--{option}"):
-                    prepare(Task("optimize", (inside,), options={option: word}), studio.folder)
+                    resolve_task(Task("optimize", (inside,), options={option: word}), studio.folder)
     for machine in (str(secret), "../secret.toml", "secret.toml", "mine:../../secret", "mine:absent", "/etc/passwd"):
         with pytest.raises(OptionError):
-            prepare(Task("optimize", (inside,), options={"machine": machine}), studio.folder)
+            resolve_task(Task("optimize", (inside,), options={"machine": machine}), studio.folder)
     with pytest.raises(OptionError, match="--save-plan"):
-        prepare(Task("optimize", (inside,), "cut", {"save_plan": str(tmp_path / "out.toml")}), studio.folder)
+        resolve_task(Task("optimize", (inside,), "cut", {"save_plan": str(tmp_path / "out.toml")}), studio.folder)
 
 
 @pytest.mark.parametrize("option", ["workpiece", "part"])
@@ -254,8 +254,8 @@ def test_a_block_or_a_file_of_the_studio_and_no_path_passes(option: str, word: s
     """Options that take numbers or a file: numbers pass, a path of any ending does not."""
     inside = studio.folder.add_input("a.nc", b"G21 G90\nG0 X1\nM2\n")
     with pytest.raises(OptionError, match=f"--{option}: choose a file opened in the studio, not a path"):
-        prepare(Task("optimize", (inside,), "mill", {option: word}), studio.folder)
-    ready = prepare(Task("optimize", (inside,), "mill", {"workpiece": "0,0,-5,10,10,0"}), studio.folder)
+        resolve_task(Task("optimize", (inside,), "mill", {option: word}), studio.folder)
+    ready = resolve_task(Task("optimize", (inside,), "mill", {"workpiece": "0,0,-5,10,10,0"}), studio.folder)
     assert ready.options["workpiece"] == "0,0,-5,10,10,0"
 
 

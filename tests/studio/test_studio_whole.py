@@ -19,9 +19,9 @@ from leafcut.studio.drawing.scene import part_scene
 from leafcut.studio.drawing.thumbnail import HEIGHT, WIDTH, Thumbnails
 from leafcut.studio.jobs.preview import READY, read_preview
 from leafcut.studio.jobs.whole import machine_travel_around
-from leafcut.studio.page.fitting_machines import head_of, offered_machines, unsuitable_reason
+from leafcut.studio.page.fitting_machines import machine_head, offered_machines, unsuitable_reason
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_input import InputPanel, cards, why_suggested
+from leafcut.studio.page.panel_input import InputPanel, suggestion_words, work_cards
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import LANGUAGES, words
 
@@ -142,10 +142,10 @@ def test_it_is_said_what_is_suggested_and_why(language: str) -> None:
     w = words(language)
     for name in ("bracket.dxf", "sheet.dxf", "pocket.dxf", "plate_10.dxf"):
         seen = read_preview(str(EXAMPLES / name))
-        line = why_suggested(seen, w)
+        line = suggestion_words(seen, w)
         assert w.named("work", seen.work) in line and "{" not in line
-    assert why_suggested(read_preview("example:plate-10"), w) == "" == why_suggested(None, w)
-    assert {card["name"] for card in cards(seen.works, seen, w) if card["picture"]} == {
+    assert suggestion_words(read_preview("example:plate-10"), w) == "" == suggestion_words(None, w)
+    assert {card["name"] for card in work_cards(seen.works, seen, w) if card["picture"]} == {
         "drill",
         "cut",
         "pocket",
@@ -182,8 +182,8 @@ def test_a_profile_beside_the_studio_is_no_machine_of_it(studio: Studio, tmp_pat
     """A page sends a name, never a path to open."""
     outside = tmp_path / "outside.toml"
     outside.write_text((MACHINES / "plasma-table.toml").read_text())
-    assert head_of("plasma-table", studio.folder) is not None
-    assert head_of(str(outside), studio.folder) is None
+    assert machine_head("plasma-table", studio.folder) is not None
+    assert machine_head(str(outside), studio.folder) is None
 
 
 def test_a_program_is_looked_at_with_the_options_that_it_is_run_with(tmp_path: Path) -> None:

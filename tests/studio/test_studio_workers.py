@@ -28,7 +28,7 @@ from leafcut.studio.jobs.run_job import JobResult, run
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.jobs.work_process import READY_TASK
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers, WorkError
-from leafcut.studio.server.app import _server
+from leafcut.studio.server.app import _create_server
 from leafcut.studio.studio import Studio
 
 TASK = Task("optimize", ("example:plate-10",))
@@ -202,7 +202,7 @@ def test_the_end_waits_for_a_connection_that_is_just_closing(studio: Studio, mon
             raise InvalidState("connection is closing")
 
     monkeypatch.setattr(uvicorn.Server, "shutdown", ends)
-    server = _server(uvicorn.Config(lambda: None), studio)
+    server = _create_server(uvicorn.Config(lambda: None), studio)
     awaited(server.shutdown())
     assert len(asked) == 3
     assert studio.jobs.closed

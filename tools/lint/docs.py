@@ -12,7 +12,7 @@ import sources
 from cyclopts import App
 
 import leafcut
-from leafcut.cli.app import app
+from leafcut.cli.app import build_app
 from leafcut.options.option_spec import flag_name
 from leafcut.options.removed import REMOVED
 from leafcut.processes.settings import all_options
@@ -81,7 +81,7 @@ def _exists(parts: list[str]) -> bool:
 
 def unknown_flags() -> Iterator[str]:
     """Yield flags in the README and the pages that no command has, because they are misspelt or removed."""
-    known = _flags_of(app()) | OF_PLUGIN | {"--help", "--help-all", "--version"}
+    known = _flags_of(build_app()) | OF_PLUGIN | {"--help", "--help-all", "--version"}
     for page in (README, *sorted(sources.DOCS.glob("*.md"))):
         for place, line in sources.matches(r"^.*--.*$", page):
             text = re.sub(CALLS, "", line[0])

@@ -13,7 +13,7 @@ from leafcut.processes.settings import all_options, group_of
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.page import forms
 from leafcut.studio.page.panel_live import PACES
-from leafcut.studio.wording import LANGUAGES, label_of, texts_of, words
+from leafcut.studio.wording import LANGUAGES, default_label, read_texts, words
 
 STUDIO = sources.PACKAGE / "studio"
 EN, ES = words("en"), words("es")
@@ -42,8 +42,8 @@ def faults() -> Iterator[str]:
     """Yield every fault."""
     labels = {f"option.{name}" for _, name, _ in all_options()}
     yield from _differences(ES_FILE, ES.table.keys(), EN.table.keys() | labels)
-    for key, text in texts_of("en").items():
-        if text == label_of(key):
+    for key, text in read_texts("en").items():
+        if text == default_label(key):
             yield f"{EN_FILE}: {key} equals the label derived from the key; leave it out"
     for key in EN.table.keys() & ES.table.keys():
         if _fields(EN.table[key]) != _fields(ES.table[key]):
@@ -65,14 +65,18 @@ def _differences(file: str, keys: Set[str], wanted: Set[str]) -> Iterator[str]:
 
 def faults_of_keys() -> Iterator[str]:
     """Yield missing keys for algorithms, groups, commands and states, and keys that belong to none of these."""
-    groups = {key for work in forms.works() for key, _ in forms.names_of(work)} | {"aco", "firefly", "cuts"}
+    groups = {key for work in forms.works_with_form() for key, _ in forms.option_groups(work)} | {
+        "aco",
+        "firefly",
+        "cuts",
+    }
     for key in sorted(key for key in EN.table if key.startswith("option.")):
         if key.removeprefix("option.") not in {name for _, name, _ in all_options()}:
             yield f"{EN_FILE}: unknown key {key}"
     for section, names in {
         "algorithm": set(COMPARED),
         "group": groups,
-        "work": set(forms.works()),
+        "work": set(forms.works_with_form()),
         "state": {state.value for state in JobState},
         "process": set(forms.program_processes()),
         "pace": set(PACES),

@@ -12,7 +12,7 @@ from importlib import resources
 from pathlib import Path
 
 from leafcut.errors import OptionError, name_suggestion
-from leafcut.files.whole_files import OutputError, check_output, write_together
+from leafcut.files.whole_files import OutputError, check_output, write_all_or_none
 
 #: Default command in an add-on that starts leafcut. The installation replaces it.
 _CALL = 'LEAFCUT = ["leafcut"]'
@@ -72,5 +72,5 @@ def write_addon(name: str, folder: str | Path) -> list[Path]:
         if target.exists() and b"leafcut" not in target.read_bytes():
             raise OutputError(f"{target}: exists already and is not from leafcut; choose another folder")
         texts[str(target)] = text.replace(_CALL, f"LEAFCUT = {[sys.executable, '-m', 'leafcut']!r}")
-    write_together(texts)
+    write_all_or_none(texts)
     return [Path(target) for target in texts]

@@ -17,9 +17,18 @@ from typing import Annotated, Any
 from cyclopts import App, CycloptsError, Group, Parameter
 
 from leafcut._version import __version__
-from leafcut.cli.flags import File, Name, command_of, show_panel, usage_of
-from leafcut.cli.shared import DONE, REFUSED, STATUSES, USAGE, failure, print_json, print_line, printable
-from leafcut.cli.usage import DASH, GROUPS, HELD, command_in, usage_message
+from leafcut.cli.flags import File, Name, add_option_flags, print_help_panel, usage_line
+from leafcut.cli.shared import (
+    DONE,
+    REFUSED,
+    STATUSES,
+    USAGE,
+    error_line_and_status,
+    print_error_line,
+    print_json,
+    printable,
+)
+from leafcut.cli.usage import DASH, GROUPS, HELD, command_name, usage_message
 from leafcut.errors import OptionError
 from leafcut.options.settings import Settings
 from leafcut.processes import registry
@@ -88,7 +97,8 @@ _SIMPLE = {
     "defaults": "leafcut.cli.defaults:show_defaults",
 }
 _OPTIMIZE = "leafcut.cli.programs:optimize"
-#: Other commands with options of the option groups: function, kind of work, and further arguments of `command_of`.
+#: Other commands with options of the option groups: function, kind of work, and further arguments of
+#: `add_option_flags`.
 _WORKING: dict[str, tuple[str, str, dict[str, Any]]] = {
     "filter": ("leafcut.cli.programs:filter_program", "", {}),
     "nest": ("leafcut.cli.programs:nest", "nest", {}),
@@ -129,20 +139,20 @@ def run(arguments: Sequence[str]) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as problem:  # no traceback reaches a user
-        return _print_error(() if getattr(problem, "answered", False) else arguments, *failure(problem))
+        return _print_error(() if getattr(problem, "answered", False) else arguments, *error_line_and_status(problem))
 
 
 def _run_command(arguments: Sequence[str]) -> int:
-    words = _insert_command(arguments)
+    words = _insert_optimize(arguments)
     masked = [HELD if word == DASH else word for word in words]
     masked = ["--help" if word == HELP_ALL else word for word in masked]
     try:
-        return int(app(words)(masked, exit_on_error=False, print_error=False) or DONE)
+        return int(build_app(words)(masked, exit_on_error=False, print_error=False) or DONE)
     except CycloptsError as problem:
-        return _print_error(words, _usage_message(problem, command_in(words)), USAGE)
+        return _print_error(words, _usage_message(problem, command_name(words)), USAGE)
 
 
-def _insert_command(arguments: Sequence[str]) -> list[str]:
+def _insert_optimize(arguments: Sequence[str]) -> list[str]:
     """Return the words of a command line, with `optimize` inserted before a file.
 
     Raises OptionError for a command that was replaced or never existed.
@@ -160,12 +170,12 @@ def _insert_command(arguments: Sequence[str]) -> list[str]:
 
 
 def _command_names() -> list[str]:
-    working = [name for name in _working_names() if " " not in name]
+    working = [name for name in _option_command_names() if " " not in name]
     return [*working, *_SIMPLE, *GROUPS]
 
 
 def _usage_message(problem: CycloptsError, command: str) -> str:
-    kinds = _working_command(command)[1] if command in _working_names() else []
+    kinds = _option_command_parts(command)[1] if command in _option_command_names() else []
 
     def reason_unused(flag: str, name: str) -> str:
         if not kinds or any(name == used for _, used, _ in options_used_by(*kinds)):
@@ -184,10 +194,10 @@ def _print_error(arguments: Sequence[str], line: str, status: int) -> int:
     program = re.search(r"(^| )(-o|--output)[ =]-( |$)", " ".join(arguments))
     if "--json" in arguments and not program:
         print_json({"error": printable(line)})
-    return print_line(line, status)
+    return print_error_line(line, status)
 
 
-def app(arguments: Sequence[str] = ()) -> App:
+def build_app(arguments: Sequence[str] = ()) -> App:
     """Return the application. A command line limits the generated flags to its command, which saves time."""
     application = App(
         name="leafcut",
@@ -201,11 +211,11 @@ def app(arguments: Sequence[str] = ()) -> App:
         version=__version__,
         version_flags=["--version"],
         help_format="plaintext",
-        help_formatter=show_panel,
+        help_formatter=print_help_panel,
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
-    asked = command_in(arguments)
+    asked = command_name(arguments)
     show_all = HELP_ALL in arguments
     for name, (help_text, commands) in GROUPS.items():
         application.command(
@@ -213,22 +223,22 @@ def app(arguments: Sequence[str] = ()) -> App:
         )
         for subcommand, place in commands.items() if not arguments or asked.partition(" ")[0] == name else ():
             if f"{name} {subcommand}" not in _WORKING:
-                _add(application, f"{name} {subcommand}", resolve_name(place))
+                _add_command(application, f"{name} {subcommand}", resolve_name(place))
     for name, place in _SIMPLE.items():
         if not arguments or asked in ("", name):
-            _add(application, name, resolve_name(place))
-    for name in _working_names():
+            _add_command(application, name, resolve_name(place))
+    for name in _option_command_names():
         if not arguments or f"{name} ".startswith(f"{asked} ".lstrip()):
             try:
-                function, kinds, special = _working_command(name)
+                function, kinds, special = _option_command_parts(name)
             except OptionError:  # a plug-in that cannot be used
                 if asked == name:
                     raise
                 continue
             options = options_used_by(*kinds) if not arguments or asked == name else ()
-            command = command_of(function, options, all_shown=show_all or not arguments, **special)
+            command = add_option_flags(function, options, all_shown=show_all or not arguments, **special)
             hidden = bool(special.get("first")) and not show_all
-            _add(
+            _add_command(
                 application,
                 name,
                 command,
@@ -238,23 +248,25 @@ def app(arguments: Sequence[str] = ()) -> App:
     return application
 
 
-def _add(application: App, name: str, command: Callable[..., int], help: str | None = None, epilogue: str = "") -> None:
+def _add_command(
+    application: App, name: str, command: Callable[..., int], help: str | None = None, epilogue: str = ""
+) -> None:
     *parent, last = name.split()
     parent_app = application[parent[0]] if parent else application
     shown: dict[str, Any] = {} if parent else {"group": _GROUP_OF.get(name, _MAKE), "show": name != "filter"}
-    parent_app.command(command, last, help=help, help_epilogue=epilogue, usage=usage_of(name, command), **shown)
+    parent_app.command(command, last, help=help, help_epilogue=epilogue, usage=usage_line(name, command), **shown)
 
 
-def _working_names() -> tuple[str, ...]:
+def _option_command_names() -> tuple[str, ...]:
     return ("optimize", *registry.process_commands(), *_WORKING)
 
 
-def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
+def _option_command_parts(name: str) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
     if name in ("optimize", "filter"):
         kinds = list(registry.processes())
         annotations = {
-            "process": _process_flag("process", registry.all_process_values()),
-            "sources": _inputs(_EVERY_INPUT),
+            "process": _process_parameter("process", registry.all_process_values()),
+            "sources": _input_parameter(_EVERY_INPUT),
         }
         if name == "optimize":
             first = registry.process("drill").form[0][1]
@@ -267,35 +279,35 @@ def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dic
         place, name_of_work, special = _WORKING[name]
         work = registry.work(name_of_work)
         main = {"first": work.form[0][1]} if name == "nest" else {}
-        special = {**main, **special, "help": work.help or None, "helps": partial(_helps_of, work)}
+        special = {**main, **special, "help": work.help or None, "helps": partial(_replaced_help_texts, work)}
         return resolve_name(place), [work], special
     process = registry.process_of_command(name)
     assert process is not None
-    return _process_command(process)
+    return _process_command_parts(process)
 
 
-def _process_command(process: Process) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
+def _process_command_parts(process: Process) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
     special: dict[str, Any] = {
-        "first": process.form[0][1], "help": process.help, "helps": partial(_helps_of, process),
+        "first": process.form[0][1], "help": process.help, "helps": partial(_replaced_help_texts, process),
     }  # fmt: skip
     words = [word for word in process.process_values if word != process.command]
-    flag = {"process": _process_flag("kind of program", ["auto", *words])} if words else {}
+    flag = {"process": _process_parameter("kind of program", ["auto", *words])} if words else {}
     report = {} if process.tabulates else {"report": _PAGE}
-    special["annotations"] = {"sources": _inputs(process.takes), **report, **flag}
+    special["annotations"] = {"sources": _input_parameter(process.takes), **report, **flag}
     special["fixed"] = {"command": process.command} | ({} if words else {"process": "auto"})
     return resolve_name(_OPTIMIZE), [process], special
 
 
-def _helps_of(work: Work) -> dict[str, tuple[str, str]]:
+def _replaced_help_texts(work: Work) -> dict[str, tuple[str, str]]:
     """Return the help texts and defaults that a kind of work replaces, such as its default machine."""
     return {**work.helps, "machine": ("", work.with_defaults(Settings()).machine.machine)}
 
 
-def _process_flag(summary: str, words: Iterable[str]) -> Any:
+def _process_parameter(summary: str, words: Iterable[str]) -> Any:
     return Annotated[Name, Parameter(name="--process", help=f"{summary} [{', '.join(words)}]")]
 
 
-def _inputs(summary: str) -> Any:
+def _input_parameter(summary: str) -> Any:
     words = (
         f"{summary}; a folder, a list of inputs (.list), or several inputs are done one by one; - for standard input"
     )

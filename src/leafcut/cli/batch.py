@@ -17,17 +17,17 @@ from typing import Any
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.cli.several import PAGE, TABLE
-from leafcut.cli.shared import failure, name_input
+from leafcut.cli.shared import error_line_and_status, prefix_input_name
 from leafcut.errors import LeafcutError, count_of
-from leafcut.files.whole_files import OutputError, write_together
+from leafcut.files.whole_files import OutputError, write_all_or_none
 from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.issue import Issue
 from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.processes.registry import report_of
 from leafcut.read.registry import read_source
-from leafcut.report.json_answer import as_json
-from leafcut.report.several import batch_page
+from leafcut.report.json_answer import program_as_json
+from leafcut.report.several import batch_page_html
 
 WRITTEN, REFUSED, SIMULATED = "written", "refused", "not written"
 
@@ -144,10 +144,10 @@ def run_batch(
     pages = reports or [None] * len(inputs)
     for source, target, page in zip(inputs, targets, pages, strict=True):
         try:
-            key = _key(source, asked)
+            key = _task_key(source, asked)
         except LeafcutError as problem:
             results[source] = BatchResult(BatchRow(source, Path(target or "").name, REFUSED, line=str(problem)))
-            refused(name_input(source, str(problem)))
+            refused(prefix_input_name(source, str(problem)))
             continue
         old = known.get(source)
         if old is not None and target and old.key == key and file_sha256(Path(target)) == old.program_sha256:
@@ -160,19 +160,19 @@ def run_batch(
     if progress is not None and executor is not None and todo:
         progress(Progress(Message("{} of {}", todo, count_of(len(inputs), "input"))))
     for number, (task, answer) in enumerate(_run_tasks(tasks, given, executor, progress), 1):
-        result = _result_or_refusal(task, answer)
+        result = _write_result(task, answer)
         results[task.name] = result
         if result.row.state == REFUSED:
-            refused(name_input(task.name, result.row.line))
+            refused(prefix_input_name(task.name, result.row.line))
         if folder:
-            _append(Path(folder) / TABLE, result.row)
+            _append_row(Path(folder) / TABLE, result.row)
         if progress is not None and executor is not None:
             progress(Progress(Message("{} ({} of {})", Path(task.name).name, number, todo), number / todo))
     ordered = [results[source] for source in inputs]
     if folder:
         rows = [*earlier_rows, *(result.row for result in ordered)]
-        page_of_all = batch_page([asdict(row) for row in rows], __version__)
-        write_together({str(Path(folder) / TABLE): _as_csv(rows), str(Path(folder) / PAGE): page_of_all})
+        page_of_all = batch_page_html([asdict(row) for row in rows], __version__)
+        write_all_or_none({str(Path(folder) / TABLE): _as_csv(rows), str(Path(folder) / PAGE): page_of_all})
     return ordered
 
 
@@ -197,14 +197,14 @@ def run_task(task: BatchTask, progress: OnProgress | None = None) -> BatchResult
     """Return the result of a task. A refusal is stored as text, because some exceptions cannot be sent between
     processes.
     """
-    from leafcut.report.page import write_page
+    from leafcut.report.page import report_page_html
 
     row = BatchRow(task.name, Path(task.target).name, REFUSED, key=task.key)
     try:
         outcome = api.optimize(task.source, progress=progress, **task.given)
-        page = write_page(report_of(outcome)) if task.report else ""
+        page = report_page_html(report_of(outcome)) if task.report else ""
     except Exception as problem:
-        line, _ = failure(problem)
+        line, _ = error_line_and_status(problem)
         return BatchResult(replace(row, line=line))
     outcome = replace(outcome, output=task.target, report=task.report)
     data = outcome.text.encode(outcome.encoding)
@@ -212,21 +212,21 @@ def run_task(task: BatchTask, progress: OnProgress | None = None) -> BatchResult
     result_row = replace(
         row,
         state=WRITTEN if task.target else SIMULATED,
-        before_s=_figure(outcome.before.time_s),
-        after_s=_figure(outcome.after.time_s),
-        saved_percent=_figure(outcome.saved_percent),
+        before_s=_three_decimals(outcome.before.time_s),
+        after_s=_three_decimals(outcome.after.time_s),
+        saved_percent=_three_decimals(outcome.saved_percent),
         issues=len(issues),
         worst=next((severity for severity in ("danger", "missing", "warning") if severity in issues), ""),
         program_sha256=hashlib.sha256(data).hexdigest(),
     )
-    return BatchResult(result_row, data, page, as_json(report_of(outcome)), outcome.issues)
+    return BatchResult(result_row, data, page, program_as_json(report_of(outcome)), outcome.issues)
 
 
-def _figure(value: float | None) -> str:
+def _three_decimals(value: float | None) -> str:
     return "" if value is None else f"{value:.3f}"
 
 
-def _result_or_refusal(task: BatchTask, answer: Any) -> BatchResult:
+def _write_result(task: BatchTask, answer: Any) -> BatchResult:
     if isinstance(answer, BaseException):
         line = f"{type(answer).__name__}: {answer}"
         answer = BatchResult(BatchRow(task.name, Path(task.target).name, REFUSED, line=line, key=task.key))
@@ -241,11 +241,11 @@ def _result_or_refusal(task: BatchTask, answer: Any) -> BatchResult:
     if task.report:
         texts[task.report] = result.page
     if texts:
-        write_together(texts, encodings=encodings, newline="")
+        write_all_or_none(texts, encodings=encodings, newline="")
     return result
 
 
-def _key(source: str, asked: str) -> str:
+def _task_key(source: str, asked: str) -> str:
     data = read_source(source)[1].data or source.encode()
     return hashlib.sha256(b"\0".join([hashlib.sha256(data).digest(), asked.encode()])).hexdigest()
 
@@ -282,10 +282,10 @@ def _as_csv(rows: Iterable[BatchRow]) -> str:
 
 
 def _write_table(table: Path, rows: Iterable[BatchRow]) -> None:
-    write_together({str(table): _as_csv(rows)})
+    write_all_or_none({str(table): _as_csv(rows)})
 
 
-def _append(table: Path, row: BatchRow) -> None:
+def _append_row(table: Path, row: BatchRow) -> None:
     """Append a row to the table at once, so that it survives if this program is killed."""
     line = _as_csv([row]).split("\n", 1)[1]
     try:

@@ -6,23 +6,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import File, Json, Name, switch
+from leafcut.cli.flags import File, Json, Name, switch_parameter
 from leafcut.cli.several import expand_inputs
 from leafcut.cli.shared import (
     DONE,
     REFUSED,
     DialectOption,
     NoDefaults,
-    answer_each_input,
-    check_file_name,
-    dashed,
-    defaults_given,
+    defaults_file_unless,
     given_options,
-    note_old_output,
+    note_unchanged_output,
     print_defaults,
     print_json,
+    process_each_input,
+    refuse_standard_output,
+    restore_dash,
 )
-from leafcut.cli.usage import DASH, refuse_dash
+from leafcut.cli.usage import DASH, refuse_standard_input
 from leafcut.errors import OptionError, count_of
 from leafcut.files.whole_files import StandardInput, check_output, write_bytes
 from leafcut.units import format_length, format_time, to_fixed
@@ -45,41 +45,41 @@ def simulate(
     from leafcut import api
     from leafcut.report.json_answer import simulation_as_json
 
-    inputs, each = expand_inputs([*map(dashed, programs)], "simulate")
-    given = {"dialect": dialect, "defaults_file": defaults_given(no_defaults), **given_options(options)}
+    inputs, each = expand_inputs([*map(restore_dash, programs)], "simulate")
+    given = {"dialect": dialect, "defaults_file": defaults_file_unless(no_defaults), **given_options(options)}
 
-    def simulated(program: str) -> tuple[Simulation, int]:
+    def simulate_program(program: str) -> tuple[Simulation, int]:
         simulation = api.simulate(StandardInput.read() if program == DASH else program, **given)
         dangerous = any(issue.severity == "danger" for issue in simulation.issues)
         return simulation, REFUSED if dangerous and options.get("strict") else DONE
 
-    def do(_: int, program: str) -> tuple[dict[str, Any], int]:
-        simulation, status = simulated(program)
+    def answer_for(_: int, program: str) -> tuple[dict[str, Any], int]:
+        simulation, status = simulate_program(program)
         return simulation_as_json(simulation), status
 
     if each:
-        rows, status = answer_each_input("program", inputs, do)
+        rows, status = process_each_input("program", inputs, answer_for)
         if as_json:
-            from leafcut.report.several import several_as_json
+            from leafcut.report.several import batch_as_json
 
-            print_json(several_as_json(rows, status))
+            print_json(batch_as_json(rows, status))
         else:
             from rich.console import Console
 
-            from leafcut.report.several import print_simulated
+            from leafcut.report.several import print_simulations
 
-            print_simulated(rows, Console())
+            print_simulations(rows, Console())
         return status
-    simulation, status = simulated(inputs[0])
+    simulation, status = simulate_program(inputs[0])
     if as_json:
         print_json(simulation_as_json(simulation))
     else:
-        _print_simulated(simulation)
+        _print_simulation(simulation)
     return status
 
 
-def _print_simulated(simulation: Simulation) -> None:
-    from leafcut.report.chart import time_kinds
+def _print_simulation(simulation: Simulation) -> None:
+    from leafcut.report.chart import names_of_time_kinds
     from leafcut.report.set_up import moved_axes
 
     dangers = [issue for issue in simulation.issues if issue.severity == "danger"]
@@ -88,7 +88,7 @@ def _print_simulated(simulation: Simulation) -> None:
     cost = simulation.measure
     print(f"{simulation.program}: {format_time(cost.time_s)} on {simulation.machine.name}")
     print(f"rapid {format_length(cost.travel_mm)}, feed {format_length(cost.cut_mm)}")
-    names = time_kinds(simulation.machine.head.method)
+    names = names_of_time_kinds(simulation.machine.head.method)
     print("  ".join(f"{names[kind]} {format_time(s)}" for kind, s in cost.by_kind.items() if s > 0.0))
     for tool, seconds in cost.by_tool.items():
         print(f"T{tool} {format_time(seconds)}")
@@ -127,28 +127,28 @@ def stock(
 ) -> int:
     """Show what a program cuts from its stock: volume, depth, air-cutting time, collisions of rapids and holders."""
     from leafcut import api
-    from leafcut.report.stock_report import as_file, check_extension, print_stock, stock_as_json
+    from leafcut.report.stock_report import check_stock_extension, print_stock, stock_as_json, stock_file_data
 
     if more:
         raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
-    program = dashed(program)
-    refuse_dash("--same-as", same_as)
-    check_file_name("-o", output)
-    check_extension(output)
+    program = restore_dash(program)
+    refuse_standard_input("--same-as", same_as)
+    refuse_standard_output("-o", output)
+    check_stock_extension(output)
     check_output(
         output, [program if program != DASH else None, same_as, options.get("tools"), options.get("workpiece")]
     )
     source = StandardInput.read() if program == DASH else program
-    with note_old_output(output):
+    with note_unchanged_output(output):
         result = api.stock(
             source,
             same_as=same_as,
             dialect=dialect,
-            defaults_file=defaults_given(no_defaults),
+            defaults_file=defaults_file_unless(no_defaults),
             **given_options(options),
         )
     if output:
-        write_bytes(output, as_file(result, output))
+        write_bytes(output, stock_file_data(result, output))
     if as_json:
         print_json(stock_as_json(result, output))
     else:
@@ -171,7 +171,7 @@ def verify(
     ] = None,
     allow_reverse: Annotated[
         bool,
-        switch(
+        switch_parameter(
             "--allow-reverse",
             help="accept open cuts of constant depth in the opposite direction",
         ),
@@ -187,15 +187,15 @@ def verify(
         raise OptionError(
             f"verify compares two programs, but {len(more) + 2} were given; give the original and the new one"
         )
-    if dashed(original) == dashed(new) == DASH:
+    if restore_dash(original) == restore_dash(new) == DASH:
         raise OptionError("verify: only one of the two programs can come from standard input")
-    reference, candidate = (StandardInput.read() if dashed(word) == DASH else word for word in (original, new))
+    reference, candidate = (StandardInput.read() if restore_dash(word) == DASH else word for word in (original, new))
     proof = api.verify(
         reference,
         candidate,
         dialect=dialect,
         allow_reverse=allow_reverse,
-        defaults_file=defaults_given(no_defaults),
+        defaults_file=defaults_file_unless(no_defaults),
         **given_options(options),
     )
     if as_json:

@@ -9,13 +9,13 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import File, Json, switch
+from leafcut.cli.flags import File, Json, switch_parameter
 from leafcut.cli.shared import print_json
-from leafcut.cli.usage import refuse_dash
+from leafcut.cli.usage import refuse_standard_input
 from leafcut.errors import OptionError, name_suggestion
 from leafcut.files.schemas import OPTIONS
 from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
-from leafcut.files.whole_files import check_is_there
+from leafcut.files.whole_files import check_file_exists
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, typed_text
 from leafcut.processes import registry
 from leafcut.processes.base import Work
@@ -64,7 +64,7 @@ class DefaultRow:
     used_by: str = ""
 
 
-def shop_defaults(command: str | None, options_file: Path | None, defaults_file: Path | None) -> list[DefaultRow]:
+def default_rows(command: str | None, options_file: Path | None, defaults_file: Path | None) -> list[DefaultRow]:
     """Return the options of a command with their sources, options from files first. Without a command, return only
     options from files.
 
@@ -75,8 +75,8 @@ def shop_defaults(command: str | None, options_file: Path | None, defaults_file:
     for file in filter(None, (defaults_file, options_file)):
         from_files.update({option.name: (option, file) for option in read_options_with_lines(file)})
     if command is None:
-        return [_file_row(option, file) for option, file in from_files.values()]
-    work = _work_of(command)
+        return [_row_from_file(option, file) for option, file in from_files.values()]
+    work = _find_work(command)
     settings = collect_settings({}, options_file, defaults_file)
     usual = work.with_defaults(settings)
     rows = []
@@ -85,30 +85,30 @@ def shop_defaults(command: str | None, options_file: Path | None, defaults_file:
         is_default = value == group.defaults()[name]
         source = "leafcut" if is_default else f"leafcut, for {work.title}"
         if name in from_files:
-            source = _source_of(*from_files[name])
-        rows.append(DefaultRow(flag_name(name), _typed(group, name, spec, value), source))
+            source = _file_and_line(*from_files[name])
+        rows.append(DefaultRow(flag_name(name), _value_text(group, name, spec, value), source))
     return sorted(rows, key=lambda row: row.source.startswith("leafcut"))  # options from files first
 
 
-def as_answer(rows: list[DefaultRow], file: Path | None) -> Mapping[str, Any]:
+def defaults_as_json(rows: list[DefaultRow], file: Path | None) -> Mapping[str, Any]:
     """Return the rows as JSON data."""
     return {"file": str(file or ""), "options": [asdict(row) for row in rows]}
 
 
-def _file_row(option: PlacedOption, file: Path) -> DefaultRow:
+def _row_from_file(option: PlacedOption, file: Path) -> DefaultRow:
     spec = option.group.specs()[option.name]
     value = getattr(option.group(**option.group.as_typed({option.name: option.value})), option.name)
-    uses = ", ".join(command for command, work in _commands() if option.name in work.used())
+    uses = ", ".join(command for command, work in _works_by_command() if option.name in work.used())
     return DefaultRow(
-        flag_name(option.name), _typed(option.group, option.name, spec, value), _source_of(option, file), uses
+        flag_name(option.name), _value_text(option.group, option.name, spec, value), _file_and_line(option, file), uses
     )
 
 
-def _source_of(option: PlacedOption, file: Path) -> str:
+def _file_and_line(option: PlacedOption, file: Path) -> str:
     return f"{file}:{option.line}" if option.line else str(file)
 
 
-def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) -> str:
+def _value_text(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) -> str:
     """Return a value as typed, or in words if it cannot be typed."""
     if spec.kind == "flag":
         return "on" if value else "off"
@@ -117,13 +117,13 @@ def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) ->
     return str(value) if spec.names_file(value) else typed_text(spec, value)
 
 
-def _commands() -> Iterator[tuple[str, Work]]:
+def _works_by_command() -> Iterator[tuple[str, Work]]:
     for work in registry.works():
         yield work.command, work
 
 
-def _work_of(command: str) -> Work:
-    kinds = dict(_commands())
+def _find_work(command: str) -> Work:
+    kinds = dict(_works_by_command())
     if command in _OF_ALL_KINDS:
         words = ", ".join(process.command for process in registry.processes())
         raise OptionError(f"{command} does several kinds of work; name one of {words}")
@@ -145,7 +145,7 @@ def show_defaults(
     ] = None,
     template: Annotated[
         bool,
-        switch("--template", help="print a new file of defaults"),
+        switch_parameter("--template", help="print a new file of defaults"),
     ] = False,
     as_json: Json = False,
 ) -> int:
@@ -155,27 +155,27 @@ def show_defaults(
             raise OptionError("--template prints a new file; leave out the other options")
         print(TEMPLATE, end="")
         return 0
-    refuse_dash("--options", options_file)
+    refuse_standard_input("--options", options_file)
     given = Path(options_file) if options_file else None
-    check_is_there("--options", given)
+    check_file_exists("--options", given)
     file = defaults_file()
-    rows = shop_defaults(command, given, file)
+    rows = default_rows(command, given, file)
     if as_json:
-        print_json(as_answer(rows, file))
+        print_json(defaults_as_json(rows, file))
         return 0
-    print(_file_words(str(file) if file else "", str(usual_defaults_file() or "")))
-    widths = [max((len(cell) for cell in column), default=0) for column in zip(*map(_cells, rows), strict=True)]
+    print(_defaults_file_line(str(file) if file else "", str(usual_defaults_file() or "")))
+    widths = [max((len(cell) for cell in column), default=0) for column in zip(*map(_table_cells, rows), strict=True)]
     for row in rows:
-        print("  ".join(f"{cell:{width}}" for cell, width in zip(_cells(row), widths, strict=True)).rstrip())
+        print("  ".join(f"{cell:{width}}" for cell, width in zip(_table_cells(row), widths, strict=True)).rstrip())
     return 0
 
 
-def _cells(row: Any) -> tuple[str, ...]:
+def _table_cells(row: Any) -> tuple[str, ...]:
     cells = (row.option, row.value, row.source, f"used by {row.used_by}" if row.used_by else "")
     return tuple("".join(c if c.isprintable() else "?" for c in cell) for cell in cells)
 
 
-def _file_words(file: str, usual: str) -> str:
+def _defaults_file_line(file: str, usual: str) -> str:
     if file:
         return f"your defaults file: {file}"
     place = f"; leafcut defaults --template prints one to save as {usual}" if usual else ""

@@ -83,15 +83,15 @@ _SHOWN = {
 _SELDOM = ("options_file", "no_defaults", "watch", "every", "executor", "workers")
 
 
-def switch(*names: str, help: str) -> Parameter:
+def switch_parameter(*names: str, help: str) -> Parameter:
     """Return the parameter of a flag without a value."""
     return Parameter(name=names, negative="", show_default=False, help=help)
 
 
-Json = Annotated[bool, switch("--json", help="print the result as JSON")]
+Json = Annotated[bool, switch_parameter("--json", help="print the result as JSON")]
 
 
-def command_of(
+def add_option_flags(
     function: Callable[..., int],
     options: Iterable[tuple[type[OptionGroup], str, OptionSpec]],
     *,
@@ -127,18 +127,18 @@ def command_of(
     ]
     if first and not all_shown:
         own_parameters = [
-            _hidden_parameter(parameter) if parameter.name in _SELDOM else parameter for parameter in own_parameters
+            _hide_parameter(parameter) if parameter.name in _SELDOM else parameter for parameter in own_parameters
         ]
     all_options = list(options)
     replaced = helps() if all_options else {}
     names = sorted(all_options, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
     places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in all_options))}
     flags = [
-        _flag(
+        _flag_parameter(
             group,
             name,
             spec,
-            _group(group, places[group], name, first),
+            _help_group(group, places[group], name, first),
             *replaced.get(name, ("", "")),
             all_shown or not first or name in first,
         )
@@ -163,11 +163,11 @@ def _plain_value(value: Any) -> Any:
     return str(value) if isinstance(value, str) else value
 
 
-def _hidden_parameter(parameter: inspect.Parameter) -> inspect.Parameter:
+def _hide_parameter(parameter: inspect.Parameter) -> inspect.Parameter:
     return parameter.replace(annotation=Annotated[parameter.annotation, Parameter(show=False)])
 
 
-def usage_of(name: str, command: Callable[..., int]) -> str:
+def usage_line(name: str, command: Callable[..., int]) -> str:
     """Return the usage line of a command, with the names of its arguments."""
     words = ["leafcut", name]
     for parameter in inspect.signature(command, eval_str=True).parameters.values():
@@ -182,7 +182,7 @@ def usage_of(name: str, command: Callable[..., int]) -> str:
     return " ".join([*words, "[OPTIONS]"])
 
 
-def show_panel(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
+def print_help_panel(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
     """Print one part of a help page; defaults have the style of the generated flags: (default: auto)."""
     from cyclopts.help import DefaultFormatter
 
@@ -198,13 +198,13 @@ def _add_default_note(entry: HelpEntry) -> HelpEntry:
     return entry.copy(required=False, default=None)
 
 
-def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:
+def _help_group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:
     if name in first:
         return Group("Main options", sort_key=9)
     return Group(f"More: {group.title}" if first else group.title, sort_key=10 + place)
 
 
-def _flag(
+def _flag_parameter(
     group: type[OptionGroup], name: str, spec: OptionSpec, help_group: Group, text: str, default_words: str, show: bool
 ) -> inspect.Parameter:
     default = group.defaults()[name]
@@ -225,11 +225,11 @@ def _flag(
         allow_leading_hyphen=True,
         negative_iterable=(),
     )
-    annotation: Any = Annotated[_type_of(spec), parameter]
+    annotation: Any = Annotated[_flag_type(spec), parameter]
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
 
 
-def _type_of(spec: OptionSpec) -> Any:
+def _flag_type(spec: OptionSpec) -> Any:
     if spec.kind == "flag":
         return bool | None
     shown: Any = _SHOWN[spec.unit if spec.kind == "quantity" else spec.kind]

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from cyclopts import App, Parameter
 
-from leafcut.cli.flags import Json, switch
+from leafcut.cli.flags import Json, switch_parameter
 from leafcut.cli.shared import print_json
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import LeafcutError, OptionError, count_of, name_suggestion
@@ -66,15 +66,15 @@ def install_completion(
     shell: Annotated[str, Parameter(name="SHELL", help=f"one of {', '.join(SHELLS)}")],
     /,
     *,
-    print_only: Annotated[bool, switch("--print", help="print the script, change nothing")] = False,
+    print_only: Annotated[bool, switch_parameter("--print", help="print the script, change nothing")] = False,
 ) -> int:
     """Let a shell complete commands, options and their choices with the Tab key."""
-    from leafcut.cli.app import app
+    from leafcut.cli.app import build_app
 
     if shell not in SHELLS:
         raise OptionError(f"unknown shell '{shell}'{name_suggestion(shell, SHELLS)}")
-    whole = app()
-    type_for_shell(whole)
+    whole = build_app()
+    annotate_completion_choices(whole)
     script = whole.generate_completion(prog_name="leafcut", shell=shell)  # type: ignore[arg-type]
     # If bash has no better completion, it completes file names: --machine my.toml.
     script = script.replace("\ncomplete -F ", "\ncomplete -o default -F ")
@@ -94,11 +94,11 @@ def install_completion(
 def install_kernels(*, as_json: Json = False) -> int:
     """Compile all kernels now, so that the first job starts at once."""
     from leafcut.cli.progress import Reporter
-    from leafcut.cli.warming import warm_all
+    from leafcut.cli.warming import compile_all_kernels
     from leafcut.model.heartbeat import Progress
 
     with Reporter() as reporter:
-        warmed = warm_all(lambda words: reporter(Progress(words)))
+        warmed = compile_all_kernels(lambda words: reporter(Progress(words)))
     if as_json:
         print_json({"compiled": warmed.count, "seconds": round(warmed.seconds, 1), "kept": warmed.kept})
     elif warmed.count:
@@ -110,7 +110,7 @@ def install_kernels(*, as_json: Json = False) -> int:
     return 0
 
 
-def _choices() -> dict[str, Sequence[str]]:
+def _completion_choices() -> dict[str, Sequence[str]]:
     from leafcut.gcode.dialects import dialect_list
     from leafcut.processes import registry
     from leafcut.processes.settings import all_options
@@ -122,23 +122,25 @@ def _choices() -> dict[str, Sequence[str]]:
     return {**choices, "process": registry.all_process_values(), "command": commands}
 
 
-def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None) -> None:
+def annotate_completion_choices(app: App, choices: Mapping[str, Sequence[str]] | None = None) -> None:
     """Annotate arguments for completion with the choices of an option, or with files for any other text."""
-    choices = _choices() if choices is None else choices
+    choices = _completion_choices() if choices is None else choices
     for name in app:
         if name.startswith("-"):
             continue
         command = app[name]
-        type_for_shell(command, choices)
+        annotate_completion_choices(command, choices)
         function = command.default_command
         if function is None:
             continue
         signature = inspect.signature(function, eval_str=True)
-        typed = [p.replace(annotation=_shell_type(p, choices.get(p.name, ()))) for p in signature.parameters.values()]
-        command.default_command = _stand_in(signature.replace(parameters=typed))
+        typed = [
+            p.replace(annotation=_completion_type(p, choices.get(p.name, ()))) for p in signature.parameters.values()
+        ]
+        command.default_command = _placeholder_command(signature.replace(parameters=typed))
 
 
-def _stand_in(signature: inspect.Signature) -> Callable[..., int]:
+def _placeholder_command(signature: inspect.Signature) -> Callable[..., int]:
     def command(*_: Any, **__: Any) -> int:
         raise NotImplementedError
 
@@ -147,18 +149,18 @@ def _stand_in(signature: inspect.Signature) -> Callable[..., int]:
     return command
 
 
-def _shell_type(parameter: inspect.Parameter, choices: Sequence[str]) -> Any:
+def _completion_type(parameter: inspect.Parameter, choices: Sequence[str]) -> Any:
     kind, *notes = get_args(parameter.annotation) if get_origin(parameter.annotation) is Annotated else (str,)
     instead: Any = Literal[tuple(choices)] if choices else Path
-    typed = _with_texts_as(kind, instead)
+    typed = _replace_text_type(kind, instead)
     return Annotated[(typed, *notes)] if notes else typed
 
 
-def _with_texts_as(kind: Any, replacement: Any) -> Any:
+def _replace_text_type(kind: Any, replacement: Any) -> Any:
     if isinstance(kind, type) and issubclass(kind, str):
         return replacement
     if get_origin(kind) in (Union, types.UnionType):
-        return Union[tuple(_with_texts_as(member, replacement) for member in get_args(kind))]  # noqa: UP007
+        return Union[tuple(_replace_text_type(member, replacement) for member in get_args(kind))]  # noqa: UP007
     if get_origin(kind) is list:
-        return list[_with_texts_as(get_args(kind)[0], replacement)]  # type: ignore[misc]
+        return list[_replace_text_type(get_args(kind)[0], replacement)]  # type: ignore[misc]
     return kind

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import File, Json, Name, Percent, Time, switch
+from leafcut.cli.flags import File, Json, Name, Percent, Time, switch_parameter
 from leafcut.cli.progress import Reporter
 from leafcut.cli.shared import print_json
 from leafcut.errors import OptionError, count_of
-from leafcut.files.whole_files import check_output, write_together
+from leafcut.files.whole_files import check_output, write_all_or_none
 from leafcut.options.option_spec import OptionSpec, convert_value
 from leafcut.processes.settings import read_options_file
 
@@ -38,11 +38,11 @@ _Name = Annotated[
 _Results = Annotated[File, Parameter(name="--results", help="results file with all runs (SQLite)")]
 _Reduced = Annotated[
     bool,
-    switch("--reduced", help="the short form: fewer inputs, levels and seeds"),
+    switch_parameter("--reduced", help="the short form: fewer inputs, levels and seeds"),
 ]
 _Mixed = Annotated[
     bool,
-    switch(
+    switch_parameter(
         "--mixed",
         help="allow runs of several versions of leafcut in one table",
     ),
@@ -59,7 +59,7 @@ _Workers = Annotated[
 
 def list_experiments(*, results: _Results = File(RESULTS), as_json: Json = False) -> int:
     """List the experiments that come with leafcut, and the number of finished runs of each."""
-    from leafcut.lab.loading import load, shipped, short_form
+    from leafcut.lab.loading import load_experiment, reduced_experiment, titles_of_included_experiments
     from leafcut.lab.store import Store
 
     done: dict[str, int] = {}
@@ -67,9 +67,9 @@ def list_experiments(*, results: _Results = File(RESULTS), as_json: Json = False
         with Store(results, read_only=True) as store:
             done = store.counts()
     rows = []
-    for name, title in shipped().items():
-        whole = load(name)
-        rows.append((name, title, whole.n_runs, done.get(whole.key, 0), done.get(short_form(whole).key, 0)))
+    for name, title in titles_of_included_experiments().items():
+        whole = load_experiment(name)
+        rows.append((name, title, whole.n_runs, done.get(whole.key, 0), done.get(reduced_experiment(whole).key, 0)))
     if as_json:
         names = ("name", "title", "runs", "done", "reduced_done")
         print_json({"experiments": [dict(zip(names, row, strict=True)) for row in rows]})
@@ -98,11 +98,11 @@ def run_experiment(
     as_json: Json = False,
 ) -> int:
     """Do the runs of an experiment that are not done yet; finished runs are never repeated."""
-    from leafcut.lab.running import run
+    from leafcut.lab.running import execute_experiment
 
     description = _load_experiment(name, reduced)
-    with _open_for_work(results, executor, workers) as (store, run_options):
-        ran = run(description, store, mixed=mixed, **run_options)
+    with _open_store_and_executor(results, executor, workers) as (store, run_options):
+        ran = execute_experiment(description, store, mixed=mixed, **run_options)
     if as_json:
         print_json(
             {
@@ -148,22 +148,22 @@ def report_experiment(
     as_json: Json = False,
 ) -> int:
     """Write the page (HTML) and the table (CSV) of the finished runs of an experiment."""
-    from leafcut.lab.page import rows_as_csv, write_page
-    from leafcut.lab.running import can_run, rows_of
+    from leafcut.lab.page import experiment_page_html, rows_as_csv
+    from leafcut.lab.running import has_enough_cores, stored_rows
     from leafcut.lab.store import Store
 
     if name == PUBLISHED:
-        return _report_published(output, reduced, results, as_json)
+        return _write_published_report(output, reduced, results, as_json)
     description = _load_experiment(name, reduced)
     with Store(results, read_only=True) as store:
-        rows = rows_of(description, store)
-    n_possible = sum(can_run(description, plan) for plan in description.runs())
-    page = write_page(description, rows, n_possible, description.n_runs - n_possible)
+        rows = stored_rows(description, store)
+    n_possible = sum(has_enough_cores(description, plan) for plan in description.runs())
+    page = experiment_page_html(description, rows, n_possible, description.n_runs - n_possible)
     stem = Path(output) / (description.name + ("_reduced" if reduced else ""))
     files = {f"{stem}.html": page, f"{stem}.csv": rows_as_csv(description, rows)}
     for file in files:
         check_output(file, [results, name if name.endswith(".toml") else None])
-    write_together(files)
+    write_all_or_none(files)
     if as_json:
         print_json({"experiment": description.key, "rows": len(rows), "files": list(files)})
     else:
@@ -171,30 +171,30 @@ def report_experiment(
     return 0
 
 
-def _report_published(output: str, reduced: bool, results: str, as_json: bool) -> int:
+def _write_published_report(output: str, reduced: bool, results: str, as_json: bool) -> int:
     """Write the pages (HTML, one for each language) and the table (CSV) of published figures beside ours."""
-    from leafcut.lab.loading import load, short_form
-    from leafcut.lab.page import write_published
-    from leafcut.lab.published import LANGUAGES, Runs, command_options, experiments, pairs_as_csv, words
-    from leafcut.lab.running import rows_of
+    from leafcut.lab.loading import load_experiment, reduced_experiment
+    from leafcut.lab.page import published_page_html
+    from leafcut.lab.published import LANGUAGES, Runs, command_options, pairs_as_csv, published_experiments, words
+    from leafcut.lab.running import stored_rows
     from leafcut.lab.store import Store
 
     runs = {}
     with Store(results, read_only=True) as store:
-        for name in experiments():
-            whole = load(name)
-            description = short_form(whole) if reduced else whole
-            runs[name] = Runs(whole, description, rows_of(description, store))
+        for name in published_experiments():
+            whole = load_experiment(name)
+            description = reduced_experiment(whole) if reduced else whole
+            runs[name] = Runs(whole, description, stored_rows(description, store))
     options = command_options(reduced, "" if results == RESULTS else results)
     stem = Path(output) / (PUBLISHED + ("_reduced" if reduced else ""))
     files = {
-        f"{stem}{'' if language == 'en' else f'_{language}'}.html": write_published(runs, language, options)
+        f"{stem}{'' if language == 'en' else f'_{language}'}.html": published_page_html(runs, language, options)
         for language in LANGUAGES
     }
     files[f"{stem}.csv"] = pairs_as_csv(runs)
     for file in files:
         check_output(file, [results])
-    write_together(files)
+    write_all_or_none(files)
     n_rows = sum(len(item.rows) for item in runs.values())
     if as_json:
         print_json({"experiment": PUBLISHED, "rows": n_rows, "files": list(files)})
@@ -240,11 +240,11 @@ def tune_parameters(
     as_json: Json = False,
 ) -> int:
     """Tune the parameters of an algorithm on some inputs, and evaluate them on the others."""
-    from leafcut.cli.several import expand_inputs, inputs_of
-    from leafcut.lab.page import rows_as_csv, write_page
-    from leafcut.lab.tuning import TuningTask, command_of, options_text, search_block, tune
+    from leafcut.cli.several import expand_folders_and_lists, expand_inputs
+    from leafcut.lab.page import experiment_page_html, rows_as_csv
+    from leafcut.lab.tuning import TuningTask, command_for_process, options_file_text, tune, tuning_block
 
-    inputs, _ = expand_inputs(inputs_of(sources), "tune", folder=output)
+    inputs, _ = expand_inputs(expand_folders_and_lists(sources), "tune", folder=output)
     shared = read_options_file(Path(options_file)) if options_file else {}
     budget = {"iterations": iterations, "time_limit": time_limit}
     shared |= {name: value for name, value in budget.items() if value is not None}
@@ -253,17 +253,17 @@ def tune_parameters(
     if not shared.keys() & budget.keys():
         shared["iterations"] = _USUAL_ITERATIONS
     share = convert_value("hold_out", _HOLD_OUT, hold_out)
-    task = TuningTask(algorithm, tuple(inputs), shared, command_of(process), trials, seeds, share, seed)
+    task = TuningTask(algorithm, tuple(inputs), shared, command_for_process(process), trials, seeds, share, seed)
     stem = Path(output) / f"tune_{algorithm}"
     files = [f"{stem}{end}" for end in (".toml", ".html", ".csv")]
     for file in files:
         check_output(file, [results, options_file, *(source for source in inputs if ":" not in source)])
-    with _open_for_work(results, executor, workers) as (store, run_options):
+    with _open_store_and_executor(results, executor, workers) as (store, run_options):
         tuned = tune(task, store, mixed=mixed, **run_options)
     n_runs = tuned.judging.n_runs if tuned.parameters else 0
-    page = write_page(tuned.judging, tuned.rows, n_runs, before=[search_block(tuned)])
-    texts = (options_text(tuned), page, rows_as_csv(tuned.judging, tuned.rows))
-    write_together(dict(zip(files, texts, strict=True)))
+    page = experiment_page_html(tuned.judging, tuned.rows, n_runs, before=[tuning_block(tuned)])
+    texts = (options_file_text(tuned), page, rows_as_csv(tuned.judging, tuned.rows))
+    write_all_or_none(dict(zip(files, texts, strict=True)))
     if as_json:
         print_json(
             {
@@ -283,11 +283,13 @@ def tune_parameters(
 
 
 @contextmanager
-def _open_for_work(results: str, executor: str, workers: int | None) -> Iterator[tuple[Store, dict[str, Any]]]:
-    """Open the results, and yield them with arguments of `lab.running.run`; an interrupt becomes a short error
-    message.
+def _open_store_and_executor(
+    results: str, executor: str, workers: int | None
+) -> Iterator[tuple[Store, dict[str, Any]]]:
+    """Open the results, and yield them with arguments of `lab.running.execute_experiment`; an interrupt becomes a
+    short error message.
     """
-    from leafcut.lab.running import executor_performer
+    from leafcut.lab.running import perform_on_executor
     from leafcut.lab.store import Store
     from leafcut.order.executors import MOST_WORKERS, open_executor
 
@@ -299,7 +301,7 @@ def _open_for_work(results: str, executor: str, workers: int | None) -> Iterator
     with Store(results) as store, Reporter() as reporter, ExitStack() as opened:
         performer = None
         if executor != HERE:
-            performer = executor_performer(opened.enter_context(open_executor(executor, workers or 0)), ended)
+            performer = perform_on_executor(opened.enter_context(open_executor(executor, workers or 0)), ended)
         try:
             yield store, {"performer": performer, "progress": reporter, "cancelled": ended}
         except KeyboardInterrupt:
@@ -307,7 +309,7 @@ def _open_for_work(results: str, executor: str, workers: int | None) -> Iterator
 
 
 def _load_experiment(name: str, reduced: bool) -> Any:
-    from leafcut.lab.loading import load, short_form
+    from leafcut.lab.loading import load_experiment, reduced_experiment
 
-    experiment = load(name)
-    return short_form(experiment) if reduced else experiment
+    experiment = load_experiment(name)
+    return reduced_experiment(experiment) if reduced else experiment

@@ -17,7 +17,7 @@ from typing import Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError, ReadError
-from leafcut.files.whole_files import check_is_there
+from leafcut.files.whole_files import check_file_exists
 from leafcut.model.heartbeat import Progress
 from leafcut.model.outcome import Outcome
 from leafcut.processes import registry
@@ -59,13 +59,13 @@ def run_filter(
     """
     progress = FilterProgress()
     progress.report(0)
-    check_is_there("--options", Path(options_file) if options_file else None)
+    check_file_exists("--options", Path(options_file) if options_file else None)
     settings = collect_settings(options, Path(options_file) if options_file else None, defaults_file)
     names_machine = "machine" in settings.given - settings.defaults
-    with _machine_of_linuxcnc("" if names_machine else os.environ.get(INI_VARIABLE, "")) as own_profile:
+    with _temporary_linuxcnc_profile("" if names_machine else os.environ.get(INI_VARIABLE, "")) as own_profile:
         given = {**options, "machine": own_profile} if own_profile else dict(options)
         if process == "auto":
-            process = _process(file, own_profile or settings.machine.machine)
+            process = _default_process(file, own_profile or settings.machine.machine)
         outcome = api.optimize(
             file, process=process, options_file=options_file, defaults_file=defaults_file, progress=progress, **given
         )
@@ -74,7 +74,7 @@ def run_filter(
 
 
 @contextmanager
-def _machine_of_linuxcnc(ini: str) -> Iterator[str]:
+def _temporary_linuxcnc_profile(ini: str) -> Iterator[str]:
     """Yield a temporary profile of LinuxCNC's machine; "" without an ini file."""
     if not ini:
         yield ""
@@ -92,7 +92,7 @@ def _machine_of_linuxcnc(ini: str) -> Iterator[str]:
         yield str(profile)
 
 
-def _process(file: str, machine: str) -> str:
+def _default_process(file: str, machine: str) -> str:
     """Return the first process that suits the file and the machine's head, as the default of ``--process``.
 
     For example, a torch cuts what a spindle would drill, and an image with outlines becomes pockets on a mill. Without
@@ -108,7 +108,7 @@ def _process(file: str, machine: str) -> str:
     return next((process.process_values[0] for process in processes if head in process.heads), "auto")
 
 
-def check_file(words: Sequence[str]) -> str:
+def only_file(words: Sequence[str]) -> str:
     """Return the only file in the arguments of a filter. Raises OptionError or ReadError if the file does not exist."""
     if len(words) != 1:
         raise OptionError(f"filter takes one file, as LinuxCNC calls it; {len(words)} were given")

@@ -60,7 +60,7 @@ def _machines() -> Sequence[tuple[str, str]]:
     return machine_list()
 
 
-def _machine(name: str) -> tuple[str, str]:
+def _machine_file(name: str) -> tuple[str, str]:
     from leafcut.read.machine import load_machine, machine_template
 
     return load_machine(name).name, machine_template(name)
@@ -72,7 +72,7 @@ def _materials() -> Sequence[tuple[str, str]]:
     return material_list()
 
 
-def _material(name: str) -> tuple[str, str]:
+def _material_file(name: str) -> tuple[str, str]:
     from leafcut.read.work_materials import load_material, material_text
 
     return load_material(name).name, material_text(name)
@@ -84,7 +84,7 @@ def _dialects() -> Sequence[tuple[str, str]]:
     return dialect_list()
 
 
-def _dialect(name: str) -> tuple[str, str]:
+def _dialect_file(name: str) -> tuple[str, str]:
     from leafcut.gcode.dialects import dialect_template
 
     return name, dialect_template(name)
@@ -117,5 +117,6 @@ _ROWS: dict[str, Callable[[], Sequence[tuple[str, str]]]] = {
 }  # fmt: skip
 #: Kind with files → key of the file in the JSON answer, and function that returns the name and text of a file.
 _FILES: dict[str, tuple[str, Callable[[str], tuple[str, str]]]] = {
-    "machines": ("profile", _machine), "materials": ("material", _material), "dialects": ("dialect", _dialect),
+    "machines": ("profile", _machine_file), "materials": ("material", _material_file),
+    "dialects": ("dialect", _dialect_file),
 }  # fmt: skip

@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 from leafcut.cli.flags import Acceleration, File, Json, Lengths, Name, Rpm, Speed, Time
 from leafcut.cli.shared import print_json
-from leafcut.cli.usage import DASH, HELD, refuse_dash
+from leafcut.cli.usage import DASH, HELD, refuse_standard_input
 from leafcut.errors import OptionError, count_of
 from leafcut.files.whole_files import StandardInput, check_output, write_whole
 from leafcut.message import Message
@@ -145,8 +145,8 @@ def new_machine(
     """
     from leafcut.read.controllers.questions import ask_machine, read_answers
 
-    refuse_dash("--answers", answers)
-    refuse_dash("--base", base)
+    refuse_standard_input("--answers", answers)
+    refuse_standard_input("--base", base)
     files = [answers, base if base and base.lower().endswith(".toml") else None]
     _check_output(output, files)
     given: dict[str, Any] = {}
@@ -213,8 +213,8 @@ def check_machine(
     from leafcut import api
     from leafcut.report.fit_report import fit_as_json, print_fit
 
-    refuse_dash("machine check", *programs)
-    refuse_dash("--times", times)
+    refuse_standard_input("machine check", *programs)
+    refuse_standard_input("--times", times)
     pairs = _measured_programs(programs, measured or [], times)
     files = [machine if machine.lower().endswith(".toml") else None, times, *(program for program, _ in pairs)]
     _check_output(output, files)
@@ -223,7 +223,7 @@ def check_machine(
     fitted, results = api.check_times(pairs, machine, dialect=dialect, units=units)
     written = ""
     if output and (fitted.acceleration is not None or fitted.corner is not None):
-        _write(output, _fitted_profile(machine, fitted, len(pairs), output))
+        _write_signed(output, _fitted_profile(machine, fitted, len(pairs), output))
         written = output
     if as_json:
         print_json(fit_as_json(fitted, results, [seconds for _, seconds in pairs], written))
@@ -274,10 +274,13 @@ def _measured_programs(programs: Sequence[str], measured: Sequence[str], times: 
             f"--measured: {count_of(len(measured), 'time')} for {count_of(len(programs), 'program')}; "
             "give one for each, in their order"
         )
-    return [(program, _clock(parse_stopwatch_time, time)) for program, time in zip(programs, measured, strict=True)]
+    return [
+        (program, _parse_measured_time(parse_stopwatch_time, time))
+        for program, time in zip(programs, measured, strict=True)
+    ]
 
 
-def _clock(parse: Any, time: str) -> float:
+def _parse_measured_time(parse: Any, time: str) -> float:
     try:
         return float(parse(time))
     except OptionError as problem:
@@ -309,13 +312,13 @@ def import_tools(
     """Convert a tool library of another program; list the tools that leafcut cannot use, with the reason."""
     from leafcut.read.tool_text import imported_tools
 
-    refuse_dash("tools import", file)
+    refuse_standard_input("tools import", file)
     _check_output(output, [file])
     if units not in ("mm", "in", "", None):
         raise OptionError(f"--units: '{units}' is not mm or in")
     text, library = imported_tools(file, units or "", material or "")
     if output:
-        _write(output, text)
+        _write_signed(output, text)
     if as_json:
         answer = {"tools": len(library.tools), "left_out": list(library.left_out), "output": output or ""}
         print_json(answer if output else {**answer, "library": text})
@@ -331,17 +334,17 @@ def import_tools(
 
 
 def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
-    from leafcut.cli.several import check_own
+    from leafcut.cli.several import refuse_foreign_file
 
     if output in (DASH, HELD):
         raise OptionError("-o -: the result is printed if you leave out -o; name a file, or leave it out")
     if output is not None and not output.lower().endswith(".toml"):
         raise OptionError(f"-o {output}: a profile or library is TOML; name a file that ends in .toml")
     check_output(output, [source for source in inputs if source not in (None, DASH)])
-    check_own(output, ())
+    refuse_foreign_file(output, ())
 
 
-def _write(output: str, text: str) -> None:
+def _write_signed(output: str, text: str) -> None:
     """Write a profile or library with a digest, so that hand edits are never replaced."""
     from leafcut.files.digests import DIGEST_LINE, sign_program
 
@@ -350,20 +353,20 @@ def _write(output: str, text: str) -> None:
 
 def _write_or_print(imported: ImportedMachine, output: str | None, *, as_json: bool) -> None:
     if output:
-        _write(output, imported.text)
+        _write_signed(output, imported.text)
     if as_json:
-        print_json(_as_answer(imported, output))
+        print_json(_imported_as_json(imported, output))
         return
     if not output:
         print(imported.text, end="")
         for note in imported.notes:
             print(f"note: {note}", file=sys.stderr)
         return
-    _print_profile(imported)
+    _print_imported_values(imported)
     print(f"wrote {output}; use it with --machine {output}")
 
 
-def _as_answer(imported: ImportedMachine, output: str | None) -> Mapping[str, Any]:
+def _imported_as_json(imported: ImportedMachine, output: str | None) -> Mapping[str, Any]:
     values = [{"key": v.key, "value": v.value, "how": v.how.value, "source": v.source} for v in imported.values]
     answer = {
         "kind": imported.kind,
@@ -375,7 +378,7 @@ def _as_answer(imported: ImportedMachine, output: str | None) -> Mapping[str, An
     return {**answer, "output": output} if output else {**answer, "output": "", "profile": imported.text}
 
 
-def _print_profile(imported: ImportedMachine) -> None:
+def _print_imported_values(imported: ImportedMachine) -> None:
     from rich.console import Console
     from rich.table import Table
 

@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from leafcut.cli.flags import File, Json, Name, Time, switch
+from leafcut.cli.flags import File, Json, Name, Time, switch_parameter
 from leafcut.cli.progress import Reporter
 from leafcut.cli.several import (
     TABLE,
     all_drill_files,
-    check_own,
+    expand_folders_and_lists,
     expand_inputs,
-    inputs_of,
+    files_beside_inputs,
     output_files,
-    places_beside,
+    refuse_foreign_file,
 )
 from leafcut.cli.shared import (
     DONE,
@@ -30,17 +30,17 @@ from leafcut.cli.shared import (
     NoDefaults,
     OptionsFile,
     Quiet,
-    check_file_name,
-    dashed,
-    defaults_given,
+    defaults_file_unless,
     given_options,
-    note_old_output,
+    note_unchanged_output,
+    print_error_line,
     print_issues,
     print_json,
-    print_line,
-    write_program,
+    refuse_standard_output,
+    restore_dash,
+    write_program_to_stdout,
 )
-from leafcut.cli.usage import DASH, refuse_dash
+from leafcut.cli.usage import DASH, refuse_standard_input
 from leafcut.errors import OptionError
 from leafcut.files.user_files import first_time
 from leafcut.files.whole_files import StandardInput
@@ -68,7 +68,7 @@ def optimize(
             "of leafcut (default: beside the input)",
         ),
     ] = None,
-    dry_run: Annotated[bool, switch("--dry-run", help="write no program")] = False,
+    dry_run: Annotated[bool, switch_parameter("--dry-run", help="write no program")] = False,
     report: Annotated[
         File | None,
         Parameter(
@@ -109,26 +109,26 @@ def optimize(
 
     The search ends when its colonies agree; --time-limit and --preset limit it.
     """
-    output, report = dashed(output), dashed(report)
+    output, report = restore_dash(output), restore_dash(report)
     asked = process if command == "optimize" or process != "auto" else command
-    check_file_name("--report", report)
-    refuse_dash("--options", options_file)
+    refuse_standard_output("--report", report)
+    refuse_standard_input("--options", options_file)
     _check_workers(executor, workers)
     if dry_run and output is not None:
         raise OptionError("--dry-run writes no program; leave -o out")
     if output == DASH and as_json:
         raise OptionError("--json and -o - both write to standard output; leave one out")
-    general = {"process": asked, "options_file": options_file, "defaults_file": defaults_given(no_defaults)}
+    general = {"process": asked, "options_file": options_file, "defaults_file": defaults_file_unless(no_defaults)}
     given: dict[str, Any] = general | given_options(options)
-    words = [*map(dashed, sources)]
+    words = [*map(restore_dash, sources)]
     if watch:
-        _check_one_file(given, "a folder has many programs")
+        _refuse_single_file_options(given, "a folder has many programs")
         if dry_run or report or as_json:
             raise OptionError("--watch writes programs, a table and a report with -o; leave the other outputs out")
-        return _watch(words, output, given, every or "2s", executor, workers, quiet=quiet)
+        return _watch_folder(words, output, given, every or "2s", executor, workers, quiet=quiet)
     if every is not None:
         raise OptionError("--every is used with --watch only; leave it out")
-    inputs_found = inputs_of(words)
+    inputs_found = expand_folders_and_lists(words)
     inputs, each = expand_inputs(inputs_found, command, folder=output, joins=asked in ("auto", "drill"))
     if each or inputs_found != words:
         return _optimize_each(
@@ -142,17 +142,17 @@ def optimize(
     loaded: list[Input] = [StandardInput.read()] if inputs == [DASH] else [*inputs]
     if asked == "auto":
         loaded = [read_once(source) for source in loaded]
-    file = None if dry_run or output == DASH else _program_file(inputs, loaded, output, given)
+    file = None if dry_run or output == DASH else _output_file(inputs, loaded, output, given)
     replaced = Path(file).read_bytes() if file and output is None and Path(file).is_file() else None
-    with note_old_output(file), Reporter(quiet=quiet) as reporter:
+    with note_unchanged_output(file), Reporter(quiet=quiet) as reporter:
         outcome = api.optimize(loaded, file, report=report, progress=reporter, **given)
     _report_replaced(file, replaced)
     if output == DASH:
-        write_program(outcome.text.encode(outcome.encoding))
+        write_program_to_stdout(outcome.text.encode(outcome.encoding))
         outcome = replace(outcome, output="standard output")
 
     if as_json:
-        from leafcut.report.json_answer import as_json as answer
+        from leafcut.report.json_answer import program_as_json as answer
 
         print_json(answer(registry.report_of(outcome)))
     elif quiet:
@@ -162,11 +162,11 @@ def optimize(
 
         from leafcut.report.summary import print_summary
 
-        print_summary(registry.report_of(_without_known_note(outcome)), Console(stderr=output == DASH))
-    return _status_of(outcome)
+        print_summary(registry.report_of(_drop_shown_machine_note(outcome)), Console(stderr=output == DASH))
+    return _exit_status(outcome)
 
 
-def _program_file(
+def _output_file(
     inputs: Sequence[str], loaded: Sequence[Input], output: str | None, given: Mapping[str, Any]
 ) -> str | None:
     """Return the program file, by default beside the input; None for standard input without an output.
@@ -180,25 +180,25 @@ def _program_file(
     command = ""
     if output is None and inputs != [DASH]:
         name, command = api.program_for(loaded[0], **given)
-        output = places_beside(inputs[:1], [name], inputs)[0]
+        output = files_beside_inputs(inputs[:1], [name], inputs)[0]
         if Path(output).is_file():
             registry.check_process_value(str(given["process"]))
             registry.process_for([read_source(source) for source in loaded], str(given["process"]))
-    check_own(output, inputs, command)
+    refuse_foreign_file(output, inputs, command)
     return output
 
 
 def _report_replaced(file: str | None, before: bytes | None) -> None:
     """Report that a program replaced an earlier program with different contents, `before`."""
     if file is not None and before is not None and Path(file).read_bytes() != before:
-        print_line(f"{file}: replaced leafcut's earlier program; name another file with -o to keep both", DONE)
+        print_error_line(f"{file}: replaced leafcut's earlier program; name another file with -o to keep both", DONE)
 
 
-def _status_of(outcome: Outcome) -> int:
+def _exit_status(outcome: Outcome) -> int:
     return INCOMPLETE if outcome.missing else DONE
 
 
-def _without_known_note(outcome: Outcome) -> Outcome:
+def _drop_shown_machine_note(outcome: Outcome) -> Outcome:
     """Return an outcome without the note on this machine (L403) if it was shown before; notes on the part stay."""
     from leafcut.model.issue import Severity
 
@@ -214,7 +214,7 @@ def _without_known_note(outcome: Outcome) -> Outcome:
     return outcome
 
 
-def _check_one_file(given: Mapping[str, Any], several: str) -> None:
+def _refuse_single_file_options(given: Mapping[str, Any], several: str) -> None:
     for _, name, spec in all_options():
         if spec.is_output and given.get(name):
             raise OptionError(f"{flag_name(name)}: names one file but {several}; run them one by one")
@@ -247,7 +247,7 @@ def _optimize_each(
     from leafcut.cli.batch import read_table, run_batch
     from leafcut.order.executors import open_executor
 
-    _check_one_file(given, "there are several inputs")
+    _refuse_single_file_options(given, "there are several inputs")
     if DASH in inputs:
         raise OptionError("-: standard input cannot be combined with other inputs")
     if given.get("origin") in PLACES and len(inputs) > 1 and all_drill_files(inputs):
@@ -257,14 +257,14 @@ def _optimize_each(
         )
     names, works = zip(*(api.program_for(source, **given) for source in inputs), strict=True)
     if output is None and not dry_run:
-        programs: Sequence[str | None] = places_beside(inputs, names, inputs)
+        programs: Sequence[str | None] = files_beside_inputs(inputs, names, inputs)
         for program, work in zip(programs, works, strict=True):
-            check_own(program, inputs, work)
+            refuse_foreign_file(program, inputs, work)
     else:
         programs = output_files(inputs, names, output, "-o")
         earlier = {row.program_sha256 for row in read_table(Path(output) / TABLE).values()} if output else set()
         for program in programs:
-            check_own(program, inputs, earlier=earlier)
+            refuse_foreign_file(program, inputs, earlier=earlier)
     pages = output_files(inputs, [f"{Path(name).stem}.html" for name in names], report, "--report")
     with Reporter(quiet=quiet) as reporter:
         make = partial(
@@ -289,7 +289,7 @@ def _optimize_each(
 
 
 def _print_results(results: Sequence[BatchResult], folder: str | None, *, as_json: bool, quiet: bool) -> int:
-    from leafcut.report.several import print_programs, several_as_json
+    from leafcut.report.several import batch_as_json, print_batch
 
     rows = [result.as_json() for result in results]
     status = next(
@@ -297,7 +297,7 @@ def _print_results(results: Sequence[BatchResult], folder: str | None, *, as_jso
         DONE,
     )
     if as_json:
-        print_json(several_as_json(rows, status))
+        print_json(batch_as_json(rows, status))
     elif quiet:
         for result in results:
             print_issues(result.issues, f"{result.row.input}: ")
@@ -305,15 +305,15 @@ def _print_results(results: Sequence[BatchResult], folder: str | None, *, as_jso
         from rich.console import Console
 
         figures = [asdict(result.row) for result in results]
-        print_programs([*zip(figures, rows, strict=True)], folder, Console())
+        print_batch([*zip(figures, rows, strict=True)], folder, Console())
     return status
 
 
 def _print_refusal(line: str) -> None:
-    print_line(line, REFUSED)
+    print_error_line(line, REFUSED)
 
 
-def _watch(
+def _watch_folder(
     words: Sequence[str],
     output: str | None,
     given: Mapping[str, Any],
@@ -371,46 +371,46 @@ def filter_program(
     The machine is LinuxCNC's, from its .ini, unless --machine or --options names one. A line in [FILTER] of the .ini
     calls it: dxf = leafcut filter --thickness 6
     """
-    from leafcut.cli.linuxcnc_filter import check_file, run_filter
+    from leafcut.cli.linuxcnc_filter import only_file, run_filter
 
-    refuse_dash("filter", *sources)
-    refuse_dash("--options", options_file)
+    refuse_standard_input("filter", *sources)
+    refuse_standard_input("--options", options_file)
     outcome = run_filter(
-        check_file(sources),
+        only_file(sources),
         given_options(options),
         process=process,
         options_file=options_file,
-        defaults_file=defaults_given(no_defaults),
+        defaults_file=defaults_file_unless(no_defaults),
     )
     print_issues(outcome.issues)
-    if _status_of(outcome) == INCOMPLETE:
+    if _exit_status(outcome) == INCOMPLETE:
         line = "something in the drawing would not be done, so it is not opened; leave its layer out, or correct it"
-        return print_line(line, INCOMPLETE)
-    write_program(outcome.text.encode(outcome.encoding))
+        return print_error_line(line, INCOMPLETE)
+    write_program_to_stdout(outcome.text.encode(outcome.encoding))
     return DONE
 
 
-def _sheets_beside(parts: Sequence[str]) -> str | None:
+def _default_sheet_file(parts: Sequence[str]) -> str | None:
     """Return the default file of nested sheets, in the folder of the first part and with its name; None if there is no
     part.
 
     Raises OutputError if it cannot be written.
     """
-    inputs = _part_files(parts)
+    inputs = _files_without_quantities(parts)
     if not inputs or (":" not in inputs[0] and not Path(inputs[0]).exists()):
         return None  # the missing part is refused when it is read
-    return places_beside(inputs[:1], [f"{Path(inputs[0]).stem}.dxf"], inputs)[0]
+    return files_beside_inputs(inputs[:1], [f"{Path(inputs[0]).stem}.dxf"], inputs)[0]
 
 
-def _part_files(parts: Sequence[str]) -> list[str]:
+def _files_without_quantities(parts: Sequence[str]) -> list[str]:
     from leafcut.read.nest_list import file_and_quantity
 
     return [file_and_quantity(word)[0] for word in parts]
 
 
-def _check_sheets(output: str, parts: Sequence[str], remnants: str | None) -> None:
+def _refuse_foreign_sheets(output: str, parts: Sequence[str], remnants: str | None) -> None:
     """Raise OutputError if a sheet of this name, or a remnant in the folder `remnants`, was not written by leafcut."""
-    file, inputs = Path(output), _part_files(parts)
+    file, inputs = Path(output), _files_without_quantities(parts)
     names = [(file.parent, r"(_v\d+)?(_\d+)?")]
     if remnants is not None:
         names.append((Path(remnants), r"(_\d+)?_rest(_\d+)?"))
@@ -418,7 +418,7 @@ def _check_sheets(output: str, parts: Sequence[str], remnants: str | None) -> No
         pattern = re.compile(rf"{re.escape(file.stem)}{ending}\.dxf", re.IGNORECASE)
         for drawing in sorted(folder.iterdir() if folder.is_dir() else ()):
             if pattern.fullmatch(drawing.name):
-                check_own(str(drawing), inputs, "nest")
+                refuse_foreign_file(str(drawing), inputs, "nest")
 
 
 def nest(
@@ -433,7 +433,7 @@ def nest(
             "leafcut (default: beside the first part)",
         ),
     ] = None,
-    dry_run: Annotated[bool, switch("--dry-run", help="write no drawing")] = False,
+    dry_run: Annotated[bool, switch_parameter("--dry-run", help="write no drawing")] = False,
     options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
@@ -443,22 +443,22 @@ def nest(
     """Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."""
     from leafcut import api
 
-    refuse_dash("nest", *parts)
-    refuse_dash("--options", options_file)
-    to_standard_output = dashed(output) == DASH
+    refuse_standard_input("nest", *parts)
+    refuse_standard_input("--options", options_file)
+    to_standard_output = restore_dash(output) == DASH
     if dry_run and output is not None:
         raise OptionError("--dry-run writes no drawing; leave -o out")
     if to_standard_output and as_json:
         raise OptionError("--json and -o - both write to standard output; leave one out")
-    file = None if to_standard_output or dry_run else _sheets_beside(parts) if output is None else output
+    file = None if to_standard_output or dry_run else _default_sheet_file(parts) if output is None else output
     if file is not None:
-        _check_sheets(file, parts, given_options(options).get("remnants_out"))
-    with note_old_output(file), Reporter(quiet=quiet) as reporter:
+        _refuse_foreign_sheets(file, parts, given_options(options).get("remnants_out"))
+    with note_unchanged_output(file), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(
             [*parts],
             file,
             options_file=options_file,
-            defaults_file=defaults_given(no_defaults),
+            defaults_file=defaults_file_unless(no_defaults),
             progress=reporter,
             **given_options(options),
         )
@@ -468,7 +468,7 @@ def nest(
             raise OptionError(
                 f"-o -: the nest has {len(drawings)} drawings, but standard output takes only one; name a file"
             )
-        write_program(drawings[0].encode())
+        write_program_to_stdout(drawings[0].encode())
         outcome = replace(outcome, files=(("standard output",),))
     if as_json:
         print_json(registry.command_function("nest_answer")(outcome))

@@ -30,17 +30,17 @@ class Reporter:
         if self.quiet:
             return
         if now.step.startswith("compiling"):
-            self._print(f"leafcut: {now.step} …")
+            self._print_above_bar(f"leafcut: {now.step} …")
         if not self.terminal or time.perf_counter() - self.began < QUIET_SECONDS:
             return
         if self.bar is None:
-            self._open()
+            self._open_bar()
         words = now.step if now.cost is None else f"{now.step}: {now.cost:,.2f}"
         if now.gap is not None:
             words += f", gap at most {100.0 * now.gap:.2f} %"
-        self.bar.update(self.task, completed=100.0 * now.share, description=words, left=self._left(now.share))
+        self.bar.update(self.task, completed=100.0 * now.share, description=words, left=self._time_left(now.share))
 
-    def _left(self, share: float) -> str:
+    def _time_left(self, share: float) -> str:
         now = time.perf_counter()
         if self.origin is None or not 0.0 < self.origin[1] <= share:
             self.origin = (now, share)
@@ -50,13 +50,13 @@ class Reporter:
         seconds = (now - start_time) * (1.0 - share) / (share - start_share)
         return f"{seconds:.0f} s left" if seconds < 90 else f"{seconds / 60:.0f} min left"
 
-    def _print(self, line: str) -> None:
+    def _print_above_bar(self, line: str) -> None:
         if self.bar is not None:
             self.bar.console.print(line)
         else:
             print(line, file=sys.stderr, flush=True)
 
-    def _open(self) -> None:
+    def _open_bar(self) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
         from rich.progress import Progress as Bar

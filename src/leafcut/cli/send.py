@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import File, Json, Name, switch
+from leafcut.cli.flags import File, Json, Name, switch_parameter
 from leafcut.cli.shared import print_json
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import OptionError, SendError
@@ -57,33 +57,33 @@ def send(
     ] = None,
     check: Annotated[
         bool,
-        switch("--check", help="the controller reads the program without moving the machine ($C)"),
+        switch_parameter("--check", help="the controller reads the program without moving the machine ($C)"),
     ] = False,
     dry_run: Annotated[
         bool,
-        switch(
+        switch_parameter(
             "--dry-run",
             help="query the machine and check everything, but do not send the program",
         ),
     ] = False,
-    home: Annotated[bool, switch("--home", help="home the machine first ($H)")] = False,
+    home: Annotated[bool, switch_parameter("--home", help="home the machine first ($H)")] = False,
     unlock: Annotated[
         bool,
-        switch(
+        switch_parameter(
             "--unlock",
             help="first clear a hold or an alarm, without homing ($X)",
         ),
     ] = False,
     unhomed: Annotated[
         bool,
-        switch(
+        switch_parameter(
             "--unhomed",
             help="the machine has no homing ($22=0): only the size of the program is checked against its travel",
         ),
     ] = False,
     zero_here: Annotated[
         bool,
-        switch(
+        switch_parameter(
             "--zero-here",
             help="the tool is at the program's zero (G10 L20 P1 X0 Y0 Z0)",
         ),
@@ -95,11 +95,11 @@ def send(
     log: Annotated[
         File | None, Parameter(name="--log", help="log file, to which all serial traffic is appended")
     ] = None,
-    yes: Annotated[bool, switch("--yes", "-y", help="start without asking for confirmation")] = False,
+    yes: Annotated[bool, switch_parameter("--yes", "-y", help="start without asking for confirmation")] = False,
     as_json: Json = False,
     quiet: Annotated[
         bool,
-        switch("--quiet", "-q", help="print only warnings: no progress and no summary"),
+        switch_parameter("--quiet", "-q", help="print only warnings: no progress and no summary"),
     ] = False,
 ) -> int:
     """Send a program to a GRBL or Marlin board, after checking it against the machine's current state.
@@ -108,21 +108,21 @@ def send(
     to resume is shown.
     """
     from leafcut.sender.firmware import conversation_class
-    from leafcut.sender.job import accepted_codes, read_job
-    from leafcut.sender.port import SerialPort, ports_in_words
+    from leafcut.sender.job import parse_accepted_codes, read_job
+    from leafcut.sender.port import SerialPort, serial_ports_sentence
 
     if more:
         raise OptionError(f"send takes one program, not {1 + len(more)}; send them one by one")
-    _check_wishes(program, from_hole, from_line, check=check, dry_run=dry_run, yes=yes)
+    _check_flags(program, from_hole, from_line, check=check, dry_run=dry_run, yes=yes)
     check_output(log, [program, *[file for file in (machine, dialect) if file and file.endswith(".toml")]])
-    accepted = accepted_codes(accept or "")
+    accepted = parse_accepted_codes(accept or "")
     job = read_job(program, machine, dialect_name=dialect, units=units, accept=accepted)
     speaker = conversation_class(job.machine, machine)
     if check and not speaker.check_line:
         raise OptionError("--check: Marlin has no check mode; --dry-run checks the program without sending it")
     if port is None:
-        raise OptionError(f"send needs --port; {ports_in_words()}")
-    with _logging(log) as add, _terminating():
+        raise OptionError(f"send needs --port; {serial_ports_sentence()}")
+    with _open_log(log) as add, _stop_on_signals():
         line = SerialPort(port, baud)
         try:
             talk = speaker(line, add)
@@ -134,59 +134,61 @@ def send(
                 talk.zero_here()
             if locked and not (home or zero_here or unhomed):
                 raise SendError("it was locked by an alarm, so its position may be wrong: add --home, or --unhomed")
-            facts, job = _ready(talk, job, unhomed=unhomed or zero_here, quiet=quiet)
-            steps = _steps(job, facts, from_hole, from_line, quiet=quiet or as_json)
+            facts, job = _prepare_job(talk, job, unhomed=unhomed or zero_here, quiet=quiet)
+            steps = _steps_to_send(job, facts, from_hole, from_line, quiet=quiet or as_json)
             if dry_run:
                 _print_unless_quiet(f"{program}: can be sent to {port}; nothing was sent", quiet=quiet or as_json)
                 ending = None
             else:
-                ending = _run(talk, facts, job, steps, check=check, unhomed=unhomed or zero_here, yes=yes, quiet=quiet)
+                ending = _run_program(
+                    talk, facts, job, steps, check=check, unhomed=unhomed or zero_here, yes=yes, quiet=quiet
+                )
         finally:
             line.close()
-    return _finish(ending, job, port, as_json=as_json, quiet=quiet)
+    return _print_ending(ending, job, port, as_json=as_json, quiet=quiet)
 
 
-def _check_wishes(
+def _check_flags(
     program: str, from_hole: int | None, from_line: int | None, *, check: bool, dry_run: bool, yes: bool
 ) -> None:
-    from leafcut.sender.resuming import check_place
+    from leafcut.sender.resuming import refuse_hole_and_line
 
     if program in (DASH, HELD):
         raise OptionError("send -: name a file, so that the run can be resumed after a break")
-    check_place(from_hole, from_line)
+    refuse_hole_and_line(from_hole, from_line)
     if check and dry_run:
         raise OptionError("--check and --dry-run exclude each other: --check sends the program, --dry-run does not")
     if not (check or dry_run or yes or (sys.stdin is not None and sys.stdin.isatty())):
         raise OptionError("no terminal to confirm the start: use a terminal, or add --yes")
 
 
-def _ready(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> tuple[Facts, SendJob]:
-    from leafcut.sender.job import issues_to_show
+def _prepare_job(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> tuple[Facts, SendJob]:
+    from leafcut.sender.job import issues_except_notes
     from leafcut.sender.job_checks import check_program, check_ready
 
     facts = talk.facts()
     check_ready(facts, unhomed=unhomed, restarted=talk.restarted, family=talk.family)
     differences = check_program(job, facts, unhomed=unhomed)
-    for issue in issues_to_show([*job.issues, *differences]):
+    for issue in issues_except_notes([*job.issues, *differences]):
         print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)
     if not quiet and facts.soft_limits_off:
         print(f"leafcut: {facts.soft_limits_off}", file=sys.stderr)
     return facts, job.for_machine(facts.machine_with_settings(job.machine))
 
 
-def _steps(
+def _steps_to_send(
     job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None, *, quiet: bool
 ) -> Sequence[SentStep]:
-    from leafcut.sender.resuming import steps_from_resume
+    from leafcut.sender.resuming import steps_to_send
 
-    line, steps, tool = steps_from_resume(job, facts, from_hole, from_line)
+    line, steps, tool = steps_to_send(job, facts, from_hole, from_line)
     put = "" if tool is None else f"; tool T{tool} must be in the spindle"
     if line:
         _print_unless_quiet(f"continues from line {line} '{job.text(line)}'{put}", quiet=quiet)
     return steps
 
 
-def _run(
+def _run_program(
     talk: Conversation,
     facts: Facts,
     job: SendJob,
@@ -202,7 +204,7 @@ def _run(
     run = SendRun(talk, facts, job, steps, check=check, unhomed=unhomed)
     shown = _ProgressLine(job, quiet=quiet)
     run.observe = shown.show
-    keys = Keys(lambda key: _press(run, key))
+    keys = Keys(lambda key: _handle_key(run, key))
     if keys.terminal and not check:
         run.prompt = lambda pause, messages: shown.ask(keys, pause, messages)
     if not check and not yes:
@@ -220,7 +222,7 @@ def _run(
     return ending
 
 
-def _press(run: SendRun, key: str) -> None:
+def _handle_key(run: SendRun, key: str) -> None:
     from leafcut.sender.run import Request
 
     requests = {
@@ -264,7 +266,7 @@ class _ProgressLine:
         self.clear()
         for line in messages:
             print(line, file=sys.stderr)
-        with keys.lines():
+        with keys.line_input():
             words = (
                 "Enter continues, q stops, a line such as G10 L20 P0 Z0 or $J=G91 Z5 F500 is sent to the controller: "
             )
@@ -273,7 +275,7 @@ class _ProgressLine:
         return None if not line or line.strip().lower() == "q" else line.strip()
 
 
-def _finish(ending: RunResult | None, job: SendJob, port: str, *, as_json: bool, quiet: bool) -> int:
+def _print_ending(ending: RunResult | None, job: SendJob, port: str, *, as_json: bool, quiet: bool) -> int:
     from leafcut.sender.run_texts import ending_as_json, ending_in_words
 
     if ending is None:
@@ -298,7 +300,7 @@ def _print_unless_quiet(line: str, *, quiet: bool) -> None:
 
 
 @contextmanager
-def _logging(name: str | None) -> Iterator[Any]:
+def _open_log(name: str | None) -> Iterator[Any]:
     if name is None:
         yield None
         return
@@ -319,7 +321,7 @@ def _logging(name: str | None) -> Iterator[Any]:
 
 
 @contextmanager
-def _terminating() -> Iterator[None]:
+def _stop_on_signals() -> Iterator[None]:
     """Stop the machine even if this program is terminated by a signal."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -352,38 +354,38 @@ class Keys:
 
     def __enter__(self) -> Keys:
         if self.terminal:
-            self._raw()
-            threading.Thread(target=self._watch, daemon=True).start()
+            self._enter_key_mode()
+            threading.Thread(target=self._read_keys, daemon=True).start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._closed.set()
-        self._cooked()
+        self._leave_key_mode()
 
     @contextmanager
-    def lines(self) -> Iterator[None]:
+    def line_input(self) -> Iterator[None]:
         """Release the terminal, so that whole lines can be read."""
         if self.terminal:
-            self._cooked()
+            self._leave_key_mode()
             self._idle.wait(1.0)
         try:
             yield
         finally:
             if self.terminal:
-                self._raw()
+                self._enter_key_mode()
 
-    def _watch(self) -> None:
+    def _read_keys(self) -> None:
         while not self._closed.is_set():
             if not self._reading.is_set():
                 self._idle.set()
                 self._reading.wait(_LOOK_SECONDS)
                 continue
             self._idle.clear()
-            key = _key()
+            key = _poll_key()
             if key and self._reading.is_set():
                 self.pressed(key)
 
-    def _raw(self) -> None:
+    def _enter_key_mode(self) -> None:
         if os.name == "posix":
             import termios
             import tty
@@ -392,7 +394,7 @@ class Keys:
             tty.setcbreak(sys.stdin)
         self._reading.set()
 
-    def _cooked(self) -> None:
+    def _leave_key_mode(self) -> None:
         self._reading.clear()
         if self._before is not None:
             import termios
@@ -401,7 +403,7 @@ class Keys:
             self._before = None
 
 
-def _key() -> str:
+def _poll_key() -> str:
     """Return a pressed key, or "" after a short wait."""
     if os.name == "posix":
         import select

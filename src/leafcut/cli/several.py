@@ -20,7 +20,7 @@ UNIT_WORDS = frozenset(unit for units in FACTORS.values() for unit in units)
 _DASH = "-"
 
 
-def inputs_of(words: Iterable[str]) -> list[str]:
+def expand_folders_and_lists(words: Iterable[str]) -> list[str]:
     """Return the inputs; a folder is replaced by its files, and a list (.list) by the inputs on its lines.
 
     Of a folder, only files that leafcut can read (by content or extension) are used. Lines of a list that start with #
@@ -116,7 +116,7 @@ def all_drill_files(inputs: Iterable[str]) -> bool:
     return all(format_name(source) == "excellon" for source in inputs)
 
 
-def places_beside(inputs: Sequence[str], names: Sequence[str], all_inputs: Iterable[str]) -> list[str]:
+def files_beside_inputs(inputs: Sequence[str], names: Sequence[str], all_inputs: Iterable[str]) -> list[str]:
     """Return the program file of each input, in the folder of the input or in the working folder for a built-in input.
 
     A program that would replace one of `all_inputs` gets ``.leafcut`` in its name. Raises OptionError if two inputs
@@ -129,13 +129,13 @@ def places_beside(inputs: Sequence[str], names: Sequence[str], all_inputs: Itera
         if any(same_file(path, source) for source in known):
             path = path.with_name(f"{path.stem}.leafcut{path.suffix}")
         targets.append(str(path))
-    _check_names(inputs, targets)
+    _refuse_equal_names(inputs, targets)
     for target in targets:
         check_output(target, known)
     return targets
 
 
-def check_own(
+def refuse_foreign_file(
     target: str | None, inputs: Sequence[str], command: str = "", earlier: Container[str] = frozenset()
 ) -> None:
     """Raise OutputError for an existing file, unless it is a copy of an input or an unchanged file of leafcut.
@@ -163,7 +163,7 @@ def check_own(
         )
 
 
-def _check_names(inputs: Sequence[str], names: Sequence[str]) -> None:
+def _refuse_equal_names(inputs: Sequence[str], names: Sequence[str]) -> None:
     first: dict[str, str] = {}
     for source, name in zip(inputs, names, strict=True):
         if name.casefold() in first:
@@ -181,7 +181,7 @@ def output_files(inputs: Sequence[str], names: Sequence[str], folder: str | None
     """
     if folder is None:
         return [None for _ in inputs]
-    _check_names(inputs, names)
+    _refuse_equal_names(inputs, names)
     if folder == _DASH:
         raise OptionError(
             f"{flag} -: only one program can be written to standard output; for {len(inputs)} inputs name a folder"

@@ -12,10 +12,10 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import File, Name, switch
+from leafcut.cli.flags import File, Name, switch_parameter
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import DataError, LeafcutError, OptionError
-from leafcut.files.schemas import ANSWER, numbered
+from leafcut.files.schemas import ANSWER, add_schema_number
 from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file
 from leafcut.files.whole_files import OutputError
 from leafcut.message import Message
@@ -31,7 +31,7 @@ MAX_WARNINGS = 10
 OptionsFile = Annotated[File | None, Parameter(name="--options", help="a TOML file of options")]
 NoDefaults = Annotated[
     bool,
-    switch(
+    switch_parameter(
         "--no-defaults",
         help=f"ignore your defaults file (leafcut/defaults.toml in your settings folder, or ${DEFAULTS_VARIABLE})",
     ),
@@ -40,10 +40,10 @@ DialectOption = Annotated[
     Name | None,
     Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
 ]
-Quiet = Annotated[bool, switch("--quiet", "-q", help="print only warnings: no progress and no summary")]
+Quiet = Annotated[bool, switch_parameter("--quiet", "-q", help="print only warnings: no progress and no summary")]
 
 
-def failure(problem: Exception) -> tuple[str, int]:
+def error_line_and_status(problem: Exception) -> tuple[str, int]:
     """Return the error line of an exception, and the exit status."""
     if isinstance(problem, LeafcutError):
         line = "; ".join([str(problem), *getattr(problem, "__notes__", ())])
@@ -67,13 +67,13 @@ def print_issues(issues: Iterable[Any], place: str = "") -> None:
     for line, is_limit in lines.items():
         # Never shorten assumptions.
         if is_limit or n_left > 0:
-            print_line(line, DONE)
+            print_error_line(line, DONE)
         n_left -= not is_limit
     if n_left < 0:
-        print_line(f"warning: {-n_left} more", DONE)
+        print_error_line(f"warning: {-n_left} more", DONE)
 
 
-def print_line(line: str, status: int) -> int:
+def print_error_line(line: str, status: int) -> int:
     """Print a line on standard error, and return the status."""
     print(f"leafcut: {printable(line)}", file=sys.stderr)
     return status
@@ -87,7 +87,7 @@ def printable(line: str) -> str:
 
 def print_json(answer: Mapping[str, Any]) -> None:
     """Print the answer of a command as JSON, schema number first."""
-    text = json.dumps(numbered(ANSWER, answer), allow_nan=False, indent=2, ensure_ascii=False)
+    text = json.dumps(add_schema_number(ANSWER, answer), allow_nan=False, indent=2, ensure_ascii=False)
     with suppress(UnicodeError):
         # If a file name does not fit the locale, Python stores its bytes as surrogates: restore the characters.
         text = text.encode("utf-8", "surrogateescape").decode("utf-8")
@@ -100,7 +100,7 @@ def print_json(answer: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def note_old_output(output: str | None) -> Iterator[None]:
+def note_unchanged_output(output: str | None) -> Iterator[None]:
     """Add a note to an error if the output of an earlier run still exists, because that program would run on the
     machine.
     """
@@ -112,7 +112,7 @@ def note_old_output(output: str | None) -> Iterator[None]:
         raise
 
 
-def answer_each_input(
+def process_each_input(
     noun: str, inputs: Sequence[str], do: Callable[[int, str], tuple[dict[str, Any], int]]
 ) -> tuple[list[dict[str, Any]], int]:
     """Return the answer for each input with its ``status``, and the worst status; errors are printed at once."""
@@ -121,20 +121,20 @@ def answer_each_input(
         try:
             answer, status = do(number, source)
         except KeyboardInterrupt:
-            print_line(f"interrupted; {number} of {len(inputs)} inputs were done", REFUSED)
+            print_error_line(f"interrupted; {number} of {len(inputs)} inputs were done", REFUSED)
             rows += [{noun: unfinished, "error": "interrupted", "status": REFUSED} for unfinished in inputs[number:]]
             break
         except BrokenPipeError:
             raise
         except Exception as problem:
-            line, status = failure(problem)
-            print_line(name_input(source, line), status)
+            line, status = error_line_and_status(problem)
+            print_error_line(prefix_input_name(source, line), status)
             answer = {noun: source, "error": line}
         rows.append({**answer, "status": status})
     return rows, max((row["status"] for row in rows), key=_STATUS_ORDER.index)
 
 
-def name_input(source: str, line: str) -> str:
+def prefix_input_name(source: str, line: str) -> str:
     """Return a line that names its input."""
     return line if source in line or str(Path(source)) in line else f"{source}: {line}"
 
@@ -147,26 +147,26 @@ def print_defaults(options: Sequence[str]) -> None:
 
 def given_options(options: dict[str, Any]) -> dict[str, Any]:
     """Return the options that have a value."""
-    return {name: dashed(value) for name, value in options.items() if value is not None}
+    return {name: restore_dash(value) for name, value in options.items() if value is not None}
 
 
-def check_file_name(flag: str, name: str | None) -> None:
+def refuse_standard_output(flag: str, name: str | None) -> None:
     """Raise OptionError if standard output is named for an output that is not a program."""
-    if dashed(name) == DASH:
+    if restore_dash(name) == DASH:
         raise OptionError(f"{flag} -: only a program can be written to standard output; name a file")
 
 
-def dashed(word: Any) -> Any:
+def restore_dash(word: Any) -> Any:
     """Return ``-`` for its placeholder on the command line (`HELD`); other words are unchanged."""
     return DASH if word == HELD else word
 
 
-def defaults_given(left_out: bool) -> Path | None:
+def defaults_file_unless(left_out: bool) -> Path | None:
     """Return the user's defaults file; None if `left_out` is set or the file does not exist."""
     return None if left_out else defaults_file()
 
 
-def write_program(data: bytes) -> None:
+def write_program_to_stdout(data: bytes) -> None:
     """Write a program to standard output as bytes, independent of the terminal's encoding."""
     sys.stdout.flush()
     sys.stdout.buffer.write(data)

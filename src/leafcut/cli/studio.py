@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import NUMBER, switch
+from leafcut.cli.flags import NUMBER, switch_parameter
 
 
 def open_studio(
@@ -14,7 +14,9 @@ def open_studio(
     port: Annotated[
         NUMBER | None, Parameter(name="--port", help="port to listen on (default: 8173, or the next free one)")
     ] = None,
-    no_open: Annotated[bool, switch("--no-open", help="print the address instead of opening a browser")] = False,
+    no_open: Annotated[
+        bool, switch_parameter("--no-open", help="print the address instead of opening a browser")
+    ] = False,
 ) -> int:
     """Open the studio in your browser: open, see, run, compare, download. For use on this computer only."""
     from leafcut.studio.server import app as studio

@@ -6,18 +6,18 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import File, switch
+from leafcut.cli.flags import File, switch_parameter
 from leafcut.cli.progress import Reporter
 from leafcut.cli.shared import (
     DONE,
     MAX_WARNINGS,
     NoDefaults,
-    check_file_name,
-    dashed,
-    defaults_given,
+    defaults_file_unless,
     given_options,
     print_defaults,
     print_json,
+    refuse_standard_output,
+    restore_dash,
 )
 from leafcut.cli.usage import DASH
 from leafcut.errors import OptionError
@@ -34,7 +34,7 @@ def solve(
     ] = None,
     as_json: Annotated[
         bool,
-        switch(
+        switch_parameter(
             "--json",
             help="print the result as JSON; gap_percent refers to the best known length (optimum) if the map has one, "
             "else to lower_bound",
@@ -47,19 +47,19 @@ def solve(
     from leafcut import api
     from leafcut.read.csvmap import points_text
     from leafcut.read.tsplib import tour_text
-    from leafcut.report.wording import count, gap_lines
+    from leafcut.report.wording import count, tour_quality_lines
 
-    check_file_name("--tour", tour)
-    check_file_name("--save-map", save_map)
+    refuse_standard_output("--tour", tour)
+    refuse_standard_output("--save-map", save_map)
     if save_map and not save_map.lower().endswith(".csv"):
         raise OptionError(f"--save-map {save_map}: a table of points is written; name a file that ends in .csv")
     for file in (tour, save_map):
         check_output(file, [instance, *([tour] if file is save_map else [])])
     with Reporter() as reporter:
         solved = api.solve(
-            StandardInput.read() if dashed(instance) == DASH else instance,
+            StandardInput.read() if restore_dash(instance) == DASH else instance,
             progress=reporter,
-            defaults_file=defaults_given(no_defaults),
+            defaults_file=defaults_file_unless(no_defaults),
             **given_options(options),
         )
     part, solution = solved.part, solved.solution
@@ -68,16 +68,16 @@ def solve(
     if save_map:
         write_whole(save_map, points_text(part))
     if as_json:
-        from leafcut.report.json_answer import solved_as_json
+        from leafcut.report.json_answer import tour_as_json
 
-        print_json(solved_as_json(solved))
+        print_json(tour_as_json(solved))
         return DONE
     sets = "" if part.grouping is None else f" in {count(part.grouping.n_clusters, 'set')}"
     print(f"{part.name}: {count(len(part.holes), 'point')}{sets}, {solution.algorithm}, seed {solution.seed}")
     print(f"length {solution.cost:,.10g}, {count(solution.iterations, 'iteration')} in {solution.seconds:.2f} s")
     if solution.stopped_early and options.get("time_limit") is None:
         print("stopped early; this is the best tour so far")
-    for line in gap_lines(solution.cost, part.optimum, solution.lower_bound):
+    for line in tour_quality_lines(solution.cost, part.optimum, solution.lower_bound):
         print(line)
     print_defaults(solved.defaults)
     for issue in part.issues[:MAX_WARNINGS]:

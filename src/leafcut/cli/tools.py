@@ -11,13 +11,13 @@ from leafcut.cli.progress import Reporter
 from leafcut.cli.shared import (
     DONE,
     NoDefaults,
-    check_file_name,
-    dashed,
-    defaults_given,
+    defaults_file_unless,
     given_options,
-    note_old_output,
+    note_unchanged_output,
     print_defaults,
     print_json,
+    refuse_standard_output,
+    restore_dash,
 )
 from leafcut.cli.usage import DASH
 from leafcut.errors import OptionError
@@ -51,17 +51,17 @@ def tool_speeds(
 
     if more:
         raise OptionError(f"tools speeds takes one drawing, not {1 + len(more)}; run them one by one")
-    check_file_name("--save", save)
-    check_file_name("--plot", plot)
-    source = StandardInput.read() if dashed(drawing) == DASH else drawing
-    with note_old_output(save), Reporter(quiet=as_json) as reporter:
+    refuse_standard_output("--save", save)
+    refuse_standard_output("--plot", plot)
+    source = StandardInput.read() if restore_dash(drawing) == DASH else drawing
+    with note_unchanged_output(save), Reporter(quiet=as_json) as reporter:
         result = api.tool_speeds(
             source,
             objective=objective,
             save=save,
             plot=plot,
             progress=reporter,
-            defaults_file=defaults_given(no_defaults),
+            defaults_file=defaults_file_unless(no_defaults),
             **given_options(options),
         )
     if as_json:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from leafcut.errors import OptionError, closest_names, did_you_mean, name_suggestion, printable
 from leafcut.message import Message
 from leafcut.options.option_spec import OptionSpec
-from leafcut.options.removed import why_removed
+from leafcut.options.removed import removal_message
 
 if TYPE_CHECKING:
     from cyclopts import CycloptsError, UnknownOptionError
@@ -55,19 +55,19 @@ DASH, HELD = "-", "\0"
 WhyUnused = Callable[[str, str], str]
 
 
-def refuse_dash(flag: str, *words: str | None) -> None:
+def refuse_standard_input(flag: str, *words: str | None) -> None:
     """Raise OptionError if one of the words is ``-``; `flag` is an argument or flag that accepts only files."""
     if any(word in (DASH, HELD) for word in words):
         raise OptionError("{} -: cannot be read from standard input; name a file", flag)
 
 
-def command_in(arguments: Sequence[str]) -> str:
+def command_name(arguments: Sequence[str]) -> str:
     """Return the command in a command line, such as ``lab run``, or ""."""
     words = [word for word in arguments if not word.startswith("-")][:2]
-    return " ".join(words[: 1 + (len(words) > 1 and words[1] in _commands_of(words[0]))])
+    return " ".join(words[: 1 + (len(words) > 1 and words[1] in _group_commands(words[0]))])
 
 
-def _commands_of(group: str) -> Iterable[str]:
+def _group_commands(group: str) -> Iterable[str]:
     return GROUPS[group][1] if group in GROUPS else ()
 
 
@@ -99,7 +99,7 @@ def usage_message(
         case UnknownCommandError():
             word = (problem.unused_tokens or [""])[0]
             if command in GROUPS:
-                return f"unknown command '{command} {printable(word)}'{name_suggestion(word, _commands_of(command))}"
+                return f"unknown command '{command} {printable(word)}'{name_suggestion(word, _group_commands(command))}"
             return _unknown_command(word, command, commands)
         case UnknownOptionError():
             return _unknown_option(problem, options, reason_unused, help_of)
@@ -136,7 +136,7 @@ def _unknown_option(
         reason = reason_unused(flag, positive)
         if reason:
             return reason
-    if message := why_removed(name):
+    if message := removal_message(name):
         return message
     # Compare the names without dashes, which all flags share.
     names = [entry for argument in problem.argument_collection for entry in argument.names if entry.startswith("-")]

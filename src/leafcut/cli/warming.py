@@ -43,7 +43,7 @@ M30
 """
 
 
-def warm_all(on_compile: Callable[[Message], None] = lambda _: None) -> Compilations:
+def compile_all_kernels(on_compile: Callable[[Message], None] = lambda _: None) -> Compilations:
     """Compile every kernel that is not cached on disk; `on_compile` is called once, before the first compilation."""
     with announced_compilations(on_compile) as compilations:
         _warm_order()
@@ -55,12 +55,14 @@ def warm_all(on_compile: Callable[[Message], None] = lambda _: None) -> Compilat
 
 def _warm_order() -> None:
     for n in (40, ALL_PAIRS + 10):
-        solve(RoutingProblem.of_points(_places(n)), SolveOptions(iterations=1))
-    solve(RoutingProblem.of_points(_places(40)), SolveOptions(algorithm="kicks", iterations=1, bound=False))
-    solve(RoutingProblem.of_points(_places(MANY)), SolveOptions(iterations=1, bound=False))
-    solve(RoutingProblem.of_points(_places(FEW + 1)), SolveOptions(algorithm="nn", bound=False))
-    free, directed = RoutingProblem.of_points(_places(12)), _directed(12)
-    solve(_directed(40), SolveOptions(iterations=50, bound=False))
+        solve(RoutingProblem.of_points(_pseudo_random_points(n)), SolveOptions(iterations=1))
+    solve(
+        RoutingProblem.of_points(_pseudo_random_points(40)), SolveOptions(algorithm="kicks", iterations=1, bound=False)
+    )
+    solve(RoutingProblem.of_points(_pseudo_random_points(MANY)), SolveOptions(iterations=1, bound=False))
+    solve(RoutingProblem.of_points(_pseudo_random_points(FEW + 1)), SolveOptions(algorithm="nn", bound=False))
+    free, directed = RoutingProblem.of_points(_pseudo_random_points(12)), _directed_problem(12)
+    solve(_directed_problem(40), SolveOptions(iterations=50, bound=False))
     ants = AcoOptions(n_ants=2)
     for problem in (free, directed):
         for algorithm in ("colony", *LITERATURE):
@@ -73,8 +75,8 @@ def _warm_order() -> None:
     solve(free, SolveOptions(algorithm="firefly", iterations=2, threads=1, bound=False), firefly=published)
 
 
-def _directed(n: int) -> RoutingProblem:
-    places = _places(2 * n)
+def _directed_problem(n: int) -> RoutingProblem:
+    places = _pseudo_random_points(2 * n)
     return RoutingProblem(
         entry=places[:n],
         exit=places[n:],
@@ -84,7 +86,7 @@ def _directed(n: int) -> RoutingProblem:
     )
 
 
-def _places(n: int) -> np.ndarray:
+def _pseudo_random_points(n: int) -> np.ndarray:
     """Return pseudo-random points, float64[n, 2], mm."""
     return np.arange(1.0, n + 1.0)[:, None] * (75.4878, 56.9840) % 100.0
 

@@ -13,8 +13,8 @@ from typing import Any
 
 from leafcut import api
 from leafcut.cli.batch import REFUSED, WRITTEN, BatchRow, file_sha256, read_table, run_batch
-from leafcut.cli.several import PAGE, TABLE, check_own, is_input
-from leafcut.cli.shared import name_input
+from leafcut.cli.several import PAGE, TABLE, is_input, refuse_foreign_file
+from leafcut.cli.shared import prefix_input_name
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError, check_output
 from leafcut.order.executors import ExecutorError, WatchedExecutor
@@ -154,7 +154,7 @@ class FolderWatch:
             # Another file may have been refused because a removed file had its program name.
             for name in [name for name, row in self.rows.items() if not row.program]:
                 poll.return_again(Path(name))
-        inputs = [str(path) for path in ready if self._is_possible(path, poll)]
+        inputs = [str(path) for path in ready if self._accept_file(path, poll)]
         if not inputs:
             return
         present = [row for name, row in self.rows.items() if Path(name) in poll.seen]
@@ -178,14 +178,14 @@ class FolderWatch:
             return
         self.hindered = ""
         for result in results:
-            self._keep(result.row)
+            self._record_result(result.row)
 
     def _report_failure(self, line: str) -> None:
         if line != self.hindered:
             self.hindered = line
             self.refused(line)
 
-    def _is_possible(self, path: Path, poll: FolderPoll) -> bool:
+    def _accept_file(self, path: Path, poll: FolderPoll) -> bool:
         try:
             name = api.output_name(str(path), **self.given)
             for other_input, row in self.rows.items():
@@ -197,17 +197,17 @@ class FolderWatch:
                     raise OptionError(f"{path} and {other_input} would both be written as {name}; rename one of them")
             check_output(self.output / name, [path, *poll.seen])
             earlier = {row.program_sha256 for row in (*self.earlier.values(), *self.rows.values())}
-            check_own(str(self.output / name), [str(path)], earlier=earlier)
+            refuse_foreign_file(str(self.output / name), [str(path)], earlier=earlier)
         except LeafcutError as problem:
-            self.refused(name_input(str(path), str(problem)))
-            self._keep(BatchRow(str(path), "", REFUSED, line=str(problem)))
+            self.refused(prefix_input_name(str(path), str(problem)))
+            self._record_result(BatchRow(str(path), "", REFUSED, line=str(problem)))
             return False
         # Reserve the name at once, because another file of this poll may want it too.
         if str(path) not in self.rows or self.rows[str(path)].program != name:
             self.rows[str(path)] = BatchRow(str(path), name, REFUSED)
         return True
 
-    def _keep(self, row: BatchRow) -> None:
+    def _record_result(self, row: BatchRow) -> None:
         """Store a row. For a refused input, delete its old program, which could be mistaken for a new one."""
         before = self.earlier.get(row.input)
         self.rows[row.input] = row

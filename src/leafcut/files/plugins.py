@@ -113,14 +113,14 @@ class PluginKind(Generic[T]):
 @cache
 def _checked_plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
     """Return the plug-ins with this name. A plug-in that claims the same option as another plug-in gets an error."""
-    plugins, claims = _by_name(kind, name, path), kind.claims
+    plugins, claims = _plugins_without_conflict_check(kind, name, path), kind.claims
     if claims is None or len(plugins) != 1 or plugins[0].adds is None:
         return plugins
     plugin, claimed = plugins[0], claims(plugins[0].adds)
-    for entry in _entries(path):
+    for entry in _entry_points(path):
         if entry.group != kind.group or entry.name == name:
             continue
-        for other_plugin in _by_name(kind, entry.name, path):
+        for other_plugin in _plugins_without_conflict_check(kind, entry.name, path):
             shared = (
                 [] if other_plugin.adds is None else [claim for claim in claimed if claim in claims(other_plugin.adds)]
             )
@@ -138,13 +138,13 @@ def _checked_plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> t
 
 
 @cache
-def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
+def _plugins_without_conflict_check(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
     """Return the plug-ins with this name, without checking for conflicts with other plug-ins.
 
     Each package is imported only once.
     """
-    entries = [entry for entry in _entries(path) if entry.group == kind.group and entry.name == name]
-    packages = [_package(entry) for entry in entries]
+    entries = [entry for entry in _entry_points(path) if entry.group == kind.group and entry.name == name]
+    packages = [_package_name(entry) for entry in entries]
     if name in kind.built_in():
         return tuple(
             Plugin(name, package, None, Message("leafcut already has a {} of this name", kind.noun))
@@ -158,14 +158,14 @@ def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plu
 
 def _load_entry(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
     try:
-        return Plugin(entry.name, _package(entry), kind.take(entry.name, entry.load()))
+        return Plugin(entry.name, _package_name(entry), kind.take(entry.name, entry.load()))
     except (Exception, SystemExit) as problem:  # a module of another package may raise anything
-        return Plugin(entry.name, _package(entry), None, reason(problem))
+        return Plugin(entry.name, _package_name(entry), None, reason(problem))
 
 
 def entry_names(group: str) -> tuple[str, ...]:
     """Return the sorted names of the entry points in a group. An empty `group` has no entry points."""
-    entries = _entries(tuple(sys.path)) if group else ()
+    entries = _entry_points(tuple(sys.path)) if group else ()
     return tuple(dict.fromkeys(entry.name for entry in entries if entry.group == group))
 
 
@@ -193,12 +193,12 @@ def file_of(name: str, loaded: Any) -> Path:
     raise TypeError(f"a path was expected, not {type(path).__name__}")
 
 
-def _package(entry: EntryPoint) -> str:
+def _package_name(entry: EntryPoint) -> str:
     return entry.dist.name if entry.dist is not None else entry.module
 
 
 @cache
-def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
+def _entry_points(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
     """Return leafcut's entry points on a search path, sorted by group and name.
 
     If several packages have the same name, the first package wins, as in an import.

@@ -68,7 +68,7 @@ SCHEMAS = (
 )  # fmt: skip
 
 
-def numbered(schema: Schema, document: Mapping[str, Any]) -> dict[str, Any]:
+def add_schema_number(schema: Schema, document: Mapping[str, Any]) -> dict[str, Any]:
     """Put the schema number first in a document. An existing number is kept."""
     return {schema.key: schema.current, **document}
 

@@ -35,7 +35,7 @@ class TomlTable:
         known = tuple(keys)
         for key in values:
             if key not in known:
-                shown, suggestion = _shown(self._prefix + key), name_suggestion(key[:80], known)
+                shown, suggestion = _printable_value(self._prefix + key), name_suggestion(key[:80], known)
                 raise self._error(key, Message("unknown key '{}'{}", shown, suggestion))
 
     def __contains__(self, key: str) -> bool:
@@ -57,30 +57,32 @@ class TomlTable:
         """Return a single-line string. The key is required unless the caller passes a `default`."""
         value = self._get(key, default)
         if not isinstance(value, str) or not value.isprintable():
-            raise self.problem(key, "is {}, but must be a string without line breaks", _shown(value))
+            raise self.problem(key, "is {}, but must be a string without line breaks", _printable_value(value))
         known = tuple(choices)
         if known and value not in known:
             suggestion = name_suggestion(value[:80], [choice for choice in known if choice])
-            raise self.problem(key, "is '{}'{}", _shown(value), suggestion)
+            raise self.problem(key, "is '{}'{}", _printable_value(value), suggestion)
         return value
 
     def texts(self, key: str, choices: Iterable[str] = ()) -> tuple[str, ...]:
         """Return a list of single-line strings. Blank strings raise an error."""
         value, known = self._get(key, None), tuple(choices)
         if not isinstance(value, list):
-            raise self.problem(key, "is {}, but must be a list of strings", _shown(value))
+            raise self.problem(key, "is {}, but must be a list of strings", _printable_value(value))
         for item in value:
             if not isinstance(item, str) or not item.isprintable() or not item.strip():
-                raise self.problem(key, "has {}, but must be a list of strings without line breaks", _shown(item))
+                raise self.problem(
+                    key, "has {}, but must be a list of strings without line breaks", _printable_value(item)
+                )
             if known and item not in known:
-                raise self.problem(key, "has '{}'{}", _shown(item), name_suggestion(item[:80], known))
+                raise self.problem(key, "has '{}'{}", _printable_value(item), name_suggestion(item[:80], known))
         return tuple(value)
 
     def flag(self, key: str, default: bool | None = None) -> bool:
         """Return a bool."""
         value = self._get(key, default)
         if not isinstance(value, bool):
-            raise self.problem(key, "is {}, but must be true or false", _shown(value))
+            raise self.problem(key, "is {}, but must be true or false", _printable_value(value))
         return value
 
     def whole(self, key: str, lowest: int = 0, highest: int = 9999) -> int:
@@ -91,14 +93,14 @@ class TomlTable:
         """Return a list of one or more integers, and check that they are within bounds."""
         value = self._get(key, None)
         if not isinstance(value, list) or not value:
-            raise self.problem(key, "is {}, but must be a list such as [1, 2]", _shown(value))
+            raise self.problem(key, "is {}, but must be a list such as [1, 2]", _printable_value(value))
         return tuple(self._whole(key, item, lowest, highest) for item in value)
 
     def number(self, key: str, default: float) -> float:
         """Return a number without a unit."""
         value = self._get(key, default)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self.problem(key, "is {}, but must be a number", _shown(value))
+            raise self.problem(key, "is {}, but must be a number", _printable_value(value))
         return float(value)
 
     def quantity(self, key: str, unit: str, default: float | None = None) -> float:
@@ -121,13 +123,13 @@ class TomlTable:
         if isinstance(value, str):
             value = [value] * size
         if not isinstance(value, list) or len(value) != size:
-            raise self.problem(key, "is {}, but must be {} strings, one for each axis", _shown(value), size)
+            raise self.problem(key, "is {}, but must be {} strings, one for each axis", _printable_value(value), size)
         return tuple(self._quantity(key, unit, item) for item in value)
 
     def typed(self, key: str, axis: int = 0) -> str:
         """Return a value as the user wrote it in the file, with its unit. In a list, `axis` selects the value."""
         value = self.values.get(key, "")
-        return _shown(value[axis] if isinstance(value, list) else value)
+        return _printable_value(value[axis] if isinstance(value, list) else value)
 
     def _get(self, key: str, default: Any) -> Any:
         if key in self.values:
@@ -138,13 +140,15 @@ class TomlTable:
 
     def _whole(self, key: str, value: Any, lowest: int, highest: int) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
-            raise self.problem(key, "is {}, but must be a whole number from {} to {}", _shown(value), lowest, highest)
+            raise self.problem(
+                key, "is {}, but must be a whole number from {} to {}", _printable_value(value), lowest, highest
+            )
         return value
 
     def _quantity(self, key: str, unit: str, value: Any) -> float:
         if not isinstance(value, str):
             raise self.problem(
-                key, "is {}, but must be a string with a unit, such as '1 {}'", _shown(value), BARE_UNIT[unit]
+                key, "is {}, but must be a string with a unit, such as '1 {}'", _printable_value(value), BARE_UNIT[unit]
             )
         try:
             return parse_quantity(value[:80], unit)
@@ -154,7 +158,7 @@ class TomlTable:
             ) from None
 
 
-def _shown(value: Any) -> str:
+def _printable_value(value: Any) -> str:
     try:
         text = value if isinstance(value, str) else repr(value)
     except ValueError:  # the integer has more digits than Python prints

@@ -44,7 +44,7 @@ def usual_defaults_file() -> Path | None:
 
     Return None without a home folder.
     """
-    folder = _folder("XDG_CONFIG_HOME", ".config", "APPDATA", "Roaming")
+    folder = _user_folder("XDG_CONFIG_HOME", ".config", "APPDATA", "Roaming")
     return None if folder is None else folder / "defaults.toml"
 
 
@@ -64,7 +64,7 @@ def first_time(hint: str) -> bool:
 
     If leafcut cannot write the record, it treats every call as the first.
     """
-    folder = _folder("XDG_STATE_HOME", ".local/state", "LOCALAPPDATA", "Local")
+    folder = _user_folder("XDG_STATE_HOME", ".local/state", "LOCALAPPDATA", "Local")
     if folder is None:
         return True
     file = folder / "hints.json"
@@ -86,7 +86,7 @@ def _recorded_hints(file: Path) -> list[str]:
     return [hint for hint in hints if isinstance(hint, str)] if isinstance(hints, list) else []
 
 
-def _folder(variable: str, usual: str, windows: str, windows_usual: str) -> Path | None:
+def _user_folder(variable: str, usual: str, windows: str, windows_usual: str) -> Path | None:
     """Return leafcut's configuration or state folder (XDG base directories), or None without a home folder."""
     name, under = (windows, f"AppData/{windows_usual}") if os.name == "nt" else (variable, usual)
     base = os.environ.get(name)

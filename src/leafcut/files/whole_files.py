@@ -82,7 +82,7 @@ def read_program(source: str | Path | Loaded) -> str:
     ReadError
         The file is unreadable, empty, binary or too large.
     """
-    data = _bytes_of(Path(source)) if isinstance(source, str | Path) else source.data
+    data = _read_bytes(Path(source)) if isinstance(source, str | Path) else source.data
     check_is_text(str(source), data)
     return decode_text(data)[0]
 
@@ -113,7 +113,7 @@ def check_is_text(source: str, data: bytes) -> None:
         raise ReadError(source, "this is a binary file; a G-code program was expected")
 
 
-def _bytes_of(path: Path) -> bytes:
+def _read_bytes(path: Path) -> bytes:
     try:
         if path.stat().st_size > LARGEST_PROGRAM:
             raise ReadError(path, Message("is larger than {} MiB, the limit for a program", LARGEST_PROGRAM >> 20))
@@ -125,7 +125,7 @@ def _bytes_of(path: Path) -> bytes:
     return data
 
 
-def check_is_there(flag: str, path: Path | None) -> None:
+def check_file_exists(flag: str, path: Path | None) -> None:
     """Check that the file of an option exists.
 
     Raises
@@ -206,7 +206,7 @@ def parse_toml(text: str, source: str, schema: Schema) -> dict[str, Any]:
 
     try:
         tables = tomllib.loads(text)
-        _check_wholes(tables)
+        _check_integer_sizes(tables)
     except RecursionError:
         raise DataError("{}: not a TOML file (nested too deep)", source) from None
     except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
@@ -252,14 +252,14 @@ def place_in(source: str | Path, toml: str, section: str, name: str = "") -> str
     return Message("{}:{}", source, line) if line else Message("{}", source)
 
 
-def _check_wholes(value: Any) -> None:
+def _check_integer_sizes(value: Any) -> None:
     """Raise `ValueError` for integers of more than 64 bits (TOML 1.0.0, "Integer").
 
     Huge integers would overflow a float.
     """
     if isinstance(value, dict | list):
         for inner in value.values() if isinstance(value, dict) else value:
-            _check_wholes(inner)
+            _check_integer_sizes(inner)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
         raise ValueError(Message("'{}' is a whole number of more than 64 bits", printable(str(value))))
 
@@ -305,7 +305,7 @@ def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newli
     OutputError
         The file cannot be written.
     """
-    write_together({str(target): text}, encoding=encoding, newline=newline)
+    write_all_or_none({str(target): text}, encoding=encoding, newline=newline)
 
 
 def write_bytes(target: str | Path, data: bytes) -> None:
@@ -319,7 +319,7 @@ def write_bytes(target: str | Path, data: bytes) -> None:
     write_whole(target, data.decode("latin-1"), encoding="latin-1", newline="")
 
 
-def write_together(
+def write_all_or_none(
     texts: Mapping[str, str],
     *,
     encoding: str = "utf-8",
@@ -348,10 +348,10 @@ def write_together(
     try:
         for target, text in texts.items():
             path = Path(os.path.realpath(target))  # write through a symbolic link
-            _remove_left_over(path)
+            _remove_stale_temporary_files(path)
             encoding_of = encodings.get(target, encoding)
             mode = path.stat().st_mode & 0o777 if path.exists() else None
-            written = path.with_name(f"{_own_prefix(path)}{os.urandom(4).hex()}")
+            written = path.with_name(f"{_prefix_of_this_process(path)}{os.urandom(4).hex()}")
             opener = partial(os.open, mode=0o666 if mode is None else mode)
             with open(written, "x", encoding=encoding_of, newline=newline, opener=opener) as file:
                 temporary[path] = written
@@ -362,7 +362,7 @@ def write_together(
                 written.chmod(mode)
         for path in temporary if len(temporary) > 1 else ():
             target = str(path)
-            before[path] = _backup_of(path)
+            before[path] = _create_backup(path)
         for path in list(before)[1:]:
             target = str(path)
             path.unlink(missing_ok=True)
@@ -378,26 +378,26 @@ def write_together(
         raise OutputError("{}: cannot be written (a character is not in {})", target, encoding_of) from None
     finally:
         if not done:
-            _restore(before)
+            _restore_backups(before)
         for written in (*temporary.values(), *(old for old in before.values() if old is not None)):
             with suppress(OSError):
                 written.unlink()
 
 
-def _prefix(path: Path) -> str:
+def _temporary_file_prefix(path: Path) -> str:
     """Return the common prefix of all temporary files for a file. The process id follows the prefix."""
     return f".{path.name}.leafcut-"
 
 
-def _own_prefix(path: Path) -> str:
-    return f"{_prefix(path)}{os.getpid()}-"
+def _prefix_of_this_process(path: Path) -> str:
+    return f"{_temporary_file_prefix(path)}{os.getpid()}-"
 
 
-def _remove_left_over(path: Path) -> None:
+def _remove_stale_temporary_files(path: Path) -> None:
     import glob  # imported here for a quick start
 
-    for left in path.parent.glob(f"{glob.escape(_prefix(path))}*-*"):
-        process = left.name.removeprefix(_prefix(path)).partition("-")[0]
+    for left in path.parent.glob(f"{glob.escape(_temporary_file_prefix(path))}*-*"):
+        process = left.name.removeprefix(_temporary_file_prefix(path)).partition("-")[0]
         if process.isdecimal() and not _is_running(int(process)):
             with suppress(OSError):
                 left.unlink()
@@ -415,14 +415,14 @@ def _is_running(process: int) -> bool:
     return True
 
 
-def _backup_of(path: Path) -> Path | None:
+def _create_backup(path: Path) -> Path | None:
     """Back up a file as a hard link or a copy, and return the path of the backup.
 
     Return None if the file does not exist.
     """
     if not path.exists():
         return None
-    backup = path.with_name(f"{_own_prefix(path)}before-{os.urandom(4).hex()}")
+    backup = path.with_name(f"{_prefix_of_this_process(path)}before-{os.urandom(4).hex()}")
     try:
         os.link(path, backup)
     except OSError:  # not every file system supports hard links
@@ -430,7 +430,7 @@ def _backup_of(path: Path) -> Path | None:
     return backup
 
 
-def _restore(before: Mapping[Path, Path | None]) -> None:
+def _restore_backups(before: Mapping[Path, Path | None]) -> None:
     """Restore the previous contents after a failed write, starting with the main file."""
     for path in list(before)[1:]:
         with suppress(OSError):

@@ -10,17 +10,26 @@ from statistics import fmean, median
 from leafcut.errors import OptionError, count_of
 from leafcut.lab import charts, message_costs
 from leafcut.lab.description import TIMES, WALL, Analysis, Response
-from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, number_or_dash, p_words, variant_name
+from leafcut.lab.results import (
+    MAX_CHARTS,
+    ReportBlock,
+    Results,
+    Table,
+    five_digits,
+    five_digits_or_dash,
+    p_value_words,
+    variant_name,
+)
 from leafcut.lab.statistics import (
     MIN_OF_PAIRS,
     OneWay,
     Pair,
+    bootstrap_interval,
     compare_ranks,
-    interval,
-    one_way,
+    one_way_anova,
     pareto_front,
-    trend,
-    two_way,
+    trend_test,
+    two_way_anova,
 )
 from leafcut.options import FireflyOptions
 from leafcut.order.literature.flight import Flight
@@ -54,7 +63,7 @@ def comparison_block(results: Results, analysis: Analysis, response: Response) -
             )
     heading = f"{factor.title} compared: {response.title.lower()}"
     has_reference = bool(analysis.base or analysis.fact)
-    against = [_difference_table(results, analysis, response, factor.title, sentences)] if has_reference else []
+    against = [_table_of_differences(results, analysis, response, factor.title, sentences)] if has_reference else []
     try:
         ranking = compare_ranks(
             {level.name: [block[level.name] for block in blocks] for level in factor.levels}, analysis.alpha
@@ -66,20 +75,21 @@ def comparison_block(results: Results, analysis: Analysis, response: Response) -
     if ranking.p is not None:
         sentences.append(
             f"Friedman over {count_of(ranking.blocks, 'block')}, each {meaning}: "
-            f"χ² = {number(ranking.statistic or 0.0)}, "
-            f"{p_words(ranking.p)}, agreement W = {ranking.kendall_w:.2f}."
+            f"χ² = {five_digits(ranking.statistic or 0.0)}, "
+            f"{p_value_words(ranking.p)}, agreement W = {ranking.kendall_w:.2f}."
         )
     ranks = sorted(ranking.mean_ranks.items(), key=lambda item: item[1], reverse=response.more_is_better)
     for pair in ranking.pairs:
         if pair.p < analysis.alpha and len(ranking.pairs) <= 3:
             better = pair.first if (pair.difference < 0) != response.more_is_better else pair.second
             sentences.append(
-                f"{pair.first} against {pair.second}: {better} is better, {p_words(pair.p)}, effect {pair.effect:+.2f}."
+                f"{pair.first} against {pair.second}: {better} is better, {p_value_words(pair.p)}, "
+                f"effect {pair.effect:+.2f}."
             )
     tables = [
         *against,
         Table((factor.title, "Mean rank of its figures"), tuple((name, f"{rank:.2f}") for name, rank in ranks)),
-        _ranked_pairs(factor.title, ranking.pairs, response),
+        _pair_difference_table(factor.title, ranking.pairs, response),
     ]
     drawn = [
         (
@@ -93,7 +103,7 @@ def comparison_block(results: Results, analysis: Analysis, response: Response) -
     return ReportBlock(heading, tuple(sentences), tuple(tables), tuple(drawn))
 
 
-def _difference_table(
+def _table_of_differences(
     results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]
 ) -> Table:
     """Tabulate the differences from the base level or a known value, and add the mean savings to `sentences`."""
@@ -107,16 +117,16 @@ def _difference_table(
         cells = []
         for name in compared_levels:
             if name not in groups or not base:
-                cells.append(number(fmean(groups[name])) if name in groups else "–")
+                cells.append(five_digits(fmean(groups[name])) if name in groups else "–")
                 continue
             change = 100.0 * (fmean(groups[name]) / base - 1.0)
             saved[name].append(change)
-            cells.append(f"{number(fmean(groups[name]))} ({change:+.2f} %)")
-        rows.append((", ".join(rest), number(base) if base else "–", *cells))
+            cells.append(f"{five_digits(fmean(groups[name]))} ({change:+.2f} %)")
+        rows.append((", ".join(rest), five_digits(base) if base else "–", *cells))
     for name, changes in saved.items():
         if not changes:
             continue
-        low, high = interval(changes)
+        low, high = bootstrap_interval(changes)
         sentences.append(
             f"{name} against {base_name}: {fmean(changes):+.2f} % in the mean of "
             f"{count_of(len(changes), 'instance')} (95 % interval {low:+.2f} to {high:+.2f}; "
@@ -130,13 +140,13 @@ def _difference_table(
     )
 
 
-def _ranked_pairs(title: str, pairs: Sequence[Pair], response: Response) -> Table:
+def _pair_difference_table(title: str, pairs: Sequence[Pair], response: Response) -> Table:
     rows = [
         (
             f"{pair.first} – {pair.second}",
-            number(pair.difference),
-            "–" if pair.low is None or pair.high is None else f"{number(pair.low)} to {number(pair.high)}",
-            p_words(pair.p, ""),
+            five_digits(pair.difference),
+            "–" if pair.low is None or pair.high is None else f"{five_digits(pair.low)} to {five_digits(pair.high)}",
+            p_value_words(pair.p, ""),
             f"{pair.effect or 0.0:+.2f}",
         )
         for pair in pairs
@@ -148,21 +158,21 @@ def _ranked_pairs(title: str, pairs: Sequence[Pair], response: Response) -> Tabl
     )
 
 
-def analysis_blocks(results: Results) -> list[ReportBlock]:
+def blocks_of_all_analyses(results: Results) -> list[ReportBlock]:
     """Return one report block for each analysis. If an analysis has too few results, its block states this."""
     blocks = []
     for analysis in results.description.analyses:
         response = results.description.response(analysis.response)
         try:
             blocks.append(
-                _JUDGES[analysis.kind](_without_other_threads(results, analysis, response), analysis, response)
+                _JUDGES[analysis.kind](_only_first_thread_count(results, analysis, response), analysis, response)
             )
         except OptionError as problem:
             blocks.append(ReportBlock(f"{_TITLES[analysis.kind]}: {response.title}", (f"Not done: {problem}.",)))
     return blocks
 
 
-def _without_other_threads(results: Results, analysis: Analysis, response: Response) -> Results:
+def _only_first_thread_count(results: Results, analysis: Analysis, response: Response) -> Results:
     """Keep only the runs with the first number of threads, unless the analysis compares threads or times.
 
     The number of threads affects how long a search takes, but not its result.
@@ -174,14 +184,14 @@ def _without_other_threads(results: Results, analysis: Analysis, response: Respo
     return replace(results, rows=tuple(row for row in results.rows if row.levels[cores] == first))
 
 
-def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+def _one_way_anova_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     sentences: list[str] = []
     tables: list[Table] = []
     drawn: list[tuple[str, str]] = []
     for rest, groups in results.groups(response.name, factor.name).items():
         name = ", ".join(rest)
-        anova = one_way(groups, analysis.alpha)
+        anova = one_way_anova(groups, analysis.alpha)
         sentences += _anova_sentences(name, factor.title, anova)
         best = sorted(anova.means, key=anova.means.__getitem__, reverse=response.more_is_better)
         rows = [
@@ -189,8 +199,8 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
                 level,
                 str(anova.counts[level]),
                 str(results.missing(anova.counts[level])),
-                number(anova.means[level]),
-                number(anova.deviations[level]),
+                five_digits(anova.means[level]),
+                five_digits(anova.deviations[level]),
                 anova.fisher_letters[level],
                 anova.letters[level],
             )
@@ -214,21 +224,21 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
 def _anova_sentences(name: str, factor: str, anova: OneWay) -> list[str]:
     proved = anova.p < anova.alpha
     sentences = [
-        f"{name}: F = {number(anova.f)} ({anova.between} and {anova.within} degrees of freedom; critical "
-        f"{number(anova.f_critical)} at α = {anova.alpha:g}), {p_words(anova.p)}: "
+        f"{name}: F = {five_digits(anova.f)} ({anova.between} and {anova.within} degrees of freedom; critical "
+        f"{five_digits(anova.f_critical)} at α = {anova.alpha:g}), {p_value_words(anova.p)}: "
         f"{'an effect' if proved else 'no effect can be proved from these runs'} of the factor '{factor.lower()}'. "
         f"It explains η² = {100 * anova.eta_squared:.0f} % of the variance (ω² = {100 * anova.omega_squared:.0f} %)."
     ]
     if anova.lsd is not None:
-        sentences[0] += f" Least significant difference: {number(anova.lsd)}."
+        sentences[0] += f" Least significant difference: {five_digits(anova.lsd)}."
     checks = [
-        f"{test} {p_words(p)}"
+        f"{test} {p_value_words(p)}"
         for test, p in (("Shapiro–Wilk", anova.normal_p), ("Brown–Forsythe", anova.equal_p))
         if p is not None
     ]
     if anova.residuals_doubtful:
         alternatives = [
-            f"{test} {p_words(p)}"
+            f"{test} {p_value_words(p)}"
             for test, p in (("Welch", anova.welch_p), ("Kruskal–Wallis", anova.kruskal_p))
             if p is not None
         ]
@@ -241,7 +251,7 @@ def _anova_sentences(name: str, factor: str, anova: OneWay) -> list[str]:
     return sentences
 
 
-def _crossed(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+def _two_way_anova_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     first, second = (results.description.factor(name) for name in analysis.factors)
     places = [1 + [f.name for f in results.description.factors].index(f.name) for f in (first, second)]
     figures = results.figures(response.name)
@@ -268,7 +278,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
             "are proportional to the size of the instance."
         )
     for name, rows in by_name.items():
-        effects = two_way(rows, (first.title, second.title))
+        effects = two_way_anova(rows, (first.title, second.title))
         if blocked:
             if min(y for _, _, y in rows) <= 0.0:
                 raise OptionError("an analysis over several instances uses logarithms, but a value is not positive")
@@ -276,9 +286,9 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
             logs = [(a, b, math.log(y)) for a, b, y in rows]
             effects = tuple(
                 replace(e, squares=0.0, f=None, p=None, eta_squared=None, zero=True) if zero and "×" in e.name else e
-                for e in two_way(logs, (first.title, second.title), blocks[name])
+                for e in two_way_anova(logs, (first.title, second.title), blocks[name])
             )
-        effects_text = [f"{e.name} {p_words(e.p)}" for e in effects if e.p is not None]
+        effects_text = [f"{e.name} {p_value_words(e.p)}" for e in effects if e.p is not None]
         sentences.append(
             f"{name}: {'; '.join(effects_text)}."
             if effects_text
@@ -295,11 +305,11 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
                 tuple(
                     (
                         e.name,
-                        number(e.squares),
+                        five_digits(e.squares),
                         f"{e.freedom:g}",
-                        number_or_dash(e.f),
-                        "–" if e.p is None else p_words(e.p, ""),
-                        number_or_dash(e.eta_squared),
+                        five_digits_or_dash(e.f),
+                        "–" if e.p is None else p_value_words(e.p, ""),
+                        five_digits_or_dash(e.eta_squared),
                     )
                     for e in effects
                 ),
@@ -311,7 +321,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
         tables.append(
             Table(
                 (first.title, *(level.name for level in second.levels)),
-                tuple((a.name, *(number(means[a.name, b.name]) for b in second.levels)) for a in first.levels),
+                tuple((a.name, *(five_digits(means[a.name, b.name]) for b in second.levels)) for a in first.levels),
                 1,
                 f"{name}: means, {response.unit}",
             )
@@ -321,7 +331,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
                 (
                     k if a.value is None else a.value,
                     means[a.name, b.name],
-                    *interval([y for x, z, y in rows if (x, z) == (a.name, b.name)]),
+                    *bootstrap_interval([y for x, z, y in rows if (x, z) == (a.name, b.name)]),
                 )
                 for k, a in enumerate(first.levels)
             ]
@@ -329,7 +339,9 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
         }
         if len(drawn) < MAX_CHARTS:
             label = f"{response.title} over {first.title.lower()}, a line for each {second.title.lower()}: {name}"
-            drawn.append((name, charts.means(series, _levels_words(first.title, first), response.heading, label)))
+            drawn.append(
+                (name, charts.chart_of_means(series, _levels_words(first.title, first), response.heading, label))
+            )
     return ReportBlock(f"{_TITLES['crossed']}: {response.title.lower()}", tuple(sentences), tuple(tables), tuple(drawn))
 
 
@@ -340,7 +352,7 @@ def _levels_words(name: str, factor: object) -> str:
     return f"{name} ({', '.join(f'{k} = {level.name}' for k, level in enumerate(levels))})"
 
 
-def _speedup(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+def _speedup_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     numbers = {level.name: level.value or 0.0 for level in factor.levels}
     rows, series = [], {}
@@ -351,10 +363,12 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
         points = []
         for name, values in groups.items():
             ratios = [fmean(single) / value for value in values]
-            low, high = interval(ratios)
+            low, high = bootstrap_interval(ratios)
             speed = fmean(single) / fmean(values)
             points.append((numbers[name], speed, min(low, speed), max(high, speed)))
-            rows.append((*rest, name, number(fmean(values)), f"{speed:.2f}", f"{100 * speed / numbers[name]:.0f} %"))
+            rows.append(
+                (*rest, name, five_digits(fmean(values)), f"{speed:.2f}", f"{100 * speed / numbers[name]:.0f} %")
+            )
         series[", ".join(rest)] = points
     max_threads = max(
         numbers[name] for groups in results.groups(response.name, factor.name).values() for name in groups
@@ -370,7 +384,7 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
     drawn = [
         (
             "",
-            charts.means(
+            charts.chart_of_means(
                 series,
                 factor.title,
                 "speed-up",
@@ -383,7 +397,7 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
     return ReportBlock(_TITLES["speedup"], sentences, tables, tuple(drawn) if max_threads > 1 else ())
 
 
-def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+def _trend_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     """Report the gain over the level `base` for each instance, and whether larger instances gain more."""
     description = results.description
     sizes = {entry.name: entry.facts["size"] for entry in description.instances if "size" in entry.facts}
@@ -403,8 +417,8 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
                         ", ".join(rest),
                         f"{sizes[rest[0]]:g}",
                         name,
-                        number(base),
-                        number(fmean(values)),
+                        five_digits(base),
+                        five_digits(fmean(values)),
                         f"{gain:.2f} %",
                     )
                 )
@@ -423,12 +437,16 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
             if excluded and len(kept) == len(points):
                 continue
             sentence = f"{name} over {analysis.base}{excluded}: mean gain {fmean(p[2] for p in kept):.2f} %"
-            sentences.append(f"{sentence}; {_trend_words([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)}.")
+            sentences.append(
+                f"{sentence}; {_trend_sentence([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)}."
+            )
     if not gains:
         raise OptionError("a trend needs facts.size of the instances, and runs of the base level")
     columns = ("Instance", "Size", factor.title, f"{response.heading}: {analysis.base}", "of this level", "Gain")
     series = {name: [(x, y) for _, x, y in points] for name, points in gains.items()}
-    drawn = [("", charts.scatter(series, "size", "gain, %", f"Gain over {analysis.base} by the size of the instance"))]
+    drawn = [
+        ("", charts.scatter_chart(series, "size", "gain, %", f"Gain over {analysis.base} by the size of the instance"))
+    ]
     return ReportBlock(
         f"{response.title}: gain over {analysis.base}, and its trend",
         tuple(sentences),
@@ -437,21 +455,21 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
     )
 
 
-def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -> str:
+def _trend_sentence(sizes: Sequence[float], gains: Sequence[float], alpha: float) -> str:
     try:
-        line = trend(sizes, gains, alpha)
+        line = trend_test(sizes, gains, alpha)
     except OptionError as problem:
         return str(problem)
     proved = "shows no trend that can be proved from these instances"
     if line.tau_p < alpha:
         proved = f"{'grows' if line.tau > 0 else 'falls'} with the size"
     return (
-        f"it {proved} (Kendall τ = {line.tau:.2f}, {p_words(line.tau_p)}; {line.slope:+.4f} percentage points for "
-        f"each more, {line.low:+.4f} to {line.high:+.4f}; n = {line.n})"
+        f"it {proved} (Kendall τ = {line.tau:.2f}, {p_value_words(line.tau_p)}; {line.slope:+.4f} percentage points "
+        f"for each more, {line.low:+.4f} to {line.high:+.4f}; n = {line.n})"
     )
 
 
-def _projection(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+def _batch_projection_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     """Report how much each level saves over the base level for batches of identical workpieces."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []
@@ -468,9 +486,9 @@ def _projection(results: Results, analysis: Analysis, response: Response) -> Rep
                         ", ".join(rest),
                         name,
                         str(boards),
-                        number(boards * base),
-                        number(boards * other),
-                        number(saved),
+                        five_digits(boards * base),
+                        five_digits(boards * other),
+                        five_digits(saved),
                         percent,
                     )
                 )
@@ -495,7 +513,7 @@ def _projection(results: Results, analysis: Analysis, response: Response) -> Rep
     )
 
 
-def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+def _pareto_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     description = results.description
     second = description.response(
         analysis.against or next(figure.name for figure in description.responses if figure.name != response.name)
@@ -515,13 +533,13 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
         front = [list(points)[k] for k in pareto_front(costs)]
         sentences.append(f"{instance.name}: no variant is better than {', '.join(front)} in both responses.")
         label = f"{response.title} against {second.title.lower()} on {instance.name}"
-        drawn.append((instance.name, charts.pareto(points, front, second.heading, response.heading, label)))
+        drawn.append((instance.name, charts.pareto_chart(points, front, second.heading, response.heading, label)))
     if not drawn:
         raise OptionError("a Pareto plot needs two methods with both figures")
     return ReportBlock(f"{response.title} against {second.title.lower()}", tuple(sentences), (), tuple(drawn))
 
 
-def _attraction(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+def _firefly_attraction_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     """Plot the attractiveness β against the distance r between two fireflies, as in figure 3 of the paper."""
     flight = Flight.of(FireflyOptions(attractiveness=_PLOTTED_BETA), limited=True)
     series = {
@@ -538,15 +556,17 @@ def _attraction(results: Results, analysis: Analysis, response: Response) -> Rep
         f"with γ = {_PLOTTED_GAMMAS[-1]:.3f}."
     )
     title = "Attractiveness β over the distance r"
-    return ReportBlock(title, (sentence,), (), (("", charts.lines(series, "distance r", "attractiveness β", title)),))
+    return ReportBlock(
+        title, (sentence,), (), (("", charts.line_chart(series, "distance r", "attractiveness β", title)),)
+    )
 
 
 def _group_chart(
     groups: Mapping[str, Sequence[float]], numeric: bool, factor: str, response: Response, name: str
 ) -> str:
     if numeric:
-        points = [(float(level), fmean(values), *interval(values)) for level, values in groups.items()]
-        return charts.means(
+        points = [(float(level), fmean(values), *bootstrap_interval(values)) for level, values in groups.items()]
+        return charts.chart_of_means(
             {"mean": points}, factor, response.heading, f"Mean {response.title.lower()} over {factor.lower()}: {name}"
         )
     return charts.box_plots(groups, response.heading, f"{response.title} by {factor.lower()}: {name}")
@@ -556,15 +576,22 @@ def _pair_table(name: str, fisher: Sequence[Pair], tukey: Sequence[Pair], alpha:
     rows = [
         (
             f"{a.first} – {a.second}",
-            number(a.difference),
-            p_words(a.p, ""),
-            p_words(b.p, ""),
-            f"{number(b.low or 0.0)} to {number(b.high or 0.0)}",
+            five_digits(a.difference),
+            p_value_words(a.p, ""),
+            p_value_words(b.p, ""),
+            f"{five_digits(b.low or 0.0)} to {five_digits(b.high or 0.0)}",
             "yes" if b.p < alpha else "no",
         )
         for a, b in zip(fisher, tukey, strict=True)
     ]
-    columns = ("Levels", "Difference", "p (LSD)", "p (Tukey)", f"{100 * (1 - alpha):g} % interval (Tukey)", "Differ")
+    columns = (
+        "Levels",
+        "Difference",
+        "p (LSD)",
+        "p (Tukey)",
+        f"{100 * (1 - alpha):g} % interval (Tukey)",
+        "Differ",
+    )
     return Table(columns, tuple(rows), 1, name)
 
 
@@ -580,13 +607,13 @@ _TITLES = {
     "attraction": "Attractiveness",
 }
 _JUDGES = {
-    "anova": _anova,
-    "crossed": _crossed,
+    "anova": _one_way_anova_block,
+    "crossed": _two_way_anova_block,
     "compare": comparison_block,
-    "speedup": _speedup,
-    "messages": message_costs.messages_block,
-    "trend": _trend,
-    "pareto": _pareto,
-    "projection": _projection,
-    "attraction": _attraction,
+    "speedup": _speedup_block,
+    "messages": message_costs.message_costs_block,
+    "trend": _trend_block,
+    "pareto": _pareto_block,
+    "projection": _batch_projection_block,
+    "attraction": _firefly_attraction_block,
 }

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.svg import title
+from leafcut.report.svg import title_element
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +34,7 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: 
 
     The whiskers extend to 1.5 times the interquartile range (Tukey 1977).
     """
-    figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
+    figure, axes = _new_figure(max(_WIDTH, 0.55 * len(groups)))
     values = [list(group) for group in groups.values()]
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
     for part in ("boxes", "whiskers", "caps", "medians"):
@@ -45,12 +45,12 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: 
     for position, sample in enumerate(values, 1):
         x = position + 0.18 * np.linspace(-1.0, 1.0, len(sample)) if len(sample) > 1 else [position]
         axes.plot(x, sample, "o", color=_HUES[1], markersize=2.6, alpha=0.7, markeredgewidth=0)
-    _names(axes, list(groups))
+    _label_x_axis(axes, list(groups))
     axes.set_ylabel(heading)
-    return _svg(figure, description)
+    return _figure_as_svg(figure, description)
 
 
-def means(
+def chart_of_means(
     series: Mapping[str, Sequence[tuple[float, float, float, float]]],
     x_label: str,
     heading: str,
@@ -68,7 +68,7 @@ def means(
     ideal
         Points of a dotted line.
     """
-    figure, axes = _figure()
+    figure, axes = _new_figure()
     if ideal:
         axes.plot(*zip(*ideal, strict=True), color=_SOFT, linewidth=1, linestyle=":", label="ideal")
     for k, (name, points) in enumerate(series.items()):
@@ -88,39 +88,39 @@ def means(
         )
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
-    _legend(axes, len(series) + bool(ideal))
-    return _svg(figure, description)
+    _add_legend(axes, len(series) + bool(ideal))
+    return _figure_as_svg(figure, description)
 
 
-def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading: str, description: str) -> str:
+def convergence_chart(variants: Mapping[str, Sequence[Course]], x_label: str, heading: str, description: str) -> str:
     """Draw the mean convergence curve of each variant, with a band from its best to its worst run."""
-    figure, axes = _figure()
+    figure, axes = _new_figure()
     last = max(curve[-1][0] for curves in variants.values() for curve in curves)
     places = np.linspace(0.0, last, _STEPS)
     for k, (name, curves) in enumerate(variants.items()):
-        table = np.array([_costs_at(curve, places) for curve in curves])
+        table = np.array([_evaluate_step_curve(curve, places) for curve in curves])
         colour, dash = _line_style(k)
         axes.fill_between(places, table.min(axis=0), table.max(axis=0), color=colour, alpha=0.13, linewidth=0)
         axes.plot(places, table.mean(axis=0), color=colour, linestyle=dash, linewidth=1.5, label=name)
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
-    _legend(axes, len(variants))
-    return _svg(figure, description)
+    _add_legend(axes, len(variants))
+    return _figure_as_svg(figure, description)
 
 
-def lines(series: Mapping[str, Course], x_label: str, heading: str, description: str) -> str:
+def line_chart(series: Mapping[str, Course], x_label: str, heading: str, description: str) -> str:
     """Draw a line chart. `series` maps a name to its points (x, y)."""
-    figure, axes = _figure()
+    figure, axes = _new_figure()
     for k, (name, points) in enumerate(series.items()):
         colour, dash = _line_style(k)
         axes.plot(*zip(*points, strict=True), color=colour, linestyle=dash, linewidth=1.5, label=name)
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
-    _legend(axes, len(series))
-    return _svg(figure, description)
+    _add_legend(axes, len(series))
+    return _figure_as_svg(figure, description)
 
 
-def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
+def time_to_target_chart(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
     """Draw time-to-target plots, which show the percentage of runs that have reached the target by a given time.
 
     `variants` maps a name to the time of each run. The time is None if a run has missed the target. Such a run still
@@ -128,7 +128,7 @@ def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str,
 
     Source: Aiex, Resende and Ribeiro 2007, *TTT plots*.
     """
-    figure, axes = _figure()
+    figure, axes = _new_figure()
     last = max((t for times in variants.values() for t in times if t is not None), default=1.0) or 1.0
     for k, (name, times) in enumerate(variants.items()):
         reached = sorted(t for t in times if t is not None)
@@ -146,15 +146,15 @@ def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str,
     axes.set_ylim(-2, 103)
     axes.set_xlabel(x_label)
     axes.set_ylabel("runs at the target, %")
-    _legend(axes, len(variants))
-    return _svg(figure, description)
+    _add_legend(axes, len(variants))
+    return _figure_as_svg(figure, description)
 
 
-def pareto(
+def pareto_chart(
     points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, description: str
 ) -> str:
     """Draw a scatter plot of two responses. A line connects the variants on the Pareto front, and labels name them."""
-    figure, axes = _figure()
+    figure, axes = _new_figure()
     dominated = [point for name, point in points.items() if name not in front]
     if dominated:
         axes.plot(*zip(*dominated, strict=True), "o", color=_SOFT, markersize=4, alpha=0.7)
@@ -169,24 +169,26 @@ def pareto(
     axes.margins(0.15)
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
-    return _svg(figure, description)
+    return _figure_as_svg(figure, description)
 
 
-def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, heading: str, description: str) -> str:
+def scatter_chart(
+    series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, heading: str, description: str
+) -> str:
     """Draw a scatter plot. `series` maps a name to its points (x, y)."""
-    figure, axes = _figure()
+    figure, axes = _new_figure()
     for k, (name, points) in enumerate(series.items()):
         axes.plot(*zip(*points, strict=True), "os^D"[k % 4], color=_HUES[k % len(_HUES)], markersize=5, label=name)
     axes.axhline(0.0, color=_SOFT, linewidth=0.8)
     axes.set_xlabel(x_label)
     axes.set_ylabel(heading)
-    _legend(axes, len(series))
-    return _svg(figure, description)
+    _add_legend(axes, len(series))
+    return _figure_as_svg(figure, description)
 
 
-def trials(costs: Sequence[tuple[float, float]], heading: str, description: str) -> str:
+def tuning_trials_chart(costs: Sequence[tuple[float, float]], heading: str, description: str) -> str:
     """Plot the cost of each trial relative to the defaults, and the lowest cost so far as a step line."""
-    figure, axes = _figure()
+    figure, axes = _new_figure()
     x, y = (np.array(column, dtype=np.float64) for column in zip(*costs, strict=True))
     axes.plot(x, y, "o", color=_HUES[1], markersize=3.5, alpha=0.8, markeredgewidth=0, label="trial")
     best = np.minimum.accumulate(np.minimum(y, 1.0))
@@ -194,11 +196,11 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, description: str)
     axes.axhline(1.0, color=_SOFT, linewidth=1, linestyle=":", label="defaults")
     axes.set_xlabel("trial")
     axes.set_ylabel(heading)
-    _legend(axes, 3)
-    return _svg(figure, description)
+    _add_legend(axes, 3)
+    return _figure_as_svg(figure, description)
 
 
-def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _evaluate_step_curve(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Evaluate a step curve at the given positions. The cost is the value of the last step before each position."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
@@ -214,7 +216,7 @@ def _line_style(k: int) -> tuple[str, str]:
     return _HUES[k % len(_HUES)], _DASHES[k // len(_HUES) % len(_DASHES)]
 
 
-def _figure(width: float = _WIDTH) -> tuple[Any, Axes]:
+def _new_figure(width: float = _WIDTH) -> tuple[Any, Axes]:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, _HEIGHT), layout="constrained")
@@ -232,17 +234,17 @@ def _figure(width: float = _WIDTH) -> tuple[Any, Axes]:
     return figure, axes
 
 
-def _names(axes: Axes, names: Sequence[str]) -> None:
+def _label_x_axis(axes: Axes, names: Sequence[str]) -> None:
     long = max(len(name) for name in names) * len(names) > 70
     axes.set_xticks(range(1, len(names) + 1), names, rotation=30 if long else 0, ha="right" if long else "center")
 
 
-def _legend(axes: Axes, count: int) -> None:
+def _add_legend(axes: Axes, count: int) -> None:
     if count > 1:
         axes.legend(fontsize=8, frameon=False, labelcolor=_INK, ncols=1 + (count > 6))
 
 
-def _svg(figure: Any, description: str) -> str:
+def _figure_as_svg(figure: Any, description: str) -> str:
     """Convert a figure to SVG with the CSS colours of the page. `description` becomes its accessible title."""
     from matplotlib import rc_context
 
@@ -259,4 +261,4 @@ def _svg(figure: Any, description: str) -> str:
     text = _ID.sub(lambda match: match[0] if match[1] in references else "", text)
     head, _, rest = text.partition(">")
     head = re.sub(r'\s(width|height)="[^"]*"', "", head).replace("<svg", '<svg class="chart" role="img"', 1)
-    return f"{head}>{title(description)}{rest}".strip()
+    return f"{head}>{title_element(description)}{rest}".strip()

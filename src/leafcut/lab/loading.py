@@ -42,7 +42,7 @@ def value_text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def number_of(value: Any) -> float | None:
+def float_or_none(value: Any) -> float | None:
     """Return a value as float, or None if it is not a number."""
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
@@ -86,7 +86,7 @@ class DescriptionTable:
 
     def as_number(self, key: str, value: Any) -> float:
         """Convert a value to a float. Raises an error that mentions `key` if the value is not a number."""
-        number = number_of(value)
+        number = float_or_none(value)
         if number is None:
             raise self.wrong(f"{key}: a number is needed, not {value!r}")
         return number
@@ -127,17 +127,17 @@ class DescriptionTable:
         return [DescriptionTable(item, self.experiment, f"{key} {k}") for k, item in enumerate(value, 1)]
 
 
-def shipped_names() -> list[str]:
+def included_names() -> list[str]:
     """Return the sorted names of the included experiments without reading their files."""
     return sorted(file.name.removesuffix(".toml") for file in _SHIPPED.iterdir() if file.name.endswith(".toml"))
 
 
-def shipped() -> dict[str, str]:
+def titles_of_included_experiments() -> dict[str, str]:
     """Return the name and the title of each included experiment."""
-    return {name: load(name).title for name in shipped_names()}
+    return {name: load_experiment(name).title for name in included_names()}
 
 
-def load(name: str | Path) -> Description:
+def load_experiment(name: str | Path) -> Description:
     """Load an experiment by its name, or from a TOML file.
 
     Raises
@@ -151,7 +151,7 @@ def load(name: str | Path) -> Description:
         path = Path(name)
         text = toml_text(path)
         try:
-            return experiment_of_toml(parse_toml(text, str(path), EXPERIMENT), path.stem, path.parent)
+            return experiment_from_toml(parse_toml(text, str(path), EXPERIMENT), path.stem, path.parent)
         except DataError:
             raise
         except OptionError as problem:  # the wrong option is in the file, not on the command line
@@ -159,15 +159,15 @@ def load(name: str | Path) -> Description:
     file = _SHIPPED / f"{name}.toml"
     if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
         raise OptionError(
-            f"unknown experiment '{name}'{name_suggestion(str(name), shipped_names())}; or give a TOML file"
+            f"unknown experiment '{name}'{name_suggestion(str(name), included_names())}; or give a TOML file"
         )
     return replace(
-        experiment_of_toml(parse_toml(file.read_text(encoding="utf-8"), str(name), EXPERIMENT), str(name), None),
+        experiment_from_toml(parse_toml(file.read_text(encoding="utf-8"), str(name), EXPERIMENT), str(name), None),
         shipped=True,
     )
 
 
-def experiment_of_toml(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
+def experiment_from_toml(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
     """Create an experiment from parsed TOML.
 
     File names are relative to `folder`. If `folder` is None, they refer to files that are included with leafcut.
@@ -187,16 +187,16 @@ def experiment_of_toml(content: Mapping[str, Any], name: str, folder: Path | Non
     commands = [SOLVE, OPTIMIZE, "nest", *(process.command for process in registry.processes())]
     if command not in commands:
         raise table.wrong(Message("unknown command '{}'{}", command, name_suggestion(command, commands)))
-    factors = tuple(_factor(entry, folder) for entry in table.tables("factor"))
+    factors = tuple(_parse_factor(entry, folder) for entry in table.tables("factor"))
     description = Description(
         name=name,
         title=table.text("title", name),
         about=" ".join(table.text("about", "").split()),
         command=command,
-        instances=tuple(_instance(entry, folder) for entry in table.list_of_tables("instance")),
+        instances=tuple(_parse_instance(entry, folder) for entry in table.list_of_tables("instance")),
         factors=factors,
-        responses=tuple(_response(entry) for entry in table.tables("response")),
-        seeds=_seeds(table),
+        responses=tuple(_parse_response(entry) for entry in table.tables("response")),
+        seeds=_parse_seeds(table),
         options=_resolve_files(folder, table.table("options")),
         analyses=(),
         source=table.text("source", ""),
@@ -217,15 +217,15 @@ def experiment_of_toml(content: Mapping[str, Any], name: str, folder: Path | Non
     if description.cores and description.cores not in [factor.name for factor in factors if factor.numeric]:
         raise table.wrong(f"cores = '{description.cores}' is no factor whose levels are numbers")
     description = replace(
-        description, analyses=tuple(_analysis(entry, description) for entry in table.list_of_tables("analysis"))
+        description, analyses=tuple(_parse_analysis(entry, description) for entry in table.list_of_tables("analysis"))
     )
     _check_options(description)
     if description.short:
-        short_form(description)
+        reduced_experiment(description)
     return description
 
 
-def _instance(table: DescriptionTable, folder: Path) -> LabInstance:
+def _parse_instance(table: DescriptionTable, folder: Path) -> LabInstance:
     table.check({"name", "input", "options", "facts"})
     source = table.text("input")
     if not re.match(r"[a-z]+:", source):
@@ -236,30 +236,32 @@ def _instance(table: DescriptionTable, folder: Path) -> LabInstance:
     )
 
 
-def _factor(table: DescriptionTable, folder: Path) -> Factor:
+def _parse_factor(table: DescriptionTable, folder: Path) -> Factor:
     table.check({"title", "option", "levels", "level"})
     option, levels = table.text("option", ""), table.content.get("levels", [])
     named_levels = [
-        _named_level(name, DescriptionTable(content, table.experiment, f"{table.place}.{name}"), folder)
+        _parse_level(name, DescriptionTable(content, table.experiment, f"{table.place}.{name}"), folder)
         for name, content in table.dicts("level").items()
     ]
     if bool(option) != bool(levels) or bool(levels) == bool(named_levels) or not isinstance(levels, list):
         raise table.wrong("give option = and levels = [...], or tables level.NAME of options")
-    simple = [Level(value_text(value), _resolve_files(folder, {option: value}), number_of(value)) for value in levels]
+    simple = [
+        Level(value_text(value), _resolve_files(folder, {option: value}), float_or_none(value)) for value in levels
+    ]
     all_levels = tuple(named_levels or simple)
     if len({level.name for level in all_levels}) < len(all_levels):
         raise table.wrong("two levels are the same")
     return Factor(table.name, table.text("title", table.name.replace("_", " ").capitalize()), all_levels)
 
 
-def _named_level(name: str, table: DescriptionTable, folder: Path) -> Level:
+def _parse_level(name: str, table: DescriptionTable, folder: Path) -> Level:
     options = {option: value for option, value in table.content.items() if option not in ("folder", "without")}
     inputs = str(folder / table.text("folder")) if "folder" in table.content else ""
     value = float(name) if name.isdecimal() else None
     return Level(name, _resolve_files(folder, options), value, inputs, tuple(table.texts("without")))
 
 
-def _response(table: DescriptionTable) -> Response:
+def _parse_response(table: DescriptionTable) -> Response:
     table.check({"title", "unit", "path", "scale", "more_is_better"})
     return Response(
         table.name,
@@ -271,7 +273,7 @@ def _response(table: DescriptionTable) -> Response:
     )
 
 
-def _analysis(table: DescriptionTable, description: Description) -> Analysis:
+def _parse_analysis(table: DescriptionTable, description: Description) -> Analysis:
     table.check({"kind", "response", "factors", "alpha", "base", "without", "boards", "against", "fact"})
     kind, response = table.text("kind"), table.text("response", description.responses[0].name)
     factors = table.texts("factors") or [factor.name for factor in description.factors]
@@ -316,11 +318,19 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
     if kind in ("trend", "projection", "messages") and not base:
         raise table.wrong(f"'{kind}' needs base = a level of {factors[0]}, which the others are compared with")
     return Analysis(
-        kind, response, tuple(factors), alpha, base, without, tuple(boards), against, _fact(table, description)
+        kind,
+        response,
+        tuple(factors),
+        alpha,
+        base,
+        without,
+        tuple(boards),
+        against,
+        _parse_reference_fact(table, description),
     )
 
 
-def _fact(table: DescriptionTable, description: Description) -> str:
+def _parse_reference_fact(table: DescriptionTable, description: Description) -> str:
     """Return the name of the known value that a comparison uses as its reference, or an empty string."""
     fact, known = table.text("fact", ""), {name for instance in description.instances for name in instance.facts}
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
@@ -330,7 +340,7 @@ def _fact(table: DescriptionTable, description: Description) -> str:
     return fact
 
 
-def _seeds(table: DescriptionTable) -> tuple[int, ...]:
+def _parse_seeds(table: DescriptionTable) -> tuple[int, ...]:
     """Return the seeds. The file contains either a list of seeds or their number."""
     given = table.content.get("seeds", 1)
     listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MAX_SEEDS else given
@@ -341,7 +351,7 @@ def _seeds(table: DescriptionTable) -> tuple[int, ...]:
     return tuple(listed)
 
 
-def _items_by_name(items: Sequence[Any], names: Sequence[str], table: DescriptionTable, kind: str) -> tuple[Any, ...]:
+def _select_by_name(items: Sequence[Any], names: Sequence[str], table: DescriptionTable, kind: str) -> tuple[Any, ...]:
     """Select the items with the given names. Without names, select all items."""
     known = [item.name for item in items]
     for name in names:
@@ -367,7 +377,7 @@ def _resolve_short_form(table: Mapping[str, Any], folder: Path) -> dict[str, Any
 
 
 def _check_options(description: Description) -> None:
-    used = _work(description.command)
+    used = _find_work(description.command)
     seen = set()
     for run in description.runs():
         shape = (run.instance.name, *(level.name for level in run.levels.values()))
@@ -387,12 +397,12 @@ def _check_options(description: Description) -> None:
             raise OptionError(f"experiment '{description.name}', {run.label}: {problem}") from None
 
 
-def _work(command: str) -> Work | None:
+def _find_work(command: str) -> Work | None:
     """Return the `Work` of a command, or None if it depends on the input."""
     return next((work for work in registry.works() if work.command == command), None)
 
 
-def short_form(description: Description) -> Description:
+def reduced_experiment(description: Description) -> Description:
     """Return the short form of an experiment, with fewer inputs, levels and seeds, and less work per run.
 
     Raises `OptionError` if the experiment does not have a short form.
@@ -405,12 +415,12 @@ def short_form(description: Description) -> Description:
         description,
         reduced=True,
         options={**description.options, **table.table("options")},
-        seeds=_seeds(table) if "seeds" in description.short else description.seeds,
-        instances=_items_by_name(description.instances, names, table, "instances"),
+        seeds=_parse_seeds(table) if "seeds" in description.short else description.seeds,
+        instances=_select_by_name(description.instances, names, table, "instances"),
         factors=tuple(
             replace(
                 factor,
-                levels=_items_by_name(factor.levels, [*map(value_text, values)], table, f"levels of {factor.name}"),
+                levels=_select_by_name(factor.levels, [*map(value_text, values)], table, f"levels of {factor.name}"),
             )
             if (values := table.table("levels").get(factor.name))
             else factor

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from leafcut.errors import OptionError
 from leafcut.lab import charts
 from leafcut.lab.description import Analysis, Factor, Response
-from leafcut.lab.results import ReportBlock, Results, Table, number, number_or_dash
+from leafcut.lab.results import ReportBlock, Results, Table, five_digits, five_digits_or_dash
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class _Instance:
         return self.single / time if time else None
 
 
-def messages_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+def message_costs_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     """Report the costs of an iteration, the speed-up and the efficiency of each model, and the break-even sizes."""
     description = results.description
     model, workers = (description.factor(name) for name in analysis.factors)
@@ -70,14 +70,16 @@ def messages_block(results: Results, analysis: Analysis, response: Response) -> 
     rows = []
     for item in instances:
         base = item.costs[analysis.base]
-        messages = [number(item.costs[name].messages) if name in item.costs else "–" for name in sent]
-        rows.append((item.name, f"{item.size:g}", number(base.ants), number(base.update), *messages))
+        messages = [five_digits(item.costs[name].messages) if name in item.costs else "–" for name in sent]
+        rows.append((item.name, f"{item.size:g}", five_digits(base.ants), five_digits(base.update), *messages))
     columns = ("Instance", "Size", "Ants C", "Update U", *(f"Messages M of {name}" for name in sent))
     costs = Table(columns, tuple(rows), 1, f"Measured costs of an iteration, {response.unit}")
     break_even = _break_even_table(instances, models, workers)
     speedups = [_speedup_table(item, models, workers, response) for item in instances]
     title = f"Speed-up over one thread, and the cost of messages: {response.title.lower()}"
-    return ReportBlock(title, sentences, (costs, break_even, *speedups), (_chart(instances[-1], models, workers),))
+    return ReportBlock(
+        title, sentences, (costs, break_even, *speedups), (_speedup_chart(instances[-1], models, workers),)
+    )
 
 
 def _worker_counts(workers: Factor) -> dict[str, float]:
@@ -150,7 +152,7 @@ def _speedup_table(item: _Instance, models: Sequence[str], workers: Factor, resp
                 (
                     name,
                     level,
-                    number_or_dash(item.measured.get((name, p))),
+                    five_digits_or_dash(item.measured.get((name, p))),
                     "–" if speedup is None else f"{speedup:.2f}",
                     "–" if speedup is None else f"{100.0 * speedup / p:.0f} %",
                     "–" if simulated is None else f"{simulated:.2f}",
@@ -160,7 +162,7 @@ def _speedup_table(item: _Instance, models: Sequence[str], workers: Factor, resp
     return Table(columns, tuple(rows), 2, item.name)
 
 
-def _chart(item: _Instance, models: Sequence[str], workers: Factor) -> tuple[str, str]:
+def _speedup_chart(item: _Instance, models: Sequence[str], workers: Factor) -> tuple[str, str]:
     series, counts = {}, list(_worker_counts(workers).values())
     for simulated, suffix in ((False, ""), (True, ", simulated")):
         for name in models:
@@ -173,4 +175,4 @@ def _chart(item: _Instance, models: Sequence[str], workers: Factor) -> tuple[str
                 series[f"{name}{suffix}"] = points
     most = max(counts)
     label = f"Speed-up over one thread on {item.name}, measured and simulated"
-    return item.name, charts.means(series, workers.title, "speed-up", label, [(1, 1), (most, most)])
+    return item.name, charts.chart_of_means(series, workers.title, "speed-up", label, [(1, 1), (most, most)])

@@ -43,7 +43,7 @@ def compared_option_values(command: str) -> tuple[str, tuple[str, ...]]:
     return "algorithm", (*COMPARED, "auto")
 
 
-def responses_of(command: str) -> tuple[Response, ...]:
+def command_responses(command: str) -> tuple[Response, ...]:
     """Return the responses of a command. The first response is the objective."""
     return _RESPONSES.get(command, _USUAL_RESPONSES)
 
@@ -73,10 +73,12 @@ def comparison_experiment(
     specs = {key: group_of(key).specs()[key] for key in options if key not in (option, "seed")}
     shared = {key: options[key] for key, spec in specs.items() if not spec.is_output}
     levels = tuple(
-        Level(value, {option: value}, without=tuple(key for key in shared if not _uses(value, option, specs[key])))
+        Level(
+            value, {option: value}, without=tuple(key for key in shared if not _applies_with(value, option, specs[key]))
+        )
         for value in dict.fromkeys(values)
     )
-    responses = responses_of(command)
+    responses = command_responses(command)
     comparisons = tuple(Analysis("compare", response.name, (option,)) for response in responses[:2])
     pareto = Analysis("pareto", responses[0].name, against=_TIME.name)
     return Description(
@@ -95,6 +97,6 @@ def comparison_experiment(
     )
 
 
-def _uses(value: str, option: str, spec: OptionSpec) -> bool:
+def _applies_with(value: str, option: str, spec: OptionSpec) -> bool:
     """Return whether another option has any effect when the compared option has this value."""
     return all(condition.holds(lambda _: value, "") for condition in spec.needs if condition.names == (option,))

@@ -14,12 +14,12 @@ from typing import Any
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, count_of
 from leafcut.lab import charts
-from leafcut.lab.analysis_blocks import analysis_blocks
+from leafcut.lab.analysis_blocks import blocks_of_all_analyses
 from leafcut.lab.description import Description, Response
 from leafcut.lab.published import Runs, command_options, published_blocks, words
-from leafcut.lab.published import circumstances as own_circumstances
-from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, number_or_dash, variant_name
-from leafcut.lab.statistics import interval
+from leafcut.lab.published import run_environment_sentence as own_circumstances
+from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, five_digits, five_digits_or_dash, variant_name
+from leafcut.lab.statistics import bootstrap_interval
 from leafcut.lab.store import Row
 
 #: Packages that a report needs. The extra ``lab`` installs them.
@@ -33,7 +33,7 @@ _TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 _MAX_CURVES = 8
 
 
-def write_page(
+def experiment_page_html(
     description: Description, rows: Sequence[Row], n_runs: int, n_left_out: int = 0, before: Sequence[ReportBlock] = ()
 ) -> str:
     """Write the report page of an experiment.
@@ -60,7 +60,7 @@ def write_page(
     results = Results.of(description, rows)
     measured = [*before, *_blocks(results)]
     runs = {description.name: Runs(description, description, rows)} if description.shipped else {}
-    return _rendered(
+    return _render_template(
         "page.html.jinja",
         title=description.title,
         language="en",
@@ -74,11 +74,11 @@ def write_page(
             for row in rows
             if row.failed
         ],
-        circumstances=run_circumstances(results.rows),
+        circumstances=run_environment_sentences(results.rows),
     )
 
 
-def write_published(runs: Mapping[str, Runs], language: str, options: str = "") -> str:
+def published_page_html(runs: Mapping[str, Runs], language: str, options: str = "") -> str:
     """Write the page that compares all published results with ours.
 
     Parameters
@@ -96,7 +96,7 @@ def write_published(runs: Mapping[str, Runs], language: str, options: str = "") 
         The extra ``lab`` is not installed.
     """
     _check_packages()
-    return _rendered(
+    return _render_template(
         "published.html.jinja",
         title=words(language)["title"],
         language=language,
@@ -107,7 +107,7 @@ def write_published(runs: Mapping[str, Runs], language: str, options: str = "") 
     )
 
 
-def _rendered(template: str, **values: Any) -> str:
+def _render_template(template: str, **values: Any) -> str:
     from leafcut.report.styles import drawing_css, page_templates, style_sheet
 
     css = drawing_css() + style_sheet("page.css") + style_sheet("lab.css", "leafcut.lab")
@@ -164,8 +164,8 @@ def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
 def _blocks(results: Results) -> list[ReportBlock]:
     if not results.rows:
         return []
-    search_charts = searches(results)
-    return [*analysis_blocks(results), *([search_charts] if search_charts else []), overview(results)]
+    search_charts = searches_block(results)
+    return [*blocks_of_all_analyses(results), *([search_charts] if search_charts else []), overview_block(results)]
 
 
 def _state_sentences(
@@ -177,12 +177,12 @@ def _state_sentences(
     if failed := sum(bool(row.failed) for row in rows):
         sentences.append(f"{failed} failed")
     sentences.append(
-        f"{count_of(len(description.seeds), 'seed')}: {_shortened([str(seed) for seed in description.seeds])}"
+        f"{count_of(len(description.seeds), 'seed')}: {_joined_or_shortened([str(seed) for seed in description.seeds])}"
     )
     return sentences
 
 
-def run_circumstances(rows: Sequence[Row]) -> list[str]:
+def run_environment_sentences(rows: Sequence[Row]) -> list[str]:
     """Describe the machines, versions and dates of the runs in sentences."""
     if not rows:
         return []
@@ -196,17 +196,17 @@ def run_circumstances(rows: Sequence[Row]) -> list[str]:
     ]
     if loads:
         words.append(
-            f"Processes that waited for a core at the start of a run, per core: median {number(median(loads))}, "
-            f"maximum {number(max(loads))}. A value above 1 means that other work used the machine as well."
+            f"Processes that waited for a core at the start of a run, per core: median {five_digits(median(loads))}, "
+            f"maximum {five_digits(max(loads))}. A value above 1 means that other work used the machine as well."
         )
     return words
 
 
-def _shortened(words: Sequence[str], limit: int = 6) -> str:
+def _joined_or_shortened(words: Sequence[str], limit: int = 6) -> str:
     return ", ".join(words) if len(words) <= limit else f"{', '.join(words[:3])} … {words[-1]}"
 
 
-def overview(results: Results) -> ReportBlock:
+def overview_block(results: Results) -> ReportBlock:
     """Create a table of all cells, with the numbers of runs and missing runs, and statistics for each response."""
     description = results.description
     columns = ["Instance", *(factor.title for factor in description.factors), "Runs", "Missing"]
@@ -220,13 +220,13 @@ def overview(results: Results) -> ReportBlock:
             continue
         row = [*cell, str(runs), str(results.missing(runs))]
         for response in description.responses:
-            row += _spread_cells(by_measure[response.name].get(cell, []), response)
+            row += _statistics_cells(by_measure[response.name].get(cell, []), response)
         rows.append(tuple(row))
     sentences = ("± is half the bootstrap interval of the mean, s the standard deviation of a sample (n − 1).",)
     return ReportBlock("All runs", sentences, (Table(tuple(columns), tuple(rows), 1 + len(description.factors)),))
 
 
-def searches(results: Results) -> ReportBlock | None:
+def searches_block(results: Results) -> ReportBlock | None:
     """Draw convergence and time-to-target charts for each instance. Returns None if no run has recorded a curve.
 
     The charts show a curve for each variant. If there are more than `_MAX_CURVES` variants, they show a curve for each
@@ -253,7 +253,7 @@ def searches(results: Results) -> ReportBlock | None:
             for variant, rows in variants.items()
         }
         sentences = f"Convergence on {name}: the mean of the runs, and the band from the best to the worst"
-        drawn.append((f"{name}: convergence", charts.convergence(steps, across, "cost of the best", sentences)))
+        drawn.append((f"{name}: convergence", charts.convergence_chart(steps, across, "cost of the best", sentences)))
         timed = {
             variant: [[(point[1], point[2]) for point in row.curve] for row in rows]
             for variant, rows in variants.items()
@@ -264,7 +264,9 @@ def searches(results: Results) -> ReportBlock | None:
             for variant, timed_curves in timed.items()
         }
         sentences = f"Time to target on {name}: the share of runs that came within {percent:g} % of the best found"
-        drawn.append((f"{name}: time to {percent:g} % of the best found", charts.time_to_target(times, "s", sentences)))
+        drawn.append(
+            (f"{name}: time to {percent:g} % of the best found", charts.time_to_target_chart(times, "s", sentences))
+        )
     return ReportBlock("Progress of the searches", (), (), tuple(drawn))
 
 
@@ -277,12 +279,18 @@ def _common_target(variants: Mapping[str, Sequence[Sequence[tuple[float, float]]
     return ends[-1], 100.0 * (ends[-1] / ends[0] - 1.0)
 
 
-def _spread_cells(values: Sequence[float], response: Response) -> list[str]:
+def _statistics_cells(values: Sequence[float], response: Response) -> list[str]:
     if not values:
         return ["–"] * 5
-    low, high = interval(values)
+    low, high = bootstrap_interval(values)
     best, worst = (max, min) if response.more_is_better else (min, max)
     mean = fmean(values)
     deviation = math.sqrt(sum((v - mean) ** 2 for v in values) / (len(values) - 1)) if len(values) > 1 else None
-    half = number((high - low) / 2.0) if len(values) > 1 else "–"
-    return [number(mean), half, number_or_dash(deviation), number(best(values)), number(worst(values))]
+    half = five_digits((high - low) / 2.0) if len(values) > 1 else "–"
+    return [
+        five_digits(mean),
+        half,
+        five_digits_or_dash(deviation),
+        five_digits(best(values)),
+        five_digits(worst(values)),
+    ]

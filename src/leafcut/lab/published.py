@@ -17,9 +17,9 @@ from leafcut.errors import OptionError
 from leafcut.files.schemas import EXPERIMENT
 from leafcut.files.whole_files import parse_toml
 from leafcut.lab.description import Description
-from leafcut.lab.results import DesignCell, ReportBlock, Results, Table, number
-from leafcut.lab.running import can_run
-from leafcut.lab.statistics import one_way, trend
+from leafcut.lab.results import DesignCell, ReportBlock, Results, Table, five_digits
+from leafcut.lab.running import has_enough_cores
+from leafcut.lab.statistics import one_way_anova, trend_test
 from leafcut.lab.store import Row
 
 #: Languages of the page. The same file contains the texts and the published results.
@@ -95,7 +95,7 @@ class Runs:
         return frozenset(
             (plan.instance.name, *(level.name for level in plan.levels.values()))
             for plan in description.runs()
-            if can_run(description, plan)
+            if has_enough_cores(description, plan)
         )
 
     @cached_property
@@ -146,7 +146,7 @@ FigurePair = tuple[Figure, Ours]
 @cache
 def words(language: str) -> Texts:
     """Return the texts of the page in one language."""
-    texts: Texts = _content()["words"][language]
+    texts: Texts = _read_sources()["words"][language]
     return texts
 
 
@@ -155,19 +155,19 @@ def published_tables() -> tuple[PublishedTable, ...]:
     """Return all tables of published results."""
     return tuple(
         PublishedTable(
-            _texts(source["title"]),
-            _texts(table["title"]),
-            _texts(table["row"]),
-            tuple(_figures(table)),
+            _text_by_language(source["title"]),
+            _text_by_language(table["title"]),
+            _text_by_language(table["row"]),
+            tuple(_parse_figures(table)),
             tuple(table.get("sentence", ())),
             table.get("without", ""),
         )
-        for source in _content()["source"]
+        for source in _read_sources()["source"]
         for table in source["table"]
     )
 
 
-def experiments() -> list[str]:
+def published_experiments() -> list[str]:
     """Return the names of the experiments that have published results."""
     return list(dict.fromkeys(figure.experiment for table in published_tables() for figure in table.figures))
 
@@ -178,18 +178,22 @@ def published_blocks(runs: Mapping[str, Runs], language: str, options: str = "")
     `options` are the options of `leafcut lab run` that add the missing runs.
     """
     return [
-        _block(table, pairs, runs, language, options)
+        _table_block(table, pairs, runs, language, options)
         for table in published_tables()
-        if (pairs := compared(table, runs))
+        if (pairs := pair_with_ours(table, runs))
     ]
 
 
-def compared(table: PublishedTable, runs: Mapping[str, Runs]) -> list[FigurePair]:
+def pair_with_ours(table: PublishedTable, runs: Mapping[str, Runs]) -> list[FigurePair]:
     """Pair the published results in a table with ours, for the experiments in `runs`."""
-    return [(figure, ours(figure, runs[figure.experiment])) for figure in table.figures if figure.experiment in runs]
+    return [
+        (figure, our_counterpart(figure, runs[figure.experiment]))
+        for figure in table.figures
+        if figure.experiment in runs
+    ]
 
 
-def ours(figure: Figure, runs: Runs) -> Ours:
+def our_counterpart(figure: Figure, runs: Runs) -> Ours:
     """Return our counterpart to a published result."""
     cells = runs.chosen(figure)
     if not cells:
@@ -200,7 +204,7 @@ def ours(figure: Figure, runs: Runs) -> Ours:
     planned = len(needed) * len(runs.description.seeds)
     if all(cell in values for cell in needed):
         try:
-            return Ours(_value(figure, runs, cells), done, planned)
+            return Ours(_our_value(figure, runs, cells), done, planned)
         except OptionError:  # too few results for an analysis of variance
             return Ours(None, done, planned, "not_run" if done < planned else "no_figure")
     lacking = {cell for cell in needed if cell not in values}
@@ -208,7 +212,7 @@ def ours(figure: Figure, runs: Runs) -> Ours:
     return Ours(None, done, planned, missing)
 
 
-def _block(
+def _table_block(
     table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str, Runs], language: str, options: str
 ) -> ReportBlock:
     texts = words(language)
@@ -217,20 +221,20 @@ def _block(
     rows = []
     for figure, own in pairs:
         unit = f" {figure.unit}" if figure.unit else ""
-        cells = [figure.row[language], figure.quantity.get(language, ""), f"{_shown(figure.published)}{unit}"]
+        cells = [figure.row[language], figure.quantity.get(language, ""), f"{_published_text(figure.published)}{unit}"]
         if own.value is None:
             command = f"leafcut lab run {figure.experiment}{options}"
             cells += [texts[own.missing].format(command=command), "–"]
         else:
-            value = own.value if isinstance(own.value, str) else number(own.value)
-            cells += [f"{value}{unit}", _change(figure, own, texts)]
+            value = own.value if isinstance(own.value, str) else five_digits(own.value)
+            cells += [f"{value}{unit}", _difference_words(figure, own, texts)]
         rows.append((*cells, f"{own.runs} / {own.planned}"))
     if not several:
         del columns[1]
         rows = [(row[0], *row[2:]) for row in rows]
-    known = _known(table, pairs, runs)
+    known = _placeholder_values(table, pairs, runs)
     sentences = [texts["difference"], texts["only"], *(sentence[language] for sentence in table.sentences)]
-    shown = [sentence.format(**known) for sentence in sentences if _fields(sentence) <= known.keys()]
+    shown = [sentence.format(**known) for sentence in sentences if _placeholder_names(sentence) <= known.keys()]
     table_of_report = Table(tuple(columns), tuple(rows), 1 + several, table.title[language])
     return ReportBlock(table.source[language], tuple(shown), (table_of_report,))
 
@@ -259,9 +263,9 @@ def pairs_as_csv(runs: Mapping[str, Runs]) -> str:
         ]
     )
     for table in published_tables():
-        for figure, own in compared(table, runs):
+        for figure, own in pair_with_ours(table, runs):
             levels = "; ".join(f"{name} = {' or '.join(names)}" for name, names in figure.levels.items())
-            change = _percent(figure, own)
+            change = _difference_percent(figure, own)
             writer.writerow(
                 [
                     table.source["en"],
@@ -284,7 +288,7 @@ def pairs_as_csv(runs: Mapping[str, Runs]) -> str:
     return text.getvalue()
 
 
-def circumstances(runs: Mapping[str, Runs], language: str) -> list[str]:
+def run_environment_sentence(runs: Mapping[str, Runs], language: str) -> list[str]:
     """Describe the versions, machines and dates of our runs in a sentence. The list is empty if there are no runs."""
     rows = [row for item in runs.values() for row in item.rows]
     if not rows:
@@ -299,7 +303,7 @@ def command_options(reduced: bool, results: str = "") -> str:
     return f"{' --reduced' if reduced else ''}{f' --results {shlex.quote(results)}' if results else ''}"
 
 
-def _value(figure: Figure, runs: Runs, cells: Sequence[DesignCell]) -> float | str:
+def _our_value(figure: Figure, runs: Runs, cells: Sequence[DesignCell]) -> float | str:
     values = runs.figures[figure.response]
     if figure.statistic in ("mean", "max"):
         pool = [value for cell in cells for value in values[cell]]
@@ -309,7 +313,7 @@ def _value(figure: Figure, runs: Runs, cells: Sequence[DesignCell]) -> float | s
         base, own = max(means, key=lambda pair: 1.0 - pair[1] / pair[0])
         return figure.scale * (base - own if figure.statistic == "saved" else 100.0 * (1.0 - own / base))
     place = runs.place(figure.factor)
-    anova = one_way({cell[place]: values[cell] for cell in cells})
+    anova = one_way_anova({cell[place]: values[cell] for cell in cells})
     if figure.statistic == "F":
         return anova.f
     letters = anova.fisher_letters
@@ -318,7 +322,7 @@ def _value(figure: Figure, runs: Runs, cells: Sequence[DesignCell]) -> float | s
     return equal[0] if figure.statistic == "cheapest" else ", ".join(equal)
 
 
-def _percent(figure: Figure, own: Ours) -> float | None:
+def _difference_percent(figure: Figure, own: Ours) -> float | None:
     """Return the difference between our result and the published result in percent.
 
     The difference is None if one of the results is not a number.
@@ -328,28 +332,38 @@ def _percent(figure: Figure, own: Ours) -> float | None:
     return 100.0 * (own.value / figure.published - 1.0)
 
 
-def _change(figure: Figure, own: Ours, texts: Texts) -> str:
-    percent = _percent(figure, own)
+def _difference_words(figure: Figure, own: Ours, texts: Texts) -> str:
+    percent = _difference_percent(figure, own)
     if percent is None:
         return texts["same"] if figure.published == own.value else texts["other"]
     if figure.unit == "%" and isinstance(own.value, float) and isinstance(figure.published, float):
         return f"{own.value - figure.published:+.2f} {texts['points']}"
-    return _signed(percent)
+    return _signed_percent(percent)
 
 
-def _known(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
+def _placeholder_values(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
     """Return the values of the placeholders in a table's sentences, by field name."""
     known = {"cells": str(len(pairs)), "compared": str(sum(own.value is not None for _, own in pairs))}
-    changes = [change for figure, own in pairs if figure.unit != "%" and (change := _percent(figure, own)) is not None]
+    changes = [
+        change
+        for figure, own in pairs
+        if figure.unit != "%" and (change := _difference_percent(figure, own)) is not None
+    ]
     if len(changes) == 1:
-        known["only"] = _signed(changes[0])
+        known["only"] = _signed_percent(changes[0])
     elif changes:
-        known |= {"low": _signed(min(changes)), "high": _signed(max(changes)), "middle": _signed(median(changes))}
-    known |= _pace(pairs, runs)
+        known |= {
+            "low": _signed_percent(min(changes)),
+            "high": _signed_percent(max(changes)),
+            "middle": _signed_percent(median(changes)),
+        }
+    known |= _time_per_hole_values(pairs, runs)
     gains = [
         (size, figure.published, own.value, figure.row["en"])
         for figure, own in pairs
-        if figure.statistic == "saving" and (size := _size(figure, runs)) and isinstance(figure.published, float)
+        if figure.statistic == "saving"
+        and (size := _instance_size(figure, runs))
+        and isinstance(figure.published, float)
     ]
     own_gains = [(size, value) for size, _, value, _ in gains if isinstance(value, float)]
     if own_gains:
@@ -358,13 +372,13 @@ def _known(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str
     if len(gains) >= _MIN_TREND:
         rest = [gain for gain in gains if gain[3] != table.without]
         known |= {"without": table.without}
-        known |= _trend("", [(size, gain) for size, gain, _, _ in gains])
-        known |= _trend("rest_", [(size, gain) for size, gain, _, _ in rest])
-        known |= _trend("own_", own_gains)
+        known |= _trend_values("", [(size, gain) for size, gain, _, _ in gains])
+        known |= _trend_values("rest_", [(size, gain) for size, gain, _, _ in rest])
+        known |= _trend_values("own_", own_gains)
     return known
 
 
-def _pace(pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
+def _time_per_hole_values(pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
     """Return the published time for all holes and for one hole, and our time for one hole.
 
     The published time follows from the saving. If d minutes are a share p of the total time, the total time is d / p.
@@ -376,9 +390,13 @@ def _pace(pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, st
     for both in by_cell.values():
         if len(both) == 2:
             (figure, own), (share, own_share) = both["saved"], both["saving"]
-            size = _size(figure, runs)
+            size = _instance_size(figure, runs)
             base = 100.0 * float(figure.published) / float(share.published)
-            known = {"saved": _shown(figure.published), "saving": _shown(share.published), "base": f"{base:.1f}"}
+            known = {
+                "saved": _published_text(figure.published),
+                "saving": _published_text(share.published),
+                "base": f"{base:.1f}",
+            }
             known |= {"size": f"{size:g}", "pace": f"{60.0 * base / size:.1f}"}
             if own.value and own_share.value:
                 own_base = 100.0 * float(own.value) / float(own_share.value)
@@ -387,49 +405,50 @@ def _pace(pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, st
     return {}
 
 
-def _trend(prefix: str, gains: Sequence[tuple[float, float]]) -> dict[str, str]:
+def _trend_values(prefix: str, gains: Sequence[tuple[float, float]]) -> dict[str, str]:
     try:
-        line = trend([size for size, _ in gains], [gain for _, gain in gains])
+        line = trend_test([size for size, _ in gains], [gain for _, gain in gains])
     except OptionError:
         return {}
     return {f"{prefix}tau": f"{line.tau:.2f}", f"{prefix}p": f"{line.tau_p:.2f}"}
 
 
-def _size(figure: Figure, runs: Mapping[str, Runs]) -> float:
+def _instance_size(figure: Figure, runs: Mapping[str, Runs]) -> float:
     """Return the size of the instance that a published result belongs to, or 0 if the size is unknown."""
     instances = runs[figure.experiment].whole.instances
     return next((item.facts.get("size", 0.0) for item in instances if item.name == figure.instance), 0.0)
 
 
-def _signed(percent: float) -> str:
+def _signed_percent(percent: float) -> str:
     return f"{percent:+.1f} %"
 
 
-def _shown(published: float | str) -> str:
+def _published_text(published: float | str) -> str:
     return published if isinstance(published, str) else f"{published:,.7g}"
 
 
-def _fields(sentence: str) -> set[str]:
+def _placeholder_names(sentence: str) -> set[str]:
     return {name for _, name, _, _ in string.Formatter().parse(sentence) if name}
 
 
 @cache
-def _content() -> dict[str, Any]:
+def _read_sources() -> dict[str, Any]:
     return parse_toml(_SOURCES.read_text(encoding="utf-8"), _SOURCES.name, EXPERIMENT)
 
 
-def _figures(table: Mapping[str, Any]) -> Iterator[Figure]:
+def _parse_figures(table: Mapping[str, Any]) -> Iterator[Figure]:
     for row in table["rows"]:
         for quantity, published in zip(table["quantities"], row["published"], strict=True):
             if published == "":
                 continue
             keys = {**table, **quantity, **row}
             levels, base = (
-                _levels(table.get(key, {}) | quantity.get(key, {}) | row.get(key, {})) for key in ("levels", "base")
+                _parse_levels(table.get(key, {}) | quantity.get(key, {}) | row.get(key, {}))
+                for key in ("levels", "base")
             )
             yield Figure(
-                _texts(row["title"]),
-                _texts(quantity.get("title", "")),
+                _text_by_language(row["title"]),
+                _text_by_language(quantity.get("title", "")),
                 published if isinstance(published, str) else float(published),
                 keys["experiment"],
                 keys["response"],
@@ -443,9 +462,9 @@ def _figures(table: Mapping[str, Any]) -> Iterator[Figure]:
             )
 
 
-def _levels(table: Mapping[str, str | list[str]]) -> dict[str, tuple[str, ...]]:
+def _parse_levels(table: Mapping[str, str | list[str]]) -> dict[str, tuple[str, ...]]:
     return {name: tuple(names) if isinstance(names, list) else (names,) for name, names in table.items()}
 
 
-def _texts(value: str | Texts) -> Texts:
+def _text_by_language(value: str | Texts) -> Texts:
     return dict.fromkeys(LANGUAGES, value) if isinstance(value, str) else value

@@ -53,7 +53,7 @@ class Results:
         kept = [
             row
             for row in rows
-            if has_figures(row)
+            if has_any_result(row)
             and row.instance in instances
             and row.seed in description.seeds
             and row.levels.keys() == levels.keys()
@@ -103,7 +103,7 @@ class Results:
         return by_rest
 
 
-def has_figures(row: Row) -> bool:
+def has_any_result(row: Row) -> bool:
     """Return whether a run has any result. Even if a program was refused, its search may have a result."""
     return not row.failed or any(value is not None for value in row.responses.values())
 
@@ -117,7 +117,7 @@ def variant_name(description: Description, cell: DesignCell) -> str:
     return ", ".join(f"{factor.title} {level}" if factor.numeric else level for factor, level in levels) or "runs"
 
 
-def number(value: float) -> str:
+def five_digits(value: float) -> str:
     """Format a number with five significant digits."""
     if not math.isfinite(value):
         return "∞" if value > 0 else "–"
@@ -129,12 +129,12 @@ def number(value: float) -> str:
     return f"{value:,.{min(max(places, 0), 7)}f}"
 
 
-def number_or_dash(value: float | None) -> str:
+def five_digits_or_dash(value: float | None) -> str:
     """Format a number, or return a dash for None."""
-    return "–" if value is None else number(value)
+    return "–" if value is None else five_digits(value)
 
 
-def p_words(p: float | None, name: str = "p ") -> str:
+def p_value_words(p: float | None, name: str = "p ") -> str:
     """Format a p value, such as ``p = 0.012`` or ``p < 0.001``. `name` is the prefix."""
     if p is None:
         return "–"

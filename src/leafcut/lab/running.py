@@ -1,4 +1,4 @@
-"""`run` executes the missing runs of an experiment, and stores each run when it is complete."""
+"""`execute_experiment` executes the missing runs of an experiment, and stores each run when it is complete."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from typing import Any
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of
-from leafcut.files.whole_files import check_is_there
+from leafcut.files.whole_files import check_file_exists
 from leafcut.geometry.arrays import Floats
 from leafcut.lab.description import (
     OPTIMIZE,
@@ -37,7 +37,7 @@ from leafcut.lab.description import (
     Description,
     RunPlan,
 )
-from leafcut.lab.store import Row, Store, key_of
+from leafcut.lab.store import Row, Store, run_key
 from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.solution import Solution
@@ -47,7 +47,7 @@ from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.processes import registry
 from leafcut.read.format import Source
 from leafcut.read.registry import read_source
-from leafcut.report.json_answer import as_json, solved_as_json
+from leafcut.report.json_answer import program_as_json, tour_as_json
 
 #: Maximum number of points to store per curve.
 MAX_POINTS = 300
@@ -97,7 +97,7 @@ Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 @dataclass(frozen=True)
 class RunSummary:
-    """Summary of a call to `run`.
+    """Summary of a call to `execute_experiment`.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class RunSummary:
     stopped: bool = False
 
 
-def run(
+def execute_experiment(
     description: Description,
     store: Store,
     *,
@@ -149,18 +149,20 @@ def run(
     ReadError, OutputError
         An input cannot be read, or the results cannot be written. Stored runs are kept.
     """
-    plans = [plan for plan in description.runs() if can_run(description, plan)]
+    plans = [plan for plan in description.runs() if has_enough_cores(description, plan)]
     left_out = description.n_runs - len(plans)
     if not plans:
-        raise OptionError("experiment '{}': no run fits this machine, which has {} cores", description.name, _cores())
+        raise OptionError(
+            "experiment '{}': no run fits this machine, which has {} cores", description.name, _core_count()
+        )
     rows = {row.key: row for row in store.rows(description.key) if not row.failed}
     inputs = _inputs_with_hashes(description)
     todo = [
         (plan, task)
-        for plan in in_random_order(plans, description.key)
-        if (task := task_of(description, plan, inputs)).key not in rows
+        for plan in shuffled_by_seed(plans, description.key)
+        if (task := task_for_plan(description, plan, inputs)).key not in rows
     ]
-    stored_keys = {task_of(description, plan, inputs).key for plan in plans} & rows.keys()
+    stored_keys = {task_for_plan(description, plan, inputs).key for plan in plans} & rows.keys()
     versions = sorted({rows[key].leafcut for key in stored_keys} - {__version__})
     if versions and todo and not mixed:
         raise OptionError(
@@ -175,11 +177,11 @@ def run(
     plans_by_key = {task.key: plan for plan, task in todo}
     failed: list[str] = []
     done = 0
-    report_progress = _count_progress(progress, len(todo), [plan.label for plan, _ in todo])
+    report_progress = _run_counter(progress, len(todo), [plan.label for plan, _ in todo])
     report_progress(0)
     for task, answer in (performer or (lambda tasks: _run_in_process(tasks, cancel_event)))([task for _, task in todo]):
         plan = plans_by_key[task.key]
-        store.add(_row(description, plan, task, inputs[plan.input][1], answer))
+        store.add(_result_row(description, plan, task, inputs[plan.input][1], answer))
         done += 1
         if answer.failed:
             failed.append(f"{plan.label}: {answer.failed}")
@@ -189,7 +191,7 @@ def run(
     )
 
 
-def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
+def shuffled_by_seed(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
     """Sort the runs by seed, and shuffle the runs of each seed. The order depends only on the name."""
     by_seed: dict[int, list[RunPlan]] = {}
     for plan in plans:
@@ -199,7 +201,7 @@ def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
     return [plan for plans_of_seed in by_seed.values() for plan in plans_of_seed]
 
 
-def rows_of(description: Description, store: Store) -> list[Row]:
+def stored_rows(description: Description, store: Store) -> list[Row]:
     """Return the stored runs that match the current description of an experiment, in the order of the description.
 
     Runs whose options or inputs have changed since then are left out.
@@ -211,46 +213,52 @@ def rows_of(description: Description, store: Store) -> list[Row]:
     """
     by_key = {row.key: row for row in store.rows(description.key)}
     inputs = _inputs_with_hashes(description)
-    keys = [task_of(description, plan, inputs).key for plan in description.runs()]
+    keys = [task_for_plan(description, plan, inputs).key for plan in description.runs()]
     return [by_key[key] for key in keys if key in by_key]
 
 
-def can_run(description: Description, plan: RunPlan) -> bool:
+def has_enough_cores(description: Description, plan: RunPlan) -> bool:
     """Return whether this machine has enough cores for the threads of a run."""
-    return not description.cores or (plan.levels[description.cores].value or 0) <= _cores()
+    return not description.cores or (plan.levels[description.cores].value or 0) <= _core_count()
 
 
-def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> RunTask:
+def task_for_plan(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> RunTask:
     """Return the task for a planned run. `inputs` maps each input to its content and its hash."""
     source, sha = inputs[plan.input]
     responses = {response.name: (response.path, response.scale) for response in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
     # If an option names a file, the content of the file identifies the run, not its path.
-    options = {name: _hash_of_file(value) for name, value in plan.options.items()}
+    options = {name: _hash_if_file(value) for name, value in plan.options.items()}
     content: dict[str, Any] = {"input": sha, "instance": plan.instance.name, "levels": levels, "options": options}
     content |= {"responses": responses, "new_process": description.new_process}
-    key = key_of(description.key, description.command, content)
+    key = run_key(description.key, description.command, content)
     return RunTask(key, description.command, source, dict(plan.options), responses, description.new_process)
 
 
 def execute_run(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
     """Execute a run. If the run fails, the answer contains the error."""
     started, load = datetime.now(UTC).isoformat(timespec="seconds"), _load_average()
-    environment = Answer(began=started, load=load, versions=_versions(), machine=_machine())
-    study = _study_for(task)
+    environment = Answer(began=started, load=load, versions=_package_versions(), machine=_processor_and_system())
+    study = _study_if_needed(task)
     try:
         if not task.new_process and any(path in TIMES for path, _ in task.responses.values()):
-            _warm_up(task)
-        wall, processor = time.perf_counter(), _processor()
-        answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, study, cancelled)
+            _run_once_untimed(task)
+        wall, processor = time.perf_counter(), _processor_seconds()
+        answer, curve = (
+            (_run_in_new_process(task), ()) if task.new_process else _answer_of_command(task, study, cancelled)
+        )
     except LeafcutError as problem:
-        figures = _response_values({SEARCH: _search_figures(study)}, task)
-        return replace(environment, failed=str(problem), responses=figures, curve=_search_curve(study))
-    answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor, SEARCH: _search_figures(study)}
+        figures = _response_values({SEARCH: _figures_of_study(study)}, task)
+        return replace(environment, failed=str(problem), responses=figures, curve=_curve_of_study(study))
+    answer |= {
+        WALL: time.perf_counter() - wall,
+        PROCESSOR: _processor_seconds() - processor,
+        SEARCH: _figures_of_study(study),
+    }
     return replace(environment, responses=_response_values(answer, task), curve=curve)
 
 
-def executor_performer(executor: WatchedExecutor, ended: threading.Event) -> Performer:
+def perform_on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
     """Return a performer that uses an executor for each run.
 
     If a worker dies, its run is repeated. If this happens repeatedly, the run fails.
@@ -337,7 +345,7 @@ class SearchStudy(Study):
         return {**times, "cost": searches[-1][-1].shortest, **({"own_cost": self._own} if self._own < math.inf else {})}
 
 
-def _study_for(task: RunTask) -> SearchStudy | None:
+def _study_if_needed(task: RunTask) -> SearchStudy | None:
     """Create a study if a response or a convergence curve needs one. Returns None otherwise.
 
     A study slows the search down, for example because it computes a lower bound.
@@ -346,15 +354,15 @@ def _study_for(task: RunTask) -> SearchStudy | None:
     return SearchStudy() if observed else None
 
 
-def _search_figures(study: SearchStudy | None) -> dict[str, float]:
+def _figures_of_study(study: SearchStudy | None) -> dict[str, float]:
     return {} if study is None else study.figures()
 
 
-def _search_curve(study: Study | None) -> tuple[tuple[int, float, float], ...]:
-    return () if study is None else tuple(search_curve(study, _MAX_SEARCH_POINTS))
+def _curve_of_study(study: Study | None) -> tuple[tuple[int, float, float], ...]:
+    return () if study is None else tuple(latest_search_curve(study, _MAX_SEARCH_POINTS))
 
 
-def search_curve(study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
+def latest_search_curve(study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
     """Yield (iteration, seconds, cost) for each improvement in the latest search and for its end.
 
     At most about `max_points` improvements are selected.
@@ -369,7 +377,7 @@ def search_curve(study: Study, max_points: int) -> Iterator[tuple[int, float, fl
         yield (rows[-1].number, rows[-1].seconds, rows[-1].shortest)
 
 
-def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
+def solution_curve(solution: Solution, study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
     """Yield (iteration, seconds, cost) for the initial tour, for each improvement, and for the end.
 
     At most about `max_points` improvements are selected.
@@ -385,29 +393,29 @@ def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tupl
     yield (solution.iterations, solution.seconds, solution.cost)
 
 
-def _answer(
+def _answer_of_command(
     task: RunTask, study: Study | None, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
     """Run the command. Return its ``--json`` answer, and the convergence curve if the search was observed."""
     if task.command == SOLVE:
         solved = api.solve(task.input, observe=study, cancelled=cancelled, **task.options)
-        return solved_as_json(solved), () if study is None else tuple(curve_of(solved.solution, study, MAX_POINTS))
+        return tour_as_json(solved), () if study is None else tuple(solution_curve(solved.solution, study, MAX_POINTS))
     if task.command == "nest":
         nested = api.nest([str(task.input)], cancelled=cancelled, **task.options)
         return registry.command_function("nest_answer")(nested), ()
     word = "auto" if task.command == OPTIMIZE else task.command
     outcome = api.optimize(task.input, process=word, observe=study, cancelled=cancelled, **task.options)
     report = registry.report_of(outcome)
-    return as_json(report) | {RAPID: report.stated()[2].by_kind.get("rapid")}, _search_curve(study)
+    return program_as_json(report) | {RAPID: report.compared_measures()[2].by_kind.get("rapid")}, _curve_of_study(study)
 
 
-def _warm_up(task: RunTask) -> None:
+def _run_once_untimed(task: RunTask) -> None:
     """Run the first task of each kind once without timing it. Compilation then does not affect the measured times."""
     variant = (task.command, *(str(task.options.get(name)) for name in ("algorithm", "strategy", "parallel")))
     if variant not in _warmed_variants():
         _warmed_variants().add(variant)
         with suppress(LeafcutError):  # the run itself reports the error
-            _answer(task, _study_for(task), None)
+            _answer_of_command(task, _study_if_needed(task), None)
 
 
 @cache
@@ -415,7 +423,7 @@ def _warmed_variants() -> set[tuple[str, ...]]:
     return set()
 
 
-def _in_new_process(task: RunTask) -> dict[str, Any]:
+def _run_in_new_process(task: RunTask) -> dict[str, Any]:
     arguments = [task.command, str(task.input), "--json", "--no-defaults"]
     for name, value in task.options.items():
         if isinstance(value, bool):
@@ -446,7 +454,10 @@ def _response_values(answer: Mapping[str, Any], task: RunTask) -> dict[str, floa
     figures: dict[str, float | None] = {}
     for name, (sum_of, scale) in task.responses.items():
         numbers = [
-            next((number for path in paths.split("|") if (number := _figure(answer, path, scale)) is not None), None)
+            next(
+                (number for path in paths.split("|") if (number := _number_at_path(answer, path, scale)) is not None),
+                None,
+            )
             for paths in sum_of.split(" + ")
         ]
         known = [number for number in numbers if number is not None]
@@ -454,7 +465,7 @@ def _response_values(answer: Mapping[str, Any], task: RunTask) -> dict[str, floa
     return figures
 
 
-def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
+def _number_at_path(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
     """Return the scaled number at a path of keys and list indices, or None if the path does not exist."""
     value: Any = answer
     for word in path.split("."):
@@ -475,21 +486,21 @@ def _inputs_with_hashes(description: Description) -> dict[str, tuple[str | Sourc
 def _input_and_hash(command: str, name: str, instance: str) -> tuple[str | Source, str]:
     """Return an input and its hash. The hash depends on the content, or on the name if there is no file."""
     if command == "nest":  # the input is a list of drawings, which the command reads itself
-        check_is_there(f"instance {instance}", Path(name))
+        check_file_exists(f"instance {instance}", Path(name))
         return name, hashlib.sha256(Path(name).read_bytes()).hexdigest()
 
     _, source = read_source(name)
     return source, hashlib.sha256(source.data or name.encode()).hexdigest()
 
 
-def _hash_of_file(value: Any) -> Any:
+def _hash_if_file(value: Any) -> Any:
     """If the value is the absolute path of a file, return the hash of its content. Otherwise, return the value."""
     if not isinstance(value, str) or not Path(value).is_absolute() or not Path(value).is_file():
         return value
     return hashlib.sha256(Path(value).read_bytes()).hexdigest()
 
 
-def _row(description: Description, plan: RunPlan, task: RunTask, sha: str, answer: Answer) -> Row:
+def _result_row(description: Description, plan: RunPlan, task: RunTask, sha: str, answer: Answer) -> Row:
     levels = {name: level.name for name, level in plan.levels.items()}
     return Row(
         task.key, description.key, plan.instance.name, levels, plan.seed, task.options, sha, answer.failed,
@@ -497,7 +508,7 @@ def _row(description: Description, plan: RunPlan, task: RunTask, sha: str, answe
     )  # fmt: skip
 
 
-def _count_progress(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
+def _run_counter(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
     def report(done: int) -> None:
         if progress is not None and done < todo:
             progress(Progress(Message("{} ({} of {})", labels[done], done + 1, count_of(todo, "run")), done / todo))
@@ -505,30 +516,30 @@ def _count_progress(progress: OnProgress | None, todo: int, labels: list[str]) -
     return report
 
 
-def _cores() -> int:
+def _core_count() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _load_average() -> float | None:
-    return round(os.getloadavg()[0] / _cores(), 2) if hasattr(os, "getloadavg") else None
+    return round(os.getloadavg()[0] / _core_count(), 2) if hasattr(os, "getloadavg") else None
 
 
-def _processor() -> float:
+def _processor_seconds() -> float:
     """Return the processor time of this process and all of its finished child processes, s."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 
 
 @cache
-def _versions() -> dict[str, str]:
+def _package_versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}
 
 
 @cache
-def _machine() -> str:
+def _processor_and_system() -> str:
     model = platform.processor() or platform.machine()
     cpu_info = Path("/proc/cpuinfo")
     if cpu_info.is_file():
         lines = cpu_info.read_text(encoding="utf-8", errors="replace").splitlines()
         model = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), model)
-    return f"{model}, {count_of(_cores(), 'core')}, {platform.system()}"
+    return f"{model}, {count_of(_core_count(), 'core')}, {platform.system()}"

@@ -152,7 +152,7 @@ class Trend:
     high: float
 
 
-def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
+def one_way_anova(groups: Groups, alpha: float = 0.05) -> OneWay:
     """Perform a one-way analysis of variance, with pairwise comparisons and checks of the residuals.
 
     Source: Montgomery, *Design and Analysis of Experiments*, chapter 3 (F, LSD, Tukey, model adequacy).
@@ -175,8 +175,8 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
     between, within, ms_within = int(fit.df_model), int(fit.df_resid), float(fit.mse_resid)
     spread = any(np.ptp(sample) > 0.0 for sample in values.values())
     t = float(stats.t.ppf(1.0 - alpha / 2.0, within))
-    fisher = _fisher(values, ms_within if spread else 0.0, within, t)
-    tukey = _tukey(values, alpha, spread)
+    fisher = _fisher_pairs(values, ms_within if spread else 0.0, within, t)
+    tukey = _tukey_pairs(values, alpha, spread)
     return OneWay(
         means={name: float(sample.mean()) for name, sample in values.items()},
         deviations={name: float(sample.std(ddof=1)) for name, sample in values.items()},
@@ -190,18 +190,18 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
         lsd=t * math.sqrt(2.0 * ms_within / max(counts.values())) if len(set(counts.values())) == 1 else None,
         fisher=fisher,
         tukey=tukey,
-        fisher_letters=_letters(values, fisher, alpha),
-        letters=_letters(values, tukey, alpha),
+        fisher_letters=_letter_display(values, fisher, alpha),
+        letters=_letter_display(values, tukey, alpha),
         normal_p=float(stats.shapiro(fit.resid).pvalue) if spread and 3 <= len(frame) <= 5000 else None,
-        equal_p=float(stats.levene(*values.values(), center="median").pvalue) if _all_spread(values) else None,
-        welch_p=_welch(values),
+        equal_p=float(stats.levene(*values.values(), center="median").pvalue) if _all_groups_vary(values) else None,
+        welch_p=_welch_p(values),
         kruskal_p=float(stats.kruskal(*values.values()).pvalue),
         eta_squared=float(fit.rsquared),
         omega_squared=max(0.0, float((fit.ess - between * ms_within) / (fit.centered_tss + ms_within))),
     )
 
 
-def two_way(
+def two_way_anova(
     rows: Sequence[tuple[str, str, float]], names: tuple[str, str], blocks: Sequence[str] = ()
 ) -> tuple[Effect, ...]:
     """Perform a two-way analysis of variance with an interaction and a residual (type II sums of squares).
@@ -287,13 +287,15 @@ def compare_ranks(treatments: Groups, alpha: float = 0.05) -> RankComparison:
         statistic, p = float(friedman.statistic), float(friedman.pvalue)
         w = statistic / (blocks * (len(table) - 1))
     pairs = [
-        _signed_ranks(a, b, x, y, alpha)
+        _signed_rank_pair(a, b, x, y, alpha)
         for (a, x), (b, y) in itertools.combinations(zip(treatments, table, strict=True), 2)
     ]
-    return RankComparison(blocks, dict(zip(treatments, ranks.tolist(), strict=True)), statistic, p, w, _holm(pairs))
+    return RankComparison(
+        blocks, dict(zip(treatments, ranks.tolist(), strict=True)), statistic, p, w, _holm_correction(pairs)
+    )
 
 
-def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
+def trend_test(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
     """Test whether `y` has a trend over `x`, with two-sided tests.
 
     Raises
@@ -319,7 +321,7 @@ def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
     )
 
 
-def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float]:
+def bootstrap_interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float]:
     """Return the bootstrap interval of the mean (bias-corrected and accelerated).
 
     The width of the interval is zero if all values are equal.
@@ -352,11 +354,11 @@ def _checked_groups(groups: Groups) -> dict[str, NDArray[np.float64]]:
     return values
 
 
-def _all_spread(values: Mapping[str, NDArray[np.float64]]) -> bool:
+def _all_groups_vary(values: Mapping[str, NDArray[np.float64]]) -> bool:
     return all(np.ptp(np.abs(sample - np.median(sample))) > 0.0 for sample in values.values())
 
 
-def _welch(values: Mapping[str, NDArray[np.float64]]) -> float | None:
+def _welch_p(values: Mapping[str, NDArray[np.float64]]) -> float | None:
     from statsmodels.stats.oneway import anova_oneway
 
     if any(np.ptp(sample) == 0.0 for sample in values.values()):
@@ -364,7 +366,7 @@ def _welch(values: Mapping[str, NDArray[np.float64]]) -> float | None:
     return float(anova_oneway(list(values.values()), use_var="unequal").pvalue)
 
 
-def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, t: float) -> tuple[Pair, ...]:
+def _fisher_pairs(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, t: float) -> tuple[Pair, ...]:
     """Compare all pairs by Fisher's LSD, with the pooled variance `ms` and without a correction."""
     from scipy import stats
 
@@ -377,7 +379,7 @@ def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, 
     return tuple(pairs)
 
 
-def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool) -> tuple[Pair, ...]:
+def _tukey_pairs(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool) -> tuple[Pair, ...]:
     """Compare all pairs by Tukey's test, or by the Tukey–Kramer test if the groups have different sizes."""
     from scipy import stats
 
@@ -395,7 +397,7 @@ def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool
     )
 
 
-def _letters(values: Mapping[str, NDArray[np.float64]], pairs: Sequence[Pair], alpha: float) -> dict[str, str]:
+def _letter_display(values: Mapping[str, NDArray[np.float64]], pairs: Sequence[Pair], alpha: float) -> dict[str, str]:
     """Assign letters to the levels.
 
     Levels that share a letter do not differ, and the smallest mean has the letter a.
@@ -411,7 +413,7 @@ def _letters(values: Mapping[str, NDArray[np.float64]], pairs: Sequence[Pair], a
     return {name: str(letters[name]).strip() for name in values}
 
 
-def _signed_ranks(a: str, b: str, x: NDArray[np.float64], y: NDArray[np.float64], alpha: float) -> Pair:
+def _signed_rank_pair(a: str, b: str, x: NDArray[np.float64], y: NDArray[np.float64], alpha: float) -> Pair:
     from scipy import stats
 
     differences = x - y
@@ -445,7 +447,7 @@ def _hodges_lehmann(differences: NDArray[np.float64]) -> float:
     return float(np.median((differences[i] + differences[j]) / 2.0))
 
 
-def _holm(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
+def _holm_correction(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
     """Correct the p values of the pairs by Holm's step-down method (Holm 1979)."""
     from statsmodels.stats.multitest import multipletests
 

@@ -79,7 +79,7 @@ class Row:
     load: float | None
 
 
-def key_of(experiment: str, command: str, content: Mapping[str, Any]) -> str:
+def run_key(experiment: str, command: str, content: Mapping[str, Any]) -> str:
     """Return the key of a run. It is a hash of everything that affects the answer except the version of leafcut."""
     text = json.dumps([experiment, command, content], sort_keys=True, separators=(",", ":"), default=str)
     return hashlib.sha256(text.encode()).hexdigest()
@@ -110,13 +110,13 @@ class Store:
             )
         if self.path.is_dir():
             raise OutputError("{}: a folder; --results names a file", self.path)
-        with self._refused():
+        with self._convert_errors():
             if self.path.is_file() and self.path.stat().st_size and not _is_sqlite(self.path):
                 raise ReadError(self.path, "this is not a results file of leafcut (SQLite); give another --results")
             uri = self.path.absolute().as_uri() + ("?mode=ro" if self._read_only else "")
             self._data = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
         try:
-            self._check()
+            self._check_schema()
         except BaseException:
             self._data.close()
             raise
@@ -127,8 +127,8 @@ class Store:
     ) -> None:
         self._data.close()
 
-    def _check(self) -> None:
-        with self._refused():
+    def _check_schema(self) -> None:
+        with self._convert_errors():
             if not self._read_only:
                 self._data.execute("begin immediate")
             owner, schema = (
@@ -158,26 +158,26 @@ class Store:
             json.dumps(value if name == "curve" else dict(value), default=str) if name in _JSON else value
             for name, value in vars(row).items()
         ]
-        with self._refused():
+        with self._convert_errors():
             self._data.execute(f"insert or replace into run values ({', '.join('?' * len(values))})", values)
 
     def rows(self, experiment: str) -> list[Row]:
         """Return the runs of an experiment, sorted by instance, levels and seed."""
-        with self._refused():
+        with self._convert_errors():
             records = self._data.execute(
                 "select * from run where experiment = ? order by instance, levels, seed", (experiment,)
             ).fetchall()
-            return [_row(record) for record in records]
+            return [_row_from_record(record) for record in records]
 
     def counts(self) -> dict[str, int]:
         """Count the successful runs of each experiment."""
-        with self._refused():
+        with self._convert_errors():
             return dict(
                 self._data.execute("select experiment, count(*) from run where failed = '' group by experiment")
             )
 
     @contextmanager
-    def _refused(self) -> Iterator[None]:
+    def _convert_errors(self) -> Iterator[None]:
         """Convert SQLite errors and operating system errors to one-line leafcut errors."""
         try:
             yield
@@ -208,7 +208,7 @@ def _is_sqlite(path: Path) -> bool:
         return stream.read(15) == b"SQLite format 3"
 
 
-def _row(values: tuple[Any, ...]) -> Row:
+def _row_from_record(values: tuple[Any, ...]) -> Row:
     named = zip((field.name for field in fields(Row)), values, strict=True)
     row = {name: json.loads(value) if name in _JSON else value for name, value in named}
     row["curve"] = tuple((int(k), float(s), float(cost)) for k, s, cost in row["curve"])

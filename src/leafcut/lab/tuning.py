@@ -22,9 +22,9 @@ from leafcut.errors import LeafcutError, OptionError, count_of, name_suggestion
 from leafcut.files.schemas import OPTIONS
 from leafcut.lab import charts
 from leafcut.lab.description import OPTIMIZE, SOLVE, Analysis, Description, Factor, LabInstance, Level, Response
-from leafcut.lab.own_experiment import responses_of
-from leafcut.lab.results import ReportBlock, Table, number
-from leafcut.lab.running import Performer, rows_of, run
+from leafcut.lab.own_experiment import command_responses
+from leafcut.lab.results import ReportBlock, Table, five_digits
+from leafcut.lab.running import Performer, execute_experiment, stored_rows
 from leafcut.lab.store import Row, Store
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.options.option_spec import flag_name
@@ -138,13 +138,13 @@ class TuningTask:
     @property
     def response(self) -> Response:
         """The response to minimise."""
-        return responses_of(self.command)[0]
+        return command_responses(self.command)[0]
 
     def split(self) -> tuple[list[LabInstance], list[LabInstance]]:
         """Split the inputs at random into training and evaluation inputs. Both lists keep the given order."""
         n_held_out = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
         held_out = set(random.Random(self.seed).sample(range(len(self.inputs)), n_held_out))
-        names = _names(self.inputs)
+        names = _unique_input_names(self.inputs)
         instances = [LabInstance(name, source, {}, {}) for name, source in zip(names, self.inputs, strict=True)]
         return [instance for k, instance in enumerate(instances) if k not in held_out], [
             instances[k] for k in sorted(held_out)
@@ -194,7 +194,7 @@ class TuningResult:
         )
 
 
-def command_of(process: str) -> str:
+def command_for_process(process: str) -> str:
     """Return the command for a process, for ``solve`` or for ``auto``. Raises `OptionError` if the name is unknown."""
     if process == SOLVE:
         return SOLVE
@@ -213,14 +213,15 @@ def tune(
 ) -> TuningResult:
     """Find the best parameters on some inputs, and evaluate them on all other inputs. Stored runs are not repeated.
 
-    For `performer`, `progress`, `cancelled` and `mixed`, see `lab.running.run`.
+    For `performer`, `progress`, `cancelled` and `mixed`, see `lab.running.execute_experiment`.
 
     Raises
     ------
     LeafcutError
         The extra ``lab`` is not installed.
     OptionError, ReadError, OutputError
-        See `lab.running.run`. `OptionError` is also raised if an input is refused with the default parameters.
+        See `lab.running.execute_experiment`. `OptionError` is also raised if an input is refused with the default
+        parameters.
     """
     if find_spec("optuna") is None:
         raise LeafcutError("tuning needs the package optuna: pip install 'leafcut[lab]'")
@@ -228,30 +229,34 @@ def tune(
 
     def runs_of(description: Description, share: float, width: float) -> list[Row]:
         on_progress = None if progress is None else _scaled_progress(progress, share, width)
-        run(description, store, performer=performer, progress=on_progress, cancelled=cancel_event, mixed=mixed)
-        return rows_of(description, store)
+        execute_experiment(
+            description, store, performer=performer, progress=on_progress, cancelled=cancel_event, mixed=mixed
+        )
+        return stored_rows(description, store)
 
     training, held_out = task.split()
     # Share of the progress per trial. The base runs and the evaluation together count as three trials.
     width = 1.0 / (task.trials + 3)
-    base = _costs(runs_of(_description(task, training, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True)
+    base = _costs_by_instance_and_seed(
+        runs_of(_experiment_with_sets(task, training, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True
+    )
     trials: list[TrialResult] = []
 
     def tried(parameters: Mapping[str, float | int]) -> float | None:
-        trial_description = _description(task, training, {f"trial {len(trials) + 1}": parameters}, 1)
-        costs = _costs(runs_of(trial_description, (len(trials) + 1) * width, width), task)
+        trial_description = _experiment_with_sets(task, training, {f"trial {len(trials) + 1}": parameters}, 1)
+        costs = _costs_by_instance_and_seed(runs_of(trial_description, (len(trials) + 1) * width, width), task)
         cost = None if costs.keys() != base.keys() else fmean(costs[key] / base[key] for key in base)
         if not cancel_event.is_set():
             trials.append(TrialResult(dict(parameters), cost))
         return cost
 
     if not cancel_event.is_set():
-        _search(task, tried, cancel_event)
+        _search_parameters(task, tried, cancel_event)
     best = min((trial for trial in trials if trial.cost is not None), key=lambda trial: trial.cost or 0.0, default=None)
     better = best is not None and best.cost is not None and best.cost < 1.0
     parameters = best.parameters if best is not None and better else {}
     judging = replace(
-        _description(task, held_out, {DEFAULTS: {}, TUNED: parameters}, _FRESH),
+        _experiment_with_sets(task, held_out, {DEFAULTS: {}, TUNED: parameters}, _FRESH),
         notes=(
             f"Parameters of {task.algorithm} were tuned in {count_of(len(trials), 'trial')} on "
             f"{', '.join(source.name for source in training)}; the tuning used neither these inputs nor these "
@@ -260,11 +265,17 @@ def tune(
     )
     rows = runs_of(judging, 1.0 - 2.0 * width, 2.0 * width) if better and not cancel_event.is_set() else []
     return TuningResult(
-        task, tuple(trials), parameters, judging, tuple(rows), _change(rows, task), not cancel_event.is_set()
+        task,
+        tuple(trials),
+        parameters,
+        judging,
+        tuple(rows),
+        _mean_relative_change(rows, task),
+        not cancel_event.is_set(),
     )
 
 
-def _search(
+def _search_parameters(
     task: TuningTask, evaluate: Callable[[Mapping[str, float | int]], float | None], cancel_event: threading.Event
 ) -> None:
     import optuna
@@ -275,21 +286,21 @@ def _search(
         if cancel_event.is_set():
             return
         trial = study.ask()
-        cost = evaluate({range_.name: _sample(trial, range_) for range_ in task.ranges})
+        cost = evaluate({range_.name: _suggest_value(trial, range_) for range_ in task.ranges})
         if cost is None:
             study.tell(trial, state=optuna.trial.TrialState.FAIL)
         else:
             study.tell(trial, cost)
 
 
-def _sample(trial: Trial, range_: SearchRange) -> float | int:
+def _suggest_value(trial: Trial, range_: SearchRange) -> float | int:
     """Sample a value from a range. It is rounded to three significant digits, so that users can read it easily."""
     if range_.whole:
         return int(trial.suggest_int(range_.name, int(range_.low), int(range_.high), log=range_.log))
     return float(f"{trial.suggest_float(range_.name, range_.low, range_.high, log=range_.log):.3g}")
 
 
-def _description(
+def _experiment_with_sets(
     task: TuningTask, instances: Sequence[LabInstance], sets: Mapping[str, Mapping[str, float | int]], first: int
 ) -> Description:
     """Create an experiment on these inputs with one level for each parameter set. The seeds count up from `first`."""
@@ -301,7 +312,7 @@ def _description(
         command=task.command,
         instances=tuple(instances),
         factors=(Factor(FACTOR, "Parameters", levels),),
-        responses=responses_of(task.command),
+        responses=command_responses(task.command),
         seeds=tuple(range(first, first + task.seeds)),
         options={"threads": 1, "bound": False, **task.options, "algorithm": task.algorithm},
         analyses=(Analysis("compare", task.response.name, (FACTOR,), base=DEFAULTS),),
@@ -309,7 +320,9 @@ def _description(
     )
 
 
-def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> dict[tuple[str, int], float]:
+def _costs_by_instance_and_seed(
+    rows: Sequence[Row], task: TuningTask, *, strict: bool = False
+) -> dict[tuple[str, int], float]:
     responses = {(row.instance, row.seed): row.responses.get(task.response.name) for row in rows if not row.failed}
     costs = {key: value for key, value in responses.items() if value is not None and value > 0.0}
     for row in rows:
@@ -320,19 +333,22 @@ def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> di
     return costs
 
 
-def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
+def _mean_relative_change(rows: Sequence[Row], task: TuningTask) -> float | None:
     """Return the mean relative change of the cost between the defaults and the tuned set.
 
     For each input, the mean over its seeds counts once. The change is None if one of the two sets has no runs.
     """
-    sides = [_costs([row for row in rows if row.levels[FACTOR] == name], task) for name in (DEFAULTS, TUNED)]
+    sides = [
+        _costs_by_instance_and_seed([row for row in rows if row.levels[FACTOR] == name], task)
+        for name in (DEFAULTS, TUNED)
+    ]
     common = sides[0].keys() & sides[1].keys()
     names = dict.fromkeys(name for name, _ in sorted(common))
     means = [[fmean(side[key] for key in common if key[0] == name) for side in sides] for name in names]
     return fmean(tuned / default for default, tuned in means) - 1.0 if means else None
 
 
-def search_block(tuned: TuningResult) -> ReportBlock:
+def tuning_block(tuned: TuningResult) -> ReportBlock:
     """Describe the search in a report section: the best set, the cost of each trial, and a table of all trials."""
     task = tuned.task
     usual = {range_.name: _default_text(range_.name) for range_ in task.ranges}
@@ -354,11 +370,11 @@ def search_block(tuned: TuningResult) -> ReportBlock:
     costs = [(float(k), trial.cost) for k, trial in enumerate(tuned.trials, 1) if trial.cost is not None]
     heading = "cost ÷ cost of the defaults"
     words = "Cost of each trial divided by the cost of the defaults, and the minimum"
-    drawn = (("", charts.trials(costs, heading, words)),) if costs else ()
+    drawn = (("", charts.tuning_trials_chart(costs, heading, words)),) if costs else ()
     rows = tuple(
         (
             str(k),
-            "refused" if trial.cost is None else number(trial.cost),
+            "refused" if trial.cost is None else five_digits(trial.cost),
             *(f"{value:g}" for value in trial.parameters.values()),
         )
         for k, trial in enumerate(tuned.trials, 1)
@@ -368,7 +384,7 @@ def search_block(tuned: TuningResult) -> ReportBlock:
     return ReportBlock("The search", (f"In short: {tuned.words()}.",), (parameter_table, trial_table), drawn)
 
 
-def options_text(tuned: TuningResult) -> str:
+def options_file_text(tuned: TuningResult) -> str:
     """Write the best set as an ``--options`` file. A comment states the measured gain."""
     lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}.", OPTIONS.line]
     tables: dict[str, list[str]] = {"solve": [f'algorithm = "{tuned.task.algorithm}"']}
@@ -385,7 +401,7 @@ def _default_text(name: str) -> str:
     return spec.default_words if value is None else f"{value:g}"
 
 
-def _names(inputs: Sequence[str]) -> list[str]:
+def _unique_input_names(inputs: Sequence[str]) -> list[str]:
     """Return the names of the inputs. Identical names are numbered."""
     names = [source if ":" in source else Path(source).name for source in inputs]
     return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]

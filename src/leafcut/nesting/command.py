@@ -6,7 +6,7 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 
-from leafcut.files.whole_files import check_output, write_together
+from leafcut.files.whole_files import check_output, write_all_or_none
 from leafcut.model.heartbeat import OnProgress
 from leafcut.model.nest import NestOutcome
 from leafcut.nesting.options import NestOptions
@@ -42,5 +42,5 @@ def nest(
     read = [*inputs, *sheets]
     for name in texts:
         check_output(name, read)
-    write_together(texts)
+    write_all_or_none(texts)
     return outcome, read

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 from leafcut.errors import OptionError, name_suggestion, printable
 from leafcut.files.plugins import entry_names
 from leafcut.message import Message
-from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_point
+from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, replace_decimal_comma
 
 #: Text of an option's flag.
 _Flag = Callable[[str], str]
@@ -275,32 +275,36 @@ def _bound_text(spec: OptionSpec, value: float) -> str:
     return f"{value / FACTORS[spec.unit][unit]:g} {unit}"
 
 
-def _whole(_: OptionSpec, value: Any) -> int:
+def _to_integer(_: OptionSpec, value: Any) -> int:
     if isinstance(value, bool) or float(value) != int(value):
         raise ValueError(value)
     return int(value)
 
 
-def _number(_: OptionSpec, value: Any) -> float:
+def _to_number(_: OptionSpec, value: Any) -> float:
     if isinstance(value, bool):
         raise ValueError(value)
-    return parse_quantity(value, "rad") if not isinstance(value, str) else _finite(float(with_point(value)))
+    return (
+        parse_quantity(value, "rad")
+        if not isinstance(value, str)
+        else _require_finite(float(replace_decimal_comma(value)))
+    )
 
 
-def _share(spec: OptionSpec, value: Any) -> float:
+def _to_fraction(spec: OptionSpec, value: Any) -> float:
     """Return a fraction. A text may also be a percentage: 60% is 0.6."""
     if isinstance(value, str) and value.strip().endswith("%"):
-        return _number(spec, value.strip().removesuffix("%")) / 100.0
-    return _number(spec, value)
+        return _to_number(spec, value.strip().removesuffix("%")) / 100.0
+    return _to_number(spec, value)
 
 
-def _finite(value: float) -> float:
+def _require_finite(value: float) -> float:
     if value - value != 0.0:
         raise OptionError("'{}' is not a finite number", value)
     return value
 
 
-def _flag(_: OptionSpec, value: Any) -> bool:
+def _to_bool(_: OptionSpec, value: Any) -> bool:
     if not isinstance(value, bool):
         raise ValueError(value)
     return value
@@ -312,7 +316,7 @@ def split_names(value: Any) -> tuple[str, ...]:
     return tuple(str(word).strip() for word in words if str(word).strip())
 
 
-def _coordinates(value: Any) -> tuple[float, ...]:
+def _parse_coordinates(value: Any) -> tuple[float, ...]:
     numbers = parse_point(value)
     is_far = next((number for number in numbers if abs(number) > _FARTHEST), None)
     if is_far is not None:
@@ -320,7 +324,7 @@ def _coordinates(value: Any) -> tuple[float, ...]:
     return numbers
 
 
-def _point(spec: OptionSpec, value: Any) -> tuple[float, ...] | None:
+def _to_point(spec: OptionSpec, value: Any) -> tuple[float, ...] | None:
     if value == "free" and not spec.example:
         return None
     expected = (
@@ -330,13 +334,13 @@ def _point(spec: OptionSpec, value: Any) -> tuple[float, ...] | None:
     )
     if isinstance(value, str) and "," not in value:
         raise OptionError("'{}' is not {}", printable(value), expected)
-    numbers = _coordinates(value)
+    numbers = _parse_coordinates(value)
     if len(numbers) not in ((3,) if spec.example else (2, 3)):
         raise OptionError("'{}' is not {}", value, expected)
     return numbers
 
 
-def _side_or_point(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
+def _to_side_or_point(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
     if isinstance(value, str) and "," not in value:
         name = value.strip().lower().replace("center", "centre")
         if name not in PLACES:
@@ -344,13 +348,13 @@ def _side_or_point(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
                 "unknown position '{}'{}; or give a point such as '10,20'", value, name_suggestion(name, PLACES)
             )
         return name
-    numbers = _coordinates(value)
+    numbers = _parse_coordinates(value)
     if len(numbers) != 2:
         raise OptionError("'{}' is not a point such as '10,20'", value)
     return numbers
 
 
-def _text(_: OptionSpec, value: Any) -> str:
+def _to_text(_: OptionSpec, value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError(value)
     return value
@@ -358,15 +362,15 @@ def _text(_: OptionSpec, value: Any) -> str:
 
 _CONVERTERS: dict[str, Any] = {
     "quantity": lambda spec, value: parse_quantity(value, spec.unit),
-    "number": _number,
-    "share": _share,
-    "whole": _whole,
-    "flag": _flag,
-    "text": _text,
+    "number": _to_number,
+    "share": _to_fraction,
+    "whole": _to_integer,
+    "flag": _to_bool,
+    "text": _to_text,
     "names": lambda _, value: split_names(value),
-    "point": _point,
-    "place": _side_or_point,
-    "percent": lambda spec, value: _number(spec, value.removesuffix("%") if isinstance(value, str) else value),
+    "point": _to_point,
+    "place": _to_side_or_point,
+    "percent": lambda spec, value: _to_number(spec, value.removesuffix("%") if isinstance(value, str) else value),
     "path": lambda _, value: Path(value),
 }
 _KIND_WORDS = {

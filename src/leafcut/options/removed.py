@@ -106,7 +106,7 @@ REMOVED: dict[str, tuple[partial[Message], *tuple[str, ...]]] = {
 }
 
 
-def why_removed(name: str) -> Message:
+def removal_message(name: str) -> Message:
     """Return the error message for a removed option, "" for any other name."""
     for option in (name, name.removeprefix("no_")):
         if option in REMOVED:

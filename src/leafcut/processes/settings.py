@@ -12,10 +12,10 @@ from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import OPTIONS
-from leafcut.files.whole_files import check_is_there, line_of, parse_toml, place_in, toml_text
+from leafcut.files.whole_files import check_file_exists, line_of, parse_toml, place_in, toml_text
 from leafcut.message import Message
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name
-from leafcut.options.removed import why_removed
+from leafcut.options.removed import removal_message
 from leafcut.options.settings import Settings, without
 from leafcut.processes import registry
 from leafcut.processes.base import Work
@@ -84,7 +84,7 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
         return group
     names = _groups_by_option(registry.option_groups())
     if name not in names:
-        raise OptionError(why_removed(name) or Message("unknown option '{}'{}", name, name_suggestion(name, names)))
+        raise OptionError(removal_message(name) or Message("unknown option '{}'{}", name, name_suggestion(name, names)))
     return names[name]
 
 
@@ -135,7 +135,7 @@ def _check_input_files_exist(settings: Settings) -> None:
     for name in sorted(settings.given):
         group = group_of(name, settings.groups)
         if group.specs()[name].names_input:
-            check_is_there(flag_name(name), getattr(settings.of(group), name))
+            check_file_exists(flag_name(name), getattr(settings.of(group), name))
 
 
 def input_file_names(settings: Settings) -> list[str]:
@@ -266,7 +266,7 @@ def read_options_with_lines(file: Path) -> list[PlacedOption]:
             is_table = isinstance(table, dict)
             noun = Message("table [{}]", section) if is_table else Message("option '{}'", section)
             location = (section, "") if is_table else ("", section)
-            if not is_table and (removal := why_removed(section)):
+            if not is_table and (removal := removal_message(section)):
                 raise refused(removal, *location)
             raise refused(Message("unknown {}{}", noun, name_suggestion(section, [*sections, *names])), *location)
         if not isinstance(table, dict):
@@ -275,7 +275,9 @@ def read_options_with_lines(file: Path) -> list[PlacedOption]:
             if name not in sections[section]:
                 hint = name_suggestion(name, sections[section])
                 raise refused(
-                    why_removed(name) or Message("unknown option '{}' in [{}]{}", name, section, hint), section, name
+                    removal_message(name) or Message("unknown option '{}' in [{}]{}", name, section, hint),
+                    section,
+                    name,
                 )
             take(sections[section][name], name, value, section)
     return options

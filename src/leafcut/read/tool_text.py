@@ -7,7 +7,7 @@ from typing import Any
 
 from leafcut.errors import OptionError, count_of, printable
 from leafcut.files.schemas import TOOLS
-from leafcut.files.whole_files import check_is_there
+from leafcut.files.whole_files import check_file_exists
 from leafcut.model.tool import ToolLibrary
 from leafcut.read.machine_keys import toml_value
 from leafcut.read.tool_formats import READERS
@@ -30,7 +30,7 @@ def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str,
         known = ", ".join(READERS)
         problem = "is a library of leafcut's own" if path.suffix.lower() == ".toml" else "not a tool library"
         raise OptionError(f"{file}: {problem}; leafcut imports {known}")
-    check_is_there("FILE", path)
+    check_file_exists("FILE", path)
     rows, library = foreign_rows(path, units, material)
     lines = [
         f"# Tool library from {printable(path.name, 60)}: {count_of(len(library.tools), 'tool')}.",

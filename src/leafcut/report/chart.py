@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING
 
 from leafcut.message import Message
 from leafcut.model.kinds import CutMethod
-from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
+from leafcut.report.svg import (
+    centred_text_element,
+    element,
+    nice_step,
+    svg_number,
+    text_element,
+    tick_label,
+    ticks,
+    title_element,
+)
 from leafcut.report.wording import cost_words
 
 if TYPE_CHECKING:
@@ -39,7 +48,7 @@ TIME_KINDS: dict[str, Message] = {
 }
 
 
-def time_kinds(method: str | None) -> dict[str, Message]:
+def names_of_time_kinds(method: str | None) -> dict[str, Message]:
     """Return the names of the kinds of motion for a cutting method. For a spindle, `method` is None."""
     if method is None:
         return TIME_KINDS
@@ -66,7 +75,7 @@ class _Axes:
         return _TOP + (high - cost) / (high - low) * (HEIGHT - _TOP - _BOTTOM)
 
 
-def convergence(solution: Solution, nearest: float | None, words: str) -> str:
+def convergence_chart(solution: Solution, nearest: float | None, words: str) -> str:
     """Draw the best cost over time. Return "" if the search did not improve the cost.
 
     `nearest` is the cost of the nearest-neighbour order. If it is known, the chart shows it as a dashed line. `words`
@@ -79,15 +88,15 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
     levels = {"nearest neighbour": nearest, "lower bound": solution.lower_bound}
     known = {name: level for name, level in levels.items() if level is not None and math.isfinite(level)}
     under = _SPACE_UNDER_BOUND if "lower bound" in known else _MARGIN
-    axes = _axes(history, [*known.values(), *(c for _, c in history)], solution.seconds, under)
-    factor, unit = _shown_unit(solution.unit, axes.costs[1])
-    lines = [_level_line(axes, name, level) for name, level in known.items()]
+    axes = _fit_axes(history, [*known.values(), *(c for _, c in history)], solution.seconds, under)
+    factor, unit = _scale_and_unit(solution.unit, axes.costs[1])
+    lines = [_level_line_svg(axes, name, level) for name, level in known.items()]
     return element(
         "svg",
-        title(words),
-        _grid(axes, factor, unit),
+        title_element(words),
+        _grid_svg(axes, factor, unit),
         *lines,
-        _curve(axes, history, solution.unit),
+        _curve_svg(axes, history, solution.unit),
         *_level_labels(axes, known, solution.unit),
         viewBox=f"0 0 {svg_number(WIDTH)} {svg_number(HEIGHT)}",
         class_="chart",
@@ -102,7 +111,7 @@ def _thinned_history(history: list[tuple[float, float]]) -> list[tuple[float, fl
     return [history[i * last // (_MAX_POINTS - 1)] for i in range(_MAX_POINTS)]
 
 
-def _axes(history: list[tuple[float, float]], costs: list[float], total: float, under: float) -> _Axes:
+def _fit_axes(history: list[tuple[float, float]], costs: list[float], total: float, under: float) -> _Axes:
     end = max(history[-1][0], total if math.isfinite(total) else 0.0)
     end = end if end > 0 else 1.0
     start = min((s for s, _ in history if s > 0), default=end)
@@ -113,13 +122,13 @@ def _axes(history: list[tuple[float, float]], costs: list[float], total: float, 
     return _Axes((start if log else 0.0, end), (max(0.0, foot) if low >= 0 else foot, high + _MARGIN * margin), log)
 
 
-def _shown_unit(unit: str, largest: float) -> tuple[float, str]:
+def _scale_and_unit(unit: str, largest: float) -> tuple[float, str]:
     if unit == "mm":
         return (0.001, "m") if largest >= 10_000 else (1.0, "mm")
     return (1.0 / 60.0, "min") if largest >= 600 else (1.0, "s")
 
 
-def _grid(axes: _Axes, factor: float, unit: str) -> str:
+def _grid_svg(axes: _Axes, factor: float, unit: str) -> str:
     bottom = HEIGHT - _BOTTOM
     low, high = (c * factor for c in axes.costs)
     step = nice_step(high - low, 4)
@@ -127,14 +136,16 @@ def _grid(axes: _Axes, factor: float, unit: str) -> str:
     for value in ticks(low, high, step):
         y = axes.y(value / factor)
         lines.append(f"M{svg_number(_LEFT)} {svg_number(y)}H{svg_number(WIDTH - _RIGHT)}")
-        numbers.append(text(tick_words(value, step), _LEFT - 7, y, text_anchor="end", dy="0.34em"))
+        numbers.append(text_element(tick_label(value, step), _LEFT - 7, y, text_anchor="end", dy="0.34em"))
     marks = [f"M{svg_number(_LEFT)} {svg_number(bottom)}H{svg_number(WIDTH - _RIGHT)}"]
     for seconds, words in _second_ticks(axes):
         x = axes.x(seconds)
         marks.append(f"M{svg_number(x)} {svg_number(bottom)}v4")
-        numbers.append(text_within(words, x, bottom + 16, WIDTH))
+        numbers.append(centred_text_element(words, x, bottom + 16, WIDTH))
     middle = (_TOP + bottom) / 2
-    names = text("seconds of search", (_LEFT + WIDTH - _RIGHT) / 2, bottom + 33, text_anchor="middle") + text(
+    names = text_element(
+        "seconds of search", (_LEFT + WIDTH - _RIGHT) / 2, bottom + 33, text_anchor="middle"
+    ) + text_element(
         f"cost, {unit}", 12, middle, text_anchor="middle", transform=f"rotate(-90 12 {svg_number(middle)})"
     )
     return (
@@ -149,14 +160,14 @@ def _second_ticks(axes: _Axes) -> list[tuple[float, str]]:
     low, high = axes.seconds
     if not axes.log:
         step = nice_step(high - low, 5)
-        return [(v, tick_words(v, step)) for v in ticks(low, high, step)]
+        return [(v, tick_label(v, step)) for v in ticks(low, high, step)]
     powers = range(math.ceil(math.log10(low) - _EMPTY), math.floor(math.log10(high) + _EMPTY) + 1)
     marks = [(10.0**p, f"{10.0**p:.{max(0, -p)}f}") for p in powers]
     # With fewer than two powers of ten on the axis, mark its ends instead.
     return marks if len(marks) > 1 else [(v, f"{v:.2g}") for v in (low, high)]
 
 
-def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
+def _curve_svg(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
     points = [(axes.x(s), axes.y(c)) for s, c in history]
     (x, y), *rest = points
     words = [f"M{svg_number(x)} {svg_number(y)}", *(f"H{svg_number(px)}V{svg_number(py)}" for px, py in rest)]
@@ -166,12 +177,14 @@ def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
     over = [py for (_, py), (next_x, _) in zip(points, [*rest, (end_x, end_y)], strict=True) if next_x > end_x - _WORDS]
     label_y = min([end_y, *over]) - 8
     label_y = label_y if label_y > _TOP + 4 else end_y + 16
-    label = text(f"best {cost_words(history[-1][1], unit)}", end_x - 8, label_y, text_anchor="end", class_="value")
+    label = text_element(
+        f"best {cost_words(history[-1][1], unit)}", end_x - 8, label_y, text_anchor="end", class_="value"
+    )
     dot = element("circle", cx=end_x, cy=end_y, r=3.5, class_="point")
     return element("path", d="".join(words), class_="curve") + dot + label
 
 
-def _level_line(axes: _Axes, name: str, level: float) -> str:
+def _level_line_svg(axes: _Axes, name: str, level: float) -> str:
     y = svg_number(axes.y(level))
     return element(
         "path", d=f"M{svg_number(_LEFT)} {y}H{svg_number(WIDTH - _RIGHT)}", class_=f"level {name.partition(' ')[0]}"
@@ -188,11 +201,11 @@ def _level_labels(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]
         y = axes.y(level)
         under = y + _LINE_HEIGHT + 2 <= HEIGHT - _BOTTOM and not (name == "nearest neighbour" and y - _TOP > 12)
         y += 13 if under else -6
-        words.append(text(f"{name} {cost_words(level, unit)}", _LEFT + 8, y, class_="note"))
+        words.append(text_element(f"{name} {cost_words(level, unit)}", _LEFT + 8, y, class_="note"))
     return words
 
 
-def stacked_bar(times: dict[str, float], longest: float) -> str:
+def stacked_bar_svg(times: dict[str, float], longest: float) -> str:
     """Draw the seconds of each kind of motion as a stacked bar. A bar of `longest` seconds has the full width."""
     x, parts = 0.0, []
     for kind in TIME_KINDS:
@@ -203,7 +216,7 @@ def stacked_bar(times: dict[str, float], longest: float) -> str:
     return element("svg", *parts, viewBox="0 0 100 10", preserveAspectRatio="none", class_="bar", aria_hidden="true")
 
 
-def bar(part: float, kind: str = "plain") -> str:
+def bar_svg(part: float, kind: str = "plain") -> str:
     """Draw a bar that is filled to the fraction `part`, 0 to 1."""
     part = min(max(part, 0.0), 1.0) if math.isfinite(part) else 0.0
     track = element("rect", x=0.0, y=0.0, width=100.0, height=10.0, class_="track")

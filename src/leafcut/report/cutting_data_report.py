@@ -78,41 +78,41 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
     """
     from rich.table import Table
 
-    def show(words: str, style: str = "") -> None:
+    def print_styled(words: str, style: str = "") -> None:
         console.print(replace_unprintable(words), style=style, markup=False, highlight=False, soft_wrap=True)
 
-    show(f"{data.material.name} on {data.machine.name}, chosen for {data.objective}", "bold")
+    print_styled(f"{data.material.name} on {data.machine.name}, chosen for {data.objective}", "bold")
     for front in data.tools:
         work = count(front.holes, "hole") if front.holes else "1 m of cut"
-        show("")
-        show(f"{front.tool.label}, {front.tool_material.value}: {work}")
+        print_styled("")
+        print_styled(f"{front.tool.label}, {front.tool_material.value}: {work}")
         rows = _points_to_show(front)
         table = Table(box=None, pad_edge=False, header_style="bold")
         table.add_column("")
         for name in rows:
             chosen = name == _BEST[data.objective]
             table.add_column(f"→ {name}" if chosen else name, justify="right", style="bold" if chosen else "")
-        for name, cells in zip(_NAMES, zip(*map(_cells, rows.values()), strict=True), strict=True):
+        for name, cells in zip(_NAMES, zip(*map(_point_cells, rows.values()), strict=True), strict=True):
             table.add_row(name, *cells)
         console.print(table)
-        show(
+        print_styled(
             f"{count(len(front.points), 'point')} on the front, of {front.allowed:,} within the limits and "
             f"{front.candidates:,} tried",
             "dim",
         )
         life = f"the tool life of {front.tool_material.value} in {data.material.name}"
         if any(source.startswith("estimate") for source in front.sources):
-            show(f"estimate: {life} has no measured source")
+            print_styled(f"estimate: {life} has no measured source")
         elif any("from memory" in source for source in front.sources):
-            show(f"unverified: some constants of {life} have no printed source")
-    show("")
+            print_styled(f"unverified: some constants of {life} have no printed source")
+    print_styled("")
     if data.source and len(data.tools) > 1:
-        show(f"all tools: {format_time(data.time)} and {data.cost:.2f} for one part")
+        print_styled(f"all tools: {format_time(data.time)} and {data.cost:.2f} for one part")
     for issue in data.issues:
-        show(f"{issue.severity}: {issue}")
+        print_styled(f"{issue.severity}: {issue}")
     for file, kind in ((save, "tool library"), (plot, "picture")):
         if file:
-            show(f"{kind} written: {file}")
+            print_styled(f"{kind} written: {file}")
 
 
 def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
@@ -133,7 +133,7 @@ _NAMES = (
 )  # fmt: skip
 
 
-def _cells(point: CuttingPoint) -> tuple[str, ...]:
+def _point_cells(point: CuttingPoint) -> tuple[str, ...]:
     return (
         f"{point.rpm:.0f} rpm",
         f"{point.feed * SECONDS_PER_MINUTE:.0f} mm/min",

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from leafcut.model.kinds import BEAMS
 from leafcut.report.frame import Frame
-from leafcut.report.labels import Surroundings, place_labels
-from leafcut.report.marks import arrow_heads, end_marks
-from leafcut.report.missing_drawing import missing_drawing, missing_points
-from leafcut.report.part_edge import edge_segments, near_edge
+from leafcut.report.labels import Surroundings, label_positions
+from leafcut.report.marks import arrow_heads_svg, end_marks_svg
+from leafcut.report.missing_drawing import missing_work_svg, points_of_missing_work
+from leafcut.report.part_edge import edge_box_corners_near, edge_segments
 from leafcut.report.plan_view import PlanView, plan_view
-from leafcut.report.svg import STEPS, dots_data, element, lines_data, scaled_group, text
+from leafcut.report.svg import STEPS, dots_path_data, element, scaled_group_element, segments_path_data, text_element
 
 if TYPE_CHECKING:
     from leafcut.model.issue import Issue
@@ -106,11 +106,15 @@ def build_scene(outcome: Outcome) -> Scene:
     ends = np.array([(s.start, s.end) for s in part.slots], dtype=np.float64).reshape(-1, 2)
     radius = np.concatenate([diameters / 2, np.repeat([s.width / 2 for s in part.slots], 2)])[:, None]
     centres = np.concatenate([part.hole_xy, ends])
-    work = np.concatenate([centres - radius, centres + radius, before.work, after.work])
+    work = np.concatenate([centres - radius, centres + radius, before.work_points, after.work_points])
     work = work[np.isfinite(work).all(axis=1)]
-    work = np.concatenate([work, missing_points(outcome.missing)])
-    shown = work if not len(work) else np.concatenate([work, near_edge(part, work.min(axis=0), work.max(axis=0))])
-    frame = _frame(shown, np.concatenate([before.rapids.reshape(-1, 2), after.rapids.reshape(-1, 2)]))
+    work = np.concatenate([work, points_of_missing_work(outcome.missing)])
+    shown = (
+        work
+        if not len(work)
+        else np.concatenate([work, edge_box_corners_near(part, work.min(axis=0), work.max(axis=0))])
+    )
+    frame = _fit_frame(shown, np.concatenate([before.rapids.reshape(-1, 2), after.rapids.reshape(-1, 2)]))
 
     tools = tuple(dict.fromkeys(o.tool.number for o in outcome.operations))
     of_hole, of_slot = np.full(len(part.holes), -1), np.full(len(part.slots), -1)
@@ -121,15 +125,22 @@ def build_scene(outcome: Outcome) -> Scene:
             diameters[order] = np.where(diameters[order] > 0, diameters[order], operation.tool.diameter)
     numbered = max(len(before.stops), len(after.stops)) <= MAX_NUMBERS
     if len(after.cuts) and len(after.stops) > _FEW_NUMBERS:
-        numbered = numbered and _median_spacing(frame.place(np.unique(after.stops, axis=0))) >= _SPACE_FOR_NUMBERS
+        numbered = (
+            numbered
+            and _median_nearest_distance(frame.to_user_units(np.unique(after.stops, axis=0))) >= _SPACE_FOR_NUMBERS
+        )
     smallest = _SMALLEST_OF_FEW if numbered else _SMALLEST_HOLE
     true_sizes, sized = diameters * frame.scale, diameters > 0.0
     sizes = np.where(
-        sized, np.maximum(true_sizes, smallest), _size_of_unknown_diameters(frame, len(diameters), smallest)
+        sized, np.maximum(true_sizes, smallest), _dot_size_without_diameter(frame, len(diameters), smallest)
     )
-    placed = frame.place(part.hole_xy)
+    placed = frame.to_user_units(part.hole_xy)
     slots = tuple(
-        (int(tool), max(slot.width * frame.scale, _SMALLEST_HOLE), frame.place(np.array([[slot.start, slot.end]])))
+        (
+            int(tool),
+            max(slot.width * frame.scale, _SMALLEST_HOLE),
+            frame.to_user_units(np.array([[slot.start, slot.end]])),
+        )
         for tool, slot in zip(of_slot, part.slots, strict=True)
     )
     return Scene(
@@ -144,12 +155,12 @@ def build_scene(outcome: Outcome) -> Scene:
         discs=np.concatenate([placed, sizes[:, None] / 2], axis=1),
         unsized=not bool(sized.all()),
         extent=(float(np.ptp(work[:, 0])), float(np.ptp(work[:, 1]))) if len(work) else (0.0, 0.0),
-        edge=frame.place(edge_segments(part)),
+        edge=frame.to_user_units(edge_segments(part)),
         missing=outcome.missing,
     )
 
 
-def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
+def _fit_frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
     if not len(work):
         work = rapids if len(rapids) else np.zeros((1, 2))
     low, high = work.min(axis=0), work.max(axis=0)
@@ -160,7 +171,7 @@ def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
     return Frame.around((x0, y0), (x1, y1))
 
 
-def _size_of_unknown_diameters(frame: Frame, holes: int, smallest: float) -> float:
+def _dot_size_without_diameter(frame: Frame, holes: int, smallest: float) -> float:
     """Return the drawn size for holes with an unknown diameter, user units.
 
     The size is large enough to be visible, and small enough to avoid overlaps.
@@ -169,7 +180,7 @@ def _size_of_unknown_diameters(frame: Frame, holes: int, smallest: float) -> flo
     return min(max(_UNSIZED_PART * apart, smallest), _LARGEST_UNSIZED)
 
 
-def _median_spacing(places: NDArray[np.float64]) -> float:
+def _median_nearest_distance(places: NDArray[np.float64]) -> float:
     if len(places) < 2:
         return math.inf
     apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))
@@ -186,7 +197,7 @@ def _group_holes(points: NDArray[np.float64], sizes: NDArray[np.float64], tools:
     return tuple(Dots(int(tool), -size, points[group == g]) for g, (size, tool) in enumerate(keys.tolist()))
 
 
-def tool_class(scene: Scene, tool: int) -> str:
+def tool_css_class(scene: Scene, tool: int) -> str:
     """Return the CSS class for the colour of a tool.
 
     The class is ``only`` if the scene has a single tool, and ``idle`` for holes without a tool.
@@ -199,7 +210,7 @@ def tool_class(scene: Scene, tool: int) -> str:
     return f"t{tool % TOOL_COLOURS}" + (f" again{manner}" if manner else "")
 
 
-def toolpath_drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
+def toolpath_svg(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
     """Draw the path ``before`` or ``after`` as an SVG element with the title `words`.
 
     With ``holes="=name"``, this SVG defines the holes as a group with an id. With ``holes="#name"``, it reuses the
@@ -207,27 +218,27 @@ def toolpath_drawing(scene: Scene, which: Which, words: str, *, holes: str = "",
     element has a width and height.
     """
     frame, path = scene.frame, scene.before if which == "before" else scene.after
-    drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
+    drawn = element("use", href=holes) if holes.startswith("#") else _holes_svg(scene, holes.removeprefix("="))
     window = f"window-{which}"
-    paths = (_rapids(scene, path), _cuts(scene, path), arrow_heads(frame.place(path.rapids)))
+    paths = (_rapids_svg(scene, path), _cuts_svg(scene, path), arrow_heads_svg(frame.to_user_units(path.rapids)))
     if len(scene.edge):
         drawn = (
             element(
                 "g",
-                scaled_group(element("path", d=lines_data(scene.edge), class_="plate")),
+                scaled_group_element(element("path", d=segments_path_data(scene.edge), class_="plate")),
                 clip_path=f"url(#{window})",
             )
             + drawn
         )
-    drawn += missing_drawing(frame, scene.missing)
-    inside = (drawn, element("g", *paths, clip_path=f"url(#{window})"), *_end_marks_and_numbers(scene, path))
-    return frame.drawing(words, window, inside, "drawing" if scene.numbered else "drawing ramped", size)
+    drawn += missing_work_svg(frame, scene.missing)
+    inside = (drawn, element("g", *paths, clip_path=f"url(#{window})"), *_end_marks_and_numbers_svg(scene, path))
+    return frame.drawing_svg(words, window, inside, "drawing" if scene.numbered else "drawing ramped", size)
 
 
-def _holes(scene: Scene, name: str) -> str:
+def _holes_svg(scene: Scene, name: str) -> str:
     parts = []
     for number, dots in enumerate(scene.dots):
-        of_tool, data = tool_class(scene, dots.tool), dots_data(dots.points)
+        of_tool, data = tool_css_class(scene, dots.tool), dots_path_data(dots.points)
         if dots.size < 3 * _RING:
             parts.append(element("path", d=data, class_=f"hole {of_tool}", stroke_width=dots.size * STEPS))
             continue
@@ -237,26 +248,26 @@ def _holes(scene: Scene, name: str) -> str:
             element("use", href=f"#{shape}", class_=f"inside {of_tool}", stroke_width=(dots.size - 2 * _RING) * STEPS),
         ]
     for tool, width, line in scene.slots:
-        data, of_tool = lines_data(line), tool_class(scene, tool)
+        data, of_tool = segments_path_data(line), tool_css_class(scene, tool)
         parts.append(element("path", d=data, class_=f"slot {of_tool}", stroke_width=width * STEPS))
         if width > 4 * _RING:
             parts.append(element("path", d=data, class_=f"inside {of_tool}", stroke_width=(width - 2 * _RING) * STEPS))
-    return element("g", scaled_group(*parts), id=name or None)
+    return element("g", scaled_group_element(*parts), id=name or None)
 
 
-def _rapids(scene: Scene, path: PlanView) -> str:
+def _rapids_svg(scene: Scene, path: PlanView) -> str:
     """Draw the rapids, in a single colour if the stops have numbers, otherwise in a colour ramp from first to last."""
-    segments = scene.frame.place(path.rapids)
+    segments = scene.frame.to_user_units(path.rapids)
     width = 1.25 if len(segments) <= 400 else 0.9 if len(segments) <= 4000 else 0.55
     if scene.numbered:
-        lines = [element("path", d=lines_data(segments), class_="rapid")]
+        lines = [element("path", d=segments_path_data(segments), class_="rapid")]
     else:
         chunks = np.array_split(segments, RAMP)
-        lines = [element("path", d=lines_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c)]
-    return element("g", scaled_group(*lines), stroke_width=width * STEPS)
+        lines = [element("path", d=segments_path_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c)]
+    return element("g", scaled_group_element(*lines), stroke_width=width * STEPS)
 
 
-def cut_tools(scene: Scene) -> dict[int, int]:
+def colour_indices_of_cutting_tools(scene: Scene) -> dict[int, int]:
     """Return the colour index of each tool that cuts, by tool number. The result is empty for a single tool."""
     if len(scene.tools) < 2:
         return {}
@@ -264,10 +275,10 @@ def cut_tools(scene: Scene) -> dict[int, int]:
     return {number: index for index, number in enumerate(scene.tools) if number in cutting}
 
 
-def _cuts(scene: Scene, path: PlanView) -> str:
+def _cuts_svg(scene: Scene, path: PlanView) -> str:
     if not len(path.cuts):
         return ""
-    segments, colours = scene.frame.place(path.cuts), cut_tools(scene)
+    segments, colours = scene.frame.to_user_units(path.cuts), colour_indices_of_cutting_tools(scene)
     length = float(np.hypot(*(segments[:, 1] - segments[:, 0]).T).sum())
     # Use lines that are thin enough to show cuts with a small step-over separately.
     width = float(np.clip(0.25 * scene.frame.width * scene.frame.height / max(length, 1.0), 0.9, 2.6)) * STEPS
@@ -275,44 +286,46 @@ def _cuts(scene: Scene, path: PlanView) -> str:
     for number in [*colours, None]:
         selected = path.cut_tool == number if number is not None else ~np.isin(path.cut_tool, list(colours))
         if selected.any():
-            css_class = f"cut tool {tool_class(scene, colours[number])}" if number is not None else "cut"
-            lines.append(element("path", d=lines_data(segments[selected]), class_=css_class, stroke_width=width))
-    return scaled_group(*lines)
+            css_class = f"cut tool {tool_css_class(scene, colours[number])}" if number is not None else "cut"
+            lines.append(
+                element("path", d=segments_path_data(segments[selected]), class_=css_class, stroke_width=width)
+            )
+    return scaled_group_element(*lines)
 
 
-def _end_marks_and_numbers(scene: Scene, path: PlanView) -> list[str]:
+def _end_marks_and_numbers_svg(scene: Scene, path: PlanView) -> list[str]:
     if not len(path.stops):
         return []
     visits: dict[tuple[float, float], list[str]] = {}
     for number, (x, y) in enumerate(path.stops.tolist(), start=1):
         visits.setdefault((x, y), []).append(str(number))
-    places = scene.frame.place(np.array(list(visits)))
-    radii = _radii(scene, places)
+    places = scene.frame.to_user_units(np.array(list(visits)))
+    radii = _largest_radii(scene, places)
     last = list(visits).index(tuple(path.stops[-1].tolist()))
     free = radii.copy()
-    marks = _mark_ends(scene, places, free, last)
+    marks = _end_marks_svg(scene, places, free, last)
     if not scene.numbered:
         return marks
     return [
         *marks,
-        _numbers(scene, path, np.column_stack([places, free, radii]), ["/".join(v) for v in visits.values()]),
+        _stop_numbers_svg(scene, path, np.column_stack([places, free, radii]), ["/".join(v) for v in visits.values()]),
     ]
 
 
-def _numbers(scene: Scene, path: PlanView, stops: NDArray[np.float64], words: list[str]) -> str:
+def _stop_numbers_svg(scene: Scene, path: PlanView, stops: NDArray[np.float64], words: list[str]) -> str:
     """Draw the numbers of the stops.
 
     A row of `stops`, float64[k, 4], contains x, y, the radius to keep clear, and the radius of the hole, user units.
     """
     frame, font = scene.frame, _font_size(stops[:, :2])
-    lines = np.concatenate([frame.place(np.concatenate([path.rapids, path.cuts])), scene.edge])
+    lines = np.concatenate([frame.to_user_units(np.concatenate([path.rapids, path.cuts])), scene.edge])
     around = Surroundings(np.concatenate([scene.discs, stops[:, :3]]), lines, (frame.width, frame.height))
-    spots = place_labels(stops, words, font, around)
-    numbers = [text(w, spot[0], spot[1], dy="0.35em") for w, spot in zip(words, spots, strict=True) if spot]
+    spots = label_positions(stops, words, font, around)
+    numbers = [text_element(w, spot[0], spot[1], dy="0.35em") for w, spot in zip(words, spots, strict=True) if spot]
     return element("g", *numbers, class_="number", font_size=font, stroke_width=font * 0.3)
 
 
-def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _largest_radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the radius of the largest hole at each position, user units. The radius is 0 at the end of a slot."""
     sizes: dict[tuple[int, int], float] = {}
     for x, y, radius in scene.discs.tolist():
@@ -329,7 +342,7 @@ def _font_size(places: NDArray[np.float64]) -> float:
     return float(np.clip(0.45 * np.median(apart.min(axis=1)), 7.0, 11.0))
 
 
-def _mark_ends(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:
+def _end_marks_svg(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:
     """Mark the first stop with a ring and the last stop with a square.
 
     The function also enlarges the `radii` of these stops, so that labels avoid the marks.
@@ -339,4 +352,4 @@ def _mark_ends(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.floa
     half = max(radii[last] + 3.0, 4.5)
     radii[last] = 1.35 * half
     words = () if scene.numbered else (scene.frame.width, scene.frame.height)
-    return end_marks((x0, y0, ring), (x1, y1, half), words)
+    return end_marks_svg((x0, y0, ring), (x1, y1, half), words)

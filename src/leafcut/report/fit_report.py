@@ -30,8 +30,8 @@ def print_fit(
         table.add_column(head, justify="right")
     for row, simulation in enumerate(simulations):
         before, after = float(fitted.before[row]), float(fitted.after[row])
-        cells = [format_time(measured[row]), format_time(before), _deviation_text(before, measured[row])]
-        cells += [format_time(after), _deviation_text(after, measured[row])] if is_fitted else []
+        cells = [format_time(measured[row]), format_time(before), _deviation_percent(before, measured[row])]
+        cells += [format_time(after), _deviation_percent(after, measured[row])] if is_fitted else []
         table.add_row(simulation.program, *cells)
     console.print(table, markup=False)
     for line in fit_lines(fitted, simulations, measured):
@@ -43,8 +43,8 @@ def fit_lines(fitted: MachineFit, simulations: Sequence[Simulation], measured: S
     lines = []
     if len(measured) > 1:
         lines.append(
-            f"root mean square error: {_rms(fitted.before, measured):.2f} s before, "
-            f"{_rms(fitted.after, measured):.2f} s after"
+            f"root mean square error: {_root_mean_square_error(fitted.before, measured):.2f} s before, "
+            f"{_root_mean_square_error(fitted.after, measured):.2f} s after"
         )
     if fitted.acceleration is not None:
         error = 100.0 * fitted.error["acceleration"]
@@ -75,24 +75,24 @@ def fit_as_json(
     return {
         "machine": simulations[0].machine.name,
         "programs": programs,
-        "rms_before_s": _rms(fitted.before, measured),
-        "rms_after_s": _rms(fitted.after, measured),
+        "rms_before_s": _root_mean_square_error(fitted.before, measured),
+        "rms_after_s": _root_mean_square_error(fitted.after, measured),
         "acceleration": fitted.acceleration,
         "corner_mm": fitted.corner,
-        "error": {name: _plain(value) for name, value in fitted.error.items()},
-        "condition": _plain(fitted.condition),
+        "error": {name: _finite_or_none(value) for name, value in fitted.error.items()},
+        "condition": _finite_or_none(fitted.condition),
         "held": dict(fitted.held),
         "output": written,
     }
 
 
-def _deviation_text(seconds: float, measured: float) -> str:
+def _deviation_percent(seconds: float, measured: float) -> str:
     return f"{100.0 * (seconds / measured - 1.0):+.1f} %"
 
 
-def _rms(seconds: Any, measured: Sequence[float]) -> float:
+def _root_mean_square_error(seconds: Any, measured: Sequence[float]) -> float:
     return math.sqrt(sum((float(a) - b) ** 2 for a, b in zip(seconds, measured, strict=True)) / len(measured))
 
 
-def _plain(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
+from leafcut.report.svg import (
+    centred_text_element,
+    element,
+    nice_step,
+    svg_number,
+    text_element,
+    tick_label,
+    ticks,
+    title_element,
+)
 
 #: Width of a drawing in one column and in both columns of the page, user units. A unit is about one screen pixel.
 WIDTH = 480.0
@@ -56,7 +65,7 @@ class Frame:
         spans = [high[i] - low[i] + 2 * margin for i in range(2)]
         middle = [(high[i] + low[i]) / 2 for i in range(2)]
         step = nice_step(max(spans), 6)
-        numbers = (tick_words(middle[1] + s * spans[1] / 2, step) for s in (-1, 1))
+        numbers = (tick_label(middle[1] + s * spans[1] / 2, step) for s in (-1, 1))
         left = min(28.0 + _CHARACTER * max(len(n) for n in numbers), _WIDEST_NUMBERS)
         width = (WIDE if spans[0] > wide_from * spans[1] else WIDTH) - left - _RIGHT
         height = min(max(width * spans[1] / spans[0], _SMALLEST_HEIGHT), _LARGEST_HEIGHT)
@@ -72,11 +81,11 @@ class Frame:
         return (self.left + self.width + _RIGHT, _TOP + self.height + _BOTTOM)
 
     @property
-    def wide(self) -> bool:
+    def needs_both_columns(self) -> bool:
         """Whether the drawing needs the whole width of a page."""
         return self.width > WIDTH
 
-    def place(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_user_units(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Convert points, float64[…, 2], from mm to user units, relative to the upper left corner of the window."""
         placed: NDArray[np.float64] = np.stack(
             [(points[..., 0] - self.low[0]) * self.scale, (self.high[1] - points[..., 1]) * self.scale], axis=-1
@@ -88,7 +97,7 @@ class Frame:
         """Upper left corner of the window in the drawing, user units."""
         return (self.left, _TOP)
 
-    def drawing(self, words: str, window: str, inside: tuple[str, ...], kind: str, size: bool) -> str:
+    def drawing_svg(self, words: str, window: str, inside: tuple[str, ...], kind: str, size: bool) -> str:
         """Draw a complete drawing with its axes as an SVG element.
 
         Parameters
@@ -106,9 +115,9 @@ class Frame:
         edge = element("rect", x=0.0, y=0.0, width=self.width, height=self.height)
         return element(
             "svg",
-            title(words),
+            title_element(words),
             element("clipPath", edge, id=window),
-            self.axes(),
+            self.axes_svg(),
             element("g", *inside, transform=f"translate({svg_number(x)} {svg_number(y)})"),
             viewBox=f"0 0 {svg_number(width)} {svg_number(height)}",
             width=width if size else None,
@@ -118,7 +127,7 @@ class Frame:
             xmlns="http://www.w3.org/2000/svg" if size else None,
         )
 
-    def axes(self) -> str:
+    def axes_svg(self) -> str:
         """Draw the edge of the frame, ticks in mm on the left and at the bottom, and a scale bar."""
         step = nice_step(max(self.high[0] - self.low[0], self.high[1] - self.low[1]), 6)
         marks, numbers = [], []
@@ -127,26 +136,32 @@ class Frame:
         for value in ticks(self.low[0], self.high[0], step):
             x = x0 + (value - self.low[0]) * self.scale
             marks.append(f"M{svg_number(x)} {svg_number(bottom)}v{svg_number(_TICK)}")
-            numbers.append(text_within(tick_words(value, step), x, bottom + 15, self.size[0]))
+            numbers.append(centred_text_element(tick_label(value, step), x, bottom + 15, self.size[0]))
         for value in ticks(self.low[1], self.high[1], step):
             y = y0 + (self.high[1] - value) * self.scale
             marks.append(f"M{svg_number(x0)} {svg_number(y)}h{svg_number(-_TICK)}")
-            numbers.append(text(tick_words(value, step), x0 - _TICK - 3, y, text_anchor="end", dy="0.34em"))
+            numbers.append(text_element(tick_label(value, step), x0 - _TICK - 3, y, text_anchor="end", dy="0.34em"))
         edge = element("rect", x=x0, y=y0, width=self.width, height=self.height, rx=1.0, class_="edge")
-        names = text("x mm", x0, bottom + 36) + text(
-            "y mm", 11, y0 + self.height / 2, text_anchor="middle", transform=self._upright(11, y0 + self.height / 2)
+        names = text_element("x mm", x0, bottom + 36) + text_element(
+            "y mm",
+            11,
+            y0 + self.height / 2,
+            text_anchor="middle",
+            transform=self._quarter_turn(11, y0 + self.height / 2),
         )
-        return element("g", edge, element("path", d="".join(marks), class_="tick"), *numbers, names, self._bar(step))
+        return element(
+            "g", edge, element("path", d="".join(marks), class_="tick"), *numbers, names, self._scale_bar_svg(step)
+        )
 
     @staticmethod
-    def _upright(x: float, y: float) -> str:
+    def _quarter_turn(x: float, y: float) -> str:
         return f"rotate(-90 {svg_number(x)} {svg_number(y)})"
 
-    def _bar(self, step: float) -> str:
+    def _scale_bar_svg(self, step: float) -> str:
         """Draw a scale bar as long as a tick step. Unlike a ratio, a bar stays correct when the page is scaled."""
         length = step * self.scale
         x, y = self.left + self.width - length, _TOP + self.height + 33
         path = f"M{svg_number(x)} {svg_number(y - 3)}v6m0 -3h{svg_number(length)}m0 -3v6"
-        return element("path", d=path, class_="bar") + text(
-            f"{tick_words(step, step)} mm", x - 6, y, text_anchor="end", dy="0.34em"
+        return element("path", d=path, class_="bar") + text_element(
+            f"{tick_label(step, step)} mm", x - 6, y, text_anchor="end", dy="0.34em"
         )

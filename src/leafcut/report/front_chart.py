@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING
 from leafcut.errors import OptionError
 from leafcut.report.drawing import RAMP
 from leafcut.report.styles import drawing_css
-from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
+from leafcut.report.svg import (
+    centred_text_element,
+    element,
+    nice_step,
+    svg_number,
+    text_element,
+    tick_label,
+    ticks,
+    title_element,
+)
 from leafcut.units import SECONDS_PER_MINUTE, format_time
 
 if TYPE_CHECKING:
@@ -49,7 +58,7 @@ svg.front { background: var(--page); }
 """
 
 
-def check_extension(file: str | Path | None) -> None:
+def check_plot_extension(file: str | Path | None) -> None:
     """Raise OptionError unless the file name ends in ``.svg``."""
     if file is not None and Path(file).suffix.lower() != ".svg":
         raise OptionError(
@@ -80,18 +89,18 @@ class _Axis:
     end: float
 
     @classmethod
-    def over(cls, values: Sequence[float], start: float, end: float) -> _Axis:
+    def covering(cls, values: Sequence[float], start: float, end: float) -> _Axis:
         """Create an axis that covers non-negative values and a margin."""
         low, high = min(values), max(values)
         margin = _MARGIN * ((high - low) or abs(high) or 1.0)
         return cls(max(low - margin, 0.0), high + margin, start, end)
 
-    def at(self, value: float) -> float:
+    def position_at(self, value: float) -> float:
         return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
-    def marks(self) -> list[tuple[float, str]]:
+    def ticks(self) -> list[tuple[float, str]]:
         step = nice_step(self.high - self.low, 5)
-        return [(value, tick_words(value, step)) for value in ticks(self.low, self.high, step)]
+        return [(value, tick_label(value, step)) for value in ticks(self.low, self.high, step)]
 
 
 def front_svg(data: CuttingData) -> str:
@@ -101,10 +110,10 @@ def front_svg(data: CuttingData) -> str:
     speed. The colour stands for the tool life, from violet (shortest) to teal (longest).
     """
     lives = [point.life for tool in data.tools for point in tool.points]
-    shade = _colour_index(min(lives), max(lives))
+    shade = _colour_scale(min(lives), max(lives))
     width, row_height = 2 * _WIDE, _HEAD + _HIGH
     rows = [
-        element("g", _tool_panels(tool, data, shade), transform=f"translate(0 {svg_number(k * row_height)})")
+        element("g", _tool_panels_svg(tool, data, shade), transform=f"translate(0 {svg_number(k * row_height)})")
         for k, tool in enumerate(data.tools)
     ]
     bottom = len(rows) * row_height
@@ -113,11 +122,11 @@ def front_svg(data: CuttingData) -> str:
     return (
         element(
             "svg",
-            title(words),
+            title_element(words),
             element("style", drawing_css() + _STYLE),
             element("rect", x=0.0, y=0.0, width=width, height=height, fill="var(--page)"),
             *rows,
-            _legend(min(lives), max(lives), bottom, any(map(_given_point, data.tools))),
+            _legend_svg(min(lives), max(lives), bottom, any(map(_visible_given_point, data.tools))),
             xmlns="http://www.w3.org/2000/svg",
             viewBox=f"0 0 {svg_number(width)} {svg_number(height)}",
             width=width,
@@ -129,21 +138,21 @@ def front_svg(data: CuttingData) -> str:
     )
 
 
-def _colour_index(shortest: float, longest: float) -> Callable[[float], int]:
+def _colour_scale(shortest: float, longest: float) -> Callable[[float], int]:
     """Return a function that maps a tool life to a colour of the ramp on a logarithmic scale."""
     span = math.log(longest / shortest) if longest > shortest else 1.0
     return lambda life: round((RAMP - 1) * math.log(life / shortest) / span)
 
 
-def _tool_panels(front: ToolFront, data: CuttingData, shade: Callable[[float], int]) -> str:
+def _tool_panels_svg(front: ToolFront, data: CuttingData, shade: Callable[[float], int]) -> str:
     holes = f"{front.holes} hole{'s' * (front.holes != 1)}" if front.holes else "1 m of cut"
-    head = text(front.tool.label, 16, 30, class_="name")
+    head = text_element(front.tool.label, 16, 30, class_="name")
     description = f"{front.tool_material.value} · {holes} · {data.material.name} on {data.machine.name}"
     if front.given is not None:
         description += f" · as given {format_time(front.given.time)}, {front.given.cost:.2f}"
-    beside = text(description, 2 * _WIDE - 16, 30, text_anchor="end")
-    points = _thinned(front.points, front.chosen)
-    left = _panel(
+    beside = text_element(description, 2 * _WIDE - 16, 30, text_anchor="end")
+    points = _every_nth_point(front.points, front.chosen)
+    left = _panel_svg(
         front,
         points,
         shade,
@@ -152,7 +161,7 @@ def _tool_panels(front: ToolFront, data: CuttingData, shade: Callable[[float], i
         lambda p: p.cost,
         (f"time, {_time_unit(points)[1]}", "cost"),
     )
-    right = _panel(
+    right = _panel_svg(
         front,
         points,
         shade,
@@ -171,7 +180,7 @@ def _time_unit(points: Sequence[CuttingPoint]) -> tuple[float, str]:
     return (SECONDS_PER_MINUTE, "min") if longest >= 4 * SECONDS_PER_MINUTE else (1.0, "s")
 
 
-def _thinned(points: tuple[CuttingPoint, ...], chosen: int) -> list[CuttingPoint]:
+def _every_nth_point(points: tuple[CuttingPoint, ...], chosen: int) -> list[CuttingPoint]:
     last = len(points) - 1
     if last < _MAX_POINTS:
         return list(points)
@@ -179,7 +188,7 @@ def _thinned(points: tuple[CuttingPoint, ...], chosen: int) -> list[CuttingPoint
     return [points[i] for i in sorted(kept)]
 
 
-def _panel(
+def _panel_svg(
     front: ToolFront,
     points: list[CuttingPoint],
     shade: Callable[[float], int],
@@ -190,20 +199,20 @@ def _panel(
 ) -> str:
     start, end = left + _LEFT, left + _WIDE - _RIGHT
     bottom, top = _HEAD + _HIGH - _BOTTOM, _HEAD + _TOP
-    given = _given_point(front)
+    given = _visible_given_point(front)
     shown = points if given is None else [*points, given]
-    x = _Axis.over([x_of(point) for point in shown], start, end)
-    y = _Axis.over([y_of(point) for point in shown], bottom, top)
+    x = _Axis.covering([x_of(point) for point in shown], start, end)
+    y = _Axis.covering([y_of(point) for point in shown], bottom, top)
     card = element("rect", x=start, y=top, width=end - start, height=bottom - top, class_="card")
     grid, numbers = [], []
-    for value, words in y.marks():
-        grid.append(f"M{svg_number(start)} {svg_number(y.at(value))}H{svg_number(end)}")
-        numbers.append(text(words, start - 7, y.at(value), text_anchor="end", dy="0.34em"))
-    for value, words in x.marks():
-        grid.append(f"M{svg_number(x.at(value))} {svg_number(top)}V{svg_number(bottom)}")
-        numbers.append(text_within(words, x.at(value), bottom + 16, left + _WIDE))
+    for value, words in y.ticks():
+        grid.append(f"M{svg_number(start)} {svg_number(y.position_at(value))}H{svg_number(end)}")
+        numbers.append(text_element(words, start - 7, y.position_at(value), text_anchor="end", dy="0.34em"))
+    for value, words in x.ticks():
+        grid.append(f"M{svg_number(x.position_at(value))} {svg_number(top)}V{svg_number(bottom)}")
+        numbers.append(centred_text_element(words, x.position_at(value), bottom + 16, left + _WIDE))
     middle = (top + bottom) / 2
-    axes = text(names[0], (start + end) / 2, bottom + 34, text_anchor="middle") + text(
+    axes = text_element(names[0], (start + end) / 2, bottom + 34, text_anchor="middle") + text_element(
         names[1],
         left + 16,
         middle,
@@ -212,7 +221,7 @@ def _panel(
     )
 
     def place(point: CuttingPoint) -> Point:
-        return x.at(x_of(point)), y.at(y_of(point))
+        return x.position_at(x_of(point)), y.position_at(y_of(point))
 
     frame = _Frame(start, end, top, bottom)
     return (
@@ -220,12 +229,12 @@ def _panel(
         + element("path", d="".join(grid), class_="gridline")
         + "".join(numbers)
         + axes
-        + _dots(points, place, shade)
+        + _dots_svg(points, place, shade)
         + _draw_marks(front, [place(point) for point in points], place, frame)
     )
 
 
-def _given_point(front: ToolFront) -> CuttingPoint | None:
+def _visible_given_point(front: ToolFront) -> CuttingPoint | None:
     """Return the given speed and feed.
 
     Return None if the point is so far from the front that the front would become too small.
@@ -240,7 +249,7 @@ def _given_point(front: ToolFront) -> CuttingPoint | None:
     return front.given
 
 
-def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], shade: Callable[[float], int]) -> str:
+def _dots_svg(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], shade: Callable[[float], int]) -> str:
     by_colour: dict[int, list[str]] = {}
     for point in points:
         px, py = place(point)
@@ -255,7 +264,7 @@ class _Frame:
     top: float
     bottom: float
 
-    def leaves(self, box: _Box) -> bool:
+    def sticks_out(self, box: _Box) -> bool:
         return box[0] < self.left or box[2] > self.right or box[1] < self.top or box[3] > self.bottom
 
 
@@ -266,7 +275,7 @@ def _draw_marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoi
         "cheapest": place(min(points, key=lambda p: (p.cost, p.time))),
         "longest life": place(min(points, key=lambda p: (-p.life, p.cost))),
     }
-    given = _given_point(front)
+    given = _visible_given_point(front)
     if given is not None:
         place_of["as given"] = place(given)
     places: dict[Point, list[str]] = {}
@@ -276,9 +285,9 @@ def _draw_marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoi
     drawn, labels, boxes = list[str](), list[str](), list[_Box]()
     for (x, y), names in sorted(places.items(), key=lambda item: item[0][1]):
         kind = "chosen" if (x, y) == chosen else "own" if names == ["as given"] else "ring"
-        drawn.append(_diamond(x, y) if kind == "own" else element("circle", cx=x, cy=y, r=5.0, class_=kind))
+        drawn.append(_diamond_svg(x, y) if kind == "own" else element("circle", cx=x, cy=y, r=5.0, class_=kind))
         words = ", ".join(names)
-        box, label = _label(words, (x, y), dots, [*boxes, *(_mark_box(corner) for corner in places)], frame)
+        box, label = _best_label(words, (x, y), dots, [*boxes, *(_mark_box(corner) for corner in places)], frame)
         boxes.append(box)
         labels.append(label)
     if chosen not in places:
@@ -290,7 +299,7 @@ def _mark_box(place: Point) -> _Box:
     return place[0] - 6, place[1] - 6, place[0] + 6, place[1] + 6
 
 
-def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Frame) -> tuple[_Box, str]:
+def _best_label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Frame) -> tuple[_Box, str]:
     wide = _LETTER * len(words)
     best: tuple[float, _Box, str] | None = None
     for number, (right, up) in enumerate(_LABEL_POSITIONS):
@@ -298,34 +307,34 @@ def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _
         box = (x, y - 11, x + wide, y + 3) if right else (x - wide, y - 11, x, y + 3)
         hidden = sum(box[0] < dx < box[2] and box[1] < dy < box[3] for dx, dy in dots)
         crossed = sum(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in boxes)
-        cost = number + 5.0 * hidden + 100.0 * crossed + 1000.0 * frame.leaves(box)
+        cost = number + 5.0 * hidden + 100.0 * crossed + 1000.0 * frame.sticks_out(box)
         if best is None or cost < best[0]:
-            label = text(words, x, y, text_anchor="start" if right else "end", class_="label")
+            label = text_element(words, x, y, text_anchor="start" if right else "end", class_="label")
             best = (cost, box, label)
     assert best is not None
     return best[1], best[2]
 
 
-def _diamond(x: float, y: float) -> str:
+def _diamond_svg(x: float, y: float) -> str:
     return element("path", d=f"M{svg_number(x)} {svg_number(y - 6)}l6 6l-6 6l-6 -6z", class_="own")
 
 
-def _legend(shortest: float, longest: float, top: float, has_given: bool) -> str:
+def _legend_svg(shortest: float, longest: float, top: float, has_given: bool) -> str:
     start, wide = 16.0 + 110.0, 180.0
     y = top + 20
     step = wide / (RAMP - 1)
     places = [f"M{svg_number(start + i * step)} {svg_number(y)}h{svg_number(step)}" for i in range(RAMP - 1)]
     steps = [element("path", d=place, class_=f"swatch r{i}") for i, place in enumerate(places)]
     words = (
-        text("tool life in the cut", 16, y + 4)
-        + text(format_time(shortest), start, y + 21, text_anchor="start")
-        + text(format_time(longest), start + wide, y + 21, text_anchor="end")
+        text_element("tool life in the cut", 16, y + 4)
+        + text_element(format_time(shortest), start, y + 21, text_anchor="start")
+        + text_element(format_time(longest), start + wide, y + 21, text_anchor="end")
     )
     x = start + wide + 40
-    marks = element("circle", cx=x, cy=y, r=5.0, class_="chosen") + text("chosen", x + 12, y + 4)
+    marks = element("circle", cx=x, cy=y, r=5.0, class_="chosen") + text_element("chosen", x + 12, y + 4)
     x += 82
-    marks += element("circle", cx=x, cy=y, r=5.0, class_="ring") + text("best for one objective", x + 12, y + 4)
+    marks += element("circle", cx=x, cy=y, r=5.0, class_="ring") + text_element("best for one objective", x + 12, y + 4)
     if has_given:
         x += 168
-        marks += _diamond(x, y) + text("as given", x + 12, y + 4)
+        marks += _diamond_svg(x, y) + text_element("as given", x + 12, y + 4)
     return "".join(steps) + words + marks

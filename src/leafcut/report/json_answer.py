@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 from leafcut.model.kinds import BEAMS
 from leafcut.report.set_up import moved_axes
 from leafcut.report.wording import (
-    algorithm_words,
+    algorithm_names,
     fact_value_text,
-    feed_mm_min,
-    plain_number,
+    finite_or_none,
     search_seconds,
+    to_mm_per_min,
 )
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from leafcut.report.path_report import PathReport
 
 
-def as_json(report: PathReport[Any]) -> dict[str, Any]:
+def program_as_json(report: PathReport[Any]) -> dict[str, Any]:
     """Convert an outcome to plain values. Unknown values are None.
 
     Lengths are in mm, times in s, and feeds in mm/min. `lower_bound` is the lower bound of the travel, summed over the
@@ -34,8 +34,8 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
     operation. `gap_percent` is the maximum excess of the travel over the optimum, based on this bound.
     """
     outcome = report.outcome
-    gap = plain_number(outcome.gap)
-    before, nearest, after = report.stated()
+    gap = finite_or_none(outcome.gap)
+    before, nearest, after = report.compared_measures()
     answer: dict[str, Any] = {
         "input": outcome.part.source or outcome.part.name,
         "output": outcome.output,
@@ -44,15 +44,15 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
         "process": outcome.process,
         "machine": outcome.machine.name,
         "dialect": outcome.dialect,
-        "algorithm": algorithm_words(outcome),
+        "algorithm": algorithm_names(outcome),
         "seed": outcome.seed,
         "counts": {},
         "zero": None if outcome.part.zero is None else asdict(outcome.part.zero),
-        "before": _measure(before),
-        "nearest": None if nearest is None else _measure(nearest),
-        "after": _measure(after),
-        "saved_percent": plain_number(outcome.saved_percent),
-        "lower_bound": plain_number(outcome.lower_bound),
+        "before": _measure_as_json(before),
+        "nearest": None if nearest is None else _measure_as_json(nearest),
+        "after": _measure_as_json(after),
+        "saved_percent": finite_or_none(outcome.saved_percent),
+        "lower_bound": finite_or_none(outcome.lower_bound),
         "gap_percent": None if gap is None else 100.0 * gap,
         "verified": bool(outcome.verified),
         "missing": missing_as_json(outcome.missing),
@@ -61,23 +61,23 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
         if fact.key:
             _set_nested(answer, fact.key.split("."), fact.value)
     return answer | {
-        "seconds": plain_number(outcome.seconds),
-        "search_seconds": plain_number(search_seconds(outcome)),
-        "compile_seconds": plain_number(outcome.compile_seconds),
-        "tools": [_tool(o, outcome.process in BEAMS) for o in outcome.operations],
-        "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
+        "seconds": finite_or_none(outcome.seconds),
+        "search_seconds": finite_or_none(search_seconds(outcome)),
+        "compile_seconds": finite_or_none(outcome.compile_seconds),
+        "tools": [_operation_as_json(o, outcome.process in BEAMS) for o in outcome.operations],
+        "workers": [w for number, o in enumerate(outcome.operations) for w in _workers_as_json(number, o)],
         "issues": issues_as_json(outcome.issues),
-        **_defaults(outcome.defaults),
+        **_defaults_entry(outcome.defaults),
     }
 
 
 def _set_nested(answer: dict[str, Any], key: Sequence[str], value: Any) -> None:
     for name in key[:-1]:
         answer = answer.setdefault(name, {})
-    answer[key[-1]] = plain_number(value) if isinstance(value, float) else value
+    answer[key[-1]] = finite_or_none(value) if isinstance(value, float) else value
 
 
-def solved_as_json(solved: Solved) -> dict[str, Any]:
+def tour_as_json(solved: Solved) -> dict[str, Any]:
     """Return the answer of `leafcut solve --json`. Lengths are in the unit of the map's metric."""
     part, solution, gap = solved.part, solved.solution, solved.gap
     grouped = {} if part.grouping is None else {"clusters": part.grouping.n_clusters}
@@ -95,12 +95,12 @@ def solved_as_json(solved: Solved) -> dict[str, Any]:
         "iterations": solution.iterations,
         "history": [list(step) for step in solution.history],
         "workers": [
-            {"worker": w.worker, "ants": w.ants, "seconds": w.seconds, "best": plain_number(w.best)}
+            {"worker": w.worker, "ants": w.ants, "seconds": w.seconds, "best": finite_or_none(w.best)}
             for w in solution.workers
         ],
         "stopped_early": solution.stopped_early,
         "issues": issues_as_json(part.issues),
-        **_defaults(solved.defaults),
+        **_defaults_entry(solved.defaults),
     }
 
 
@@ -121,7 +121,7 @@ def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
         "by_tool": {str(tool): spent for tool, spent in simulation.measure.by_tool.items()},
         "extents": {axis: known.get(axis) for axis in "xyz"},
         "issues": issues_as_json(simulation.issues),
-        **_defaults(simulation.defaults),
+        **_defaults_entry(simulation.defaults),
     }
 
 
@@ -130,7 +130,7 @@ def verification_as_json(proof: Certificate) -> dict[str, Any]:
     answer = proof.as_json()
     for row, difference in zip(answer["differences"], proof.differences, strict=True):
         row["words"] = str(difference)
-    return {**answer, **_defaults(proof.defaults)}
+    return {**answer, **_defaults_entry(proof.defaults)}
 
 
 def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
@@ -154,19 +154,19 @@ def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
     ]
 
 
-def _defaults(options: tuple[str, ...]) -> dict[str, list[str]]:
+def _defaults_entry(options: tuple[str, ...]) -> dict[str, list[str]]:
     return {"defaults": list(options)} if options else {}
 
 
-def _measure(measure: Measure) -> dict[str, float | None]:
+def _measure_as_json(measure: Measure) -> dict[str, float | None]:
     return {
-        "travel_mm": plain_number(measure.travel_mm),
-        "cut_mm": plain_number(measure.cut_mm),
-        "time_s": plain_number(measure.time_s),
+        "travel_mm": finite_or_none(measure.travel_mm),
+        "cut_mm": finite_or_none(measure.cut_mm),
+        "time_s": finite_or_none(measure.time_s),
     }
 
 
-def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
+def _operation_as_json(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
     """Return the JSON entry of an operation.
 
     A tool for holes and slots has two entries. For a laser or torch (`beam`), the entry has a power instead of a
@@ -177,10 +177,10 @@ def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
         "number": tool.number,
         "kind": tool.kind.value,
         "name": tool.name,
-        "diameter_mm": plain_number(tool.diameter),
+        "diameter_mm": finite_or_none(tool.diameter),
         "cycle": operation.cycle,
-        "feed_mm_min": plain_number(feed_mm_min(tool.feed)),
-        "power_s" if beam else "speed_rpm": plain_number(tool.spindle_rpm),
+        "feed_mm_min": finite_or_none(to_mm_per_min(tool.feed)),
+        "power_s" if beam else "speed_rpm": finite_or_none(tool.spindle_rpm),
         "slots" if operation.slots else "holes": len(operation.holes),
         **({"staying": len(operation.staying)} if operation.staying else {}),
         **({"cuts": operation.cuts} if operation.cuts else {}),
@@ -188,26 +188,26 @@ def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
     }
 
 
-def _workers(number: int, operation: OperationOutcome) -> list[dict[str, Any]]:
+def _workers_as_json(number: int, operation: OperationOutcome) -> list[dict[str, Any]]:
     return [
         {
             "operation": number,
             "tool": operation.tool.number,
             "worker": w.worker,
             "ants": w.ants,
-            "seconds": plain_number(w.seconds),
-            "best": plain_number(w.best),
+            "seconds": finite_or_none(w.seconds),
+            "best": finite_or_none(w.best),
         }
         for w in operation.solution.workers
     ]
 
 
-def overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
+def studio_overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
     """Return the figures and tables of an outcome for the studio.
 
     The studio can translate texts of the form ``{"words": template, "values": {…}}``.
     """
-    tables = {"parts": {"rows": [], "feet": []}, "norms": {"rows": []}, **report.tables()}
+    tables = {"parts": {"rows": [], "feet": []}, "norms": {"rows": []}, **report.page_tables()}
     times = {
         "kinds": tables["times"]["kinds"],
         "rows": [{key: row[key] for key in ("name", "seconds", "total")} for row in tables["times"]["rows"]],

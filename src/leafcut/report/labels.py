@@ -42,7 +42,7 @@ class Surroundings:
     size: tuple[float, float]
 
 
-def place_labels(
+def label_positions(
     stops: NDArray[np.float64], words: list[str], font: float, around: Surroundings
 ) -> list[tuple[float, float] | None]:
     """Find a position for each number, user units.
@@ -56,8 +56,8 @@ def place_labels(
     centres: list[tuple[float, float] | None] = []
     for (x, y, free, hole), word in zip(stops.tolist(), words, strict=True):
         half = np.array([DIGIT_WIDTH * font * len(word), CAP_HEIGHT * font]) / 2 + (1.6, 0.6)
-        candidates = _candidates((x, y), free, hole, half)
-        costs = _costs(candidates, half, (x, y), around, placed)
+        candidates = _candidate_positions((x, y), free, hole, half)
+        costs = _position_costs(candidates, half, (x, y), around, placed)
         best = int(np.argmin(costs))
         if costs[best] > _WORST_ACCEPTED:
             centres.append(None)
@@ -68,7 +68,7 @@ def place_labels(
     return centres
 
 
-def _candidates(
+def _candidate_positions(
     centre: tuple[float, float], free: float, hole: float, half: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return possible centres for a hole number, float64[k, 2], best first.
@@ -84,7 +84,7 @@ def _candidates(
     return np.array(inside + around)
 
 
-def _costs(
+def _position_costs(
     candidates: NDArray[np.float64],
     half: NDArray[np.float64],
     own_place: tuple[float, float],

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.svg import element, svg_number, text
+from leafcut.report.svg import element, svg_number, text_element
 
 _MAX_ARROWS = 28
 _SHORTEST_ARROWED = 22.0
@@ -19,7 +19,7 @@ _GOLDEN = 0.618034
 _WORD = 50.0
 
 
-def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
+def arrow_heads_svg(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
     """Draw arrow heads in the middle of some long rapids, spread over the path.
 
     `reach` is half the length of an arrow head.
@@ -40,11 +40,11 @@ def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
         if any(math.hypot(mx - x, my - y) < _ARROWS_APART for x, y in middles):
             continue
         middles.append((mx, my))
-        heads.append(arrow_head((mx, my), (dx, dy), reach))
+        heads.append(arrow_head_path_data((mx, my), (dx, dy), reach))
     return element("path", d="".join(heads), class_="arrow")
 
 
-def arrow_head(middle: tuple[float, float], along: tuple[float, float], reach: float) -> str:
+def arrow_head_path_data(middle: tuple[float, float], along: tuple[float, float], reach: float) -> str:
     """Return the path data of an arrow head.
 
     The caller passes its centre, its direction (unit vector) and half its length.
@@ -55,7 +55,7 @@ def arrow_head(middle: tuple[float, float], along: tuple[float, float], reach: f
     return "M" + "L".join(f"{svg_number(px)} {svg_number(py)}" for px, py in (wings[0], tip, wings[1])) + "z"
 
 
-def end_marks(
+def end_marks_svg(
     first: tuple[float, float, float], last: tuple[float, float, float], size: tuple[float, ...]
 ) -> list[str]:
     """Draw a ring around the first position and a square around the last position.
@@ -69,19 +69,19 @@ def end_marks(
     shapes = (element("circle", cx=x0, cy=y0, r=ring), element("path", d=square))
     marks = [element("g", *shapes, class_="halo"), element("g", *shapes, class_="end")]
     if size:
-        marks += [_mark_text("start", x0, y0, ring, *size), _mark_text("end", x1, y1, half, *size)]
+        marks += [_mark_label_svg("start", x0, y0, ring, *size), _mark_label_svg("end", x1, y1, half, *size)]
     return marks
 
 
-def word_side(x: float, width: float) -> float:
+def label_side(x: float, width: float) -> float:
     """Return on which side of a mark at x its word fits: 1 for right, -1 for left."""
     return -1.0 if x > width - _WORD else 1.0
 
 
-def _mark_text(word: str, x: float, y: float, reach: float, width: float, height: float) -> str:
-    side = word_side(x, width)
+def _mark_label_svg(word: str, x: float, y: float, reach: float, width: float, height: float) -> str:
+    side = label_side(x, width)
     y = min(max(y, 8.0), height - 8.0)
-    return text(
+    return text_element(
         word,
         x + side * (reach + 4),
         y,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from leafcut.report.svg import element, lines_data, scaled_group, svg_number, title
+from leafcut.report.svg import element, scaled_group_element, segments_path_data, svg_number, title_element
 from leafcut.report.wording import replace_unprintable
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _MAX_MARKS = 2_000
 _MAX_LINES = 300
 
 
-def missing_points(issues: Iterable[Issue]) -> Points:
+def points_of_missing_work(issues: Iterable[Issue]) -> Points:
     """Return the points of missing work that must be visible in the drawing, float64[n, 2], mm."""
     points: list[tuple[float, float]] = []
     for issue in issues:
@@ -37,26 +37,28 @@ def missing_points(issues: Iterable[Issue]) -> Points:
     return np.array(points, dtype=np.float64).reshape(-1, 2)
 
 
-def missing_drawing(frame: Frame, issues: Iterable[Issue]) -> str:
+def missing_work_svg(frame: Frame, issues: Iterable[Issue]) -> str:
     """Draw missing work as SVG, in user units relative to the window of the frame. Return "" if no work is missing."""
     return "".join(
-        _draw_missing_work(frame, issue.missing, issue.message) for issue in issues if issue.missing is not None
+        _missing_item_svg(frame, issue.missing, issue.message) for issue in issues if issue.missing is not None
     )
 
 
-def _draw_missing_work(frame: Frame, work: MissingWork, reason: str) -> str:
-    words = title(f"missing: {replace_unprintable(reason)}")
+def _missing_item_svg(frame: Frame, work: MissingWork, reason: str) -> str:
+    words = title_element(f"missing: {replace_unprintable(reason)}")
     if work.outlines:
-        rings = [frame.place(path.flattened(_CHORDS / frame.scale)) for path in work.outlines[:_MAX_MARKS]]
-        edges = "".join(f"{lines_data(np.stack([ring[:-1], ring[1:]], axis=1))}z" for ring in rings)
+        rings = [frame.to_user_units(path.flattened(_CHORDS / frame.scale)) for path in work.outlines[:_MAX_MARKS]]
+        edges = "".join(f"{segments_path_data(np.stack([ring[:-1], ring[1:]], axis=1))}z" for ring in rings)
         hatch = "".join(_hatch_lines(ring) for ring in rings)
-        return element("g", words, scaled_group(element("path", d=edges)), element("path", d=hatch), class_="missing")
+        return element(
+            "g", words, scaled_group_element(element("path", d=edges)), element("path", d=hatch), class_="missing"
+        )
     if not work.where:
         return ""
     size = svg_number(2.0 * _CROSS)
     crosses = "".join(
         f"M{svg_number(x - _CROSS)} {svg_number(y - _CROSS)}l{size} {size}m0 -{size}l-{size} {size}"
-        for x, y in frame.place(np.array(work.where[:_MAX_MARKS])).tolist()
+        for x, y in frame.to_user_units(np.array(work.where[:_MAX_MARKS])).tolist()
     )
     return element("g", words, element("path", d=crosses), class_="missing")
 

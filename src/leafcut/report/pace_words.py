@@ -42,27 +42,27 @@ def pace_facts(pace: PaceChange) -> list[Fact]:
     if pace.feeds_s is not None:
         words = Message("saved" if pace.feeds_s >= 0.0 else "saved; the tools need slower feeds")
         facts.append(Fact("pace.feeds_s", pace.feeds_s, "s", words, Message("Feeds")))
-        facts += [Fact(sentence=_tool_words(tool), name="feeds") for tool in pace.tools]
+        facts += [Fact(sentence=_tool_feed_line(tool), name="feeds") for tool in pace.tools]
     return facts
 
 
-def _tool_words(tool: ToolPace) -> str:
-    before, after = (_feed_words(*feeds) for feeds in (tool.feed_before, tool.feed_after))
+def _tool_feed_line(tool: ToolPace) -> str:
+    before, after = (_feed_range(*feeds) for feeds in (tool.feed_before, tool.feed_after))
     origin = "from its feed and speed" if tool.limit_stated else "the thickest of the program"
     return (
         f"{replace_unprintable(tool.label)}: {before} → {after} mm/min; thickest chip {tool.chip_before:.3g} → "
         f"{tool.chip_after:.3g} mm a revolution, at most {tool.chip_limit:.3g} ({origin})"
-        + "".join(f"; {_limit_words(limit)}" for limit in tool.limits)
+        + "".join(f"; {_limit_line(limit)}" for limit in tool.limits)
     )
 
 
-def _limit_words(limit: FeedLimit) -> str:
+def _limit_line(limit: FeedLimit) -> str:
     """Format a feed limit with the loads: ``power 1.2 → 0.9 kW, at most 0.9``."""
     words, unit, scale = _LIMITS[limit.name]
     before, after, limit_text = (f"{scale * value:.3g}" for value in limit[1:])
     return f"{words} {before} → {after} {unit}, at most {limit_text}"
 
 
-def _feed_words(low: float, high: float) -> str:
+def _feed_range(low: float, high: float) -> str:
     low_text, high_text = (f"{SECONDS_PER_MINUTE * value:.4g}" for value in (low, high))
     return low_text if low_text == high_text else f"{low_text} to {high_text}"

@@ -19,11 +19,11 @@ from leafcut.report.styles import drawing_css, page_templates, style_sheet
 from leafcut.report.svg import embed_styles
 from leafcut.report.wording import (
     COMPILED,
-    algorithm_words,
+    algorithm_names,
     fact_line,
     fact_value_text,
     replace_unprintable,
-    search_words,
+    search_time_words,
     time_words,
     title_words,
     verification_limits,
@@ -42,40 +42,40 @@ _TOLERANCE = 0.01
 _COLOURS = 160
 
 
-def write_page(report: PathReport[Any]) -> str:
+def report_page_html(report: PathReport[Any]) -> str:
     """Write the report as a self-contained HTML page with styles and pictures. It needs no scripts or external files.
 
     The template and `svg.element` escape all text from files, and a content security policy blocks scripts.
     """
     from markupsafe import Markup, escape
 
-    css = drawing_css() + style_sheet("page.css") + _own_css(report)
+    css = drawing_css() + style_sheet("page.css") + _process_css(report)
     environment = page_templates("leafcut.report", report.package)
-    environment.filters["flags"] = lambda words: Markup(_whole_flags(str(escape(words))))
+    environment.filters["flags"] = lambda words: Markup(_prevent_breaks_in_flags(str(escape(words))))
     page = environment.get_template("page.html.jinja")
-    return page.render(css=css, css_hash=_hash(css), **{**_content(report), **report.page()})
+    return page.render(css=css, css_hash=_css_hash(css), **{**_template_values(report), **report.template_values()})
 
 
-def _whole_flags(html: str) -> str:
+def _prevent_breaks_in_flags(html: str) -> str:
     """Keep each option in escaped text on one line. Browsers would otherwise break the line after a dash."""
     return _FLAG.sub(r'<span class="flag">\g<0></span>', html)
 
 
 def path_svg(report: PathReport[Any], which: Which) -> str:
     """Draw the path ``before`` or ``after`` the search, with the work, as a stand-alone SVG."""
-    return embed_styles(report.drawing(which), drawing_css() + _own_css(report))
+    return embed_styles(report.drawing(which), drawing_css() + _process_css(report))
 
 
-def _own_css(report: PathReport[Any]) -> str:
+def _process_css(report: PathReport[Any]) -> str:
     return style_sheet(f"{report.template}.css", report.package) if report.package != "leafcut.report" else ""
 
 
-def _hash(css: str) -> str:
+def _css_hash(css: str) -> str:
     return base64.b64encode(hashlib.sha256(css.encode()).digest()).decode()
 
 
-def _content(report: PathReport[Any]) -> dict[str, Any]:
-    outcome, facts, savings = report.outcome, report.facts, report.savings()
+def _template_values(report: PathReport[Any]) -> dict[str, Any]:
+    outcome, facts, savings = report.outcome, report.facts, report.savings_facts()
     return {
         "name": replace_unprintable(outcome.part.name),
         "came_in": report.came_in,
@@ -86,33 +86,35 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
         "machine_words": replace_unprintable(outcome.machine.description),
         "dialect": replace_unprintable(outcome.dialect),
         "process": replace_unprintable(outcome.process),
-        "algorithm": replace_unprintable(algorithm_words(outcome)) if report.ordered else "",
+        "algorithm": replace_unprintable(algorithm_names(outcome)) if report.ordered else "",
         "proof": report.proof,
         "template": f"{report.template}.html.jinja",
         "counts": title_words(facts),
-        "orders": views.order_cards(report.order_rows(), report.orders()),
+        "orders": views.order_card_rows(report.order_rows(), report.known_orders()),
         "tiles": [
             (f.name, fact_value_text(f), f.sentence)
             for f in facts
             if f.name and f not in savings and fact_value_text(f)
         ],
         "savings": [(f.name, fact_line(f)) for f in savings if f.name],
-        **report.tables(),
+        **report.page_tables(),
         "zero": [f"{name}: {words}" for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])],
         "limits": verification_limits(outcome.issues),
         "seed": outcome.seed,
         "version": replace_unprintable(outcome.version),
         "seconds": time_words(outcome.seconds),
-        "search": search_words(outcome) if report.ordered else "",
+        "search": search_time_words(outcome) if report.ordered else "",
         "compiling": time_words(outcome.compile_seconds) if outcome.compile_seconds >= COMPILED else "",
         "verified": outcome.verified,
         "missing": missing_words(outcome.issues),
         "options": [(replace_unprintable(flag), replace_unprintable(value)) for flag, value in outcome.options.items()],
-        "searches": views.search_rows(outcome, report.search_name, report.nearest_cost()) if report.ordered else [],
+        "searches": views.search_rows(outcome, report.operation_title, report.nearest_neighbour_cost())
+        if report.ordered
+        else [],
         "left_out": max(0, len(outcome.operations) - views.MAX_SEARCHES),
         "workers": views.worker_rows(outcome) if report.ordered else {"rows": []},
         "issues": views.issue_rows(outcome),
-        "program": views.program_view(outcome),
+        "program": views.program_excerpt(outcome),
         "stock": stock_pictures(report),
     }
 
@@ -123,11 +125,14 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
     ``pictures`` contains the title, data URL and size of each picture. ``same`` is a sentence about the difference
     between the stock before and after the search.
     """
-    outcome, stock = report.outcome, report.stock()
+    outcome, stock = report.outcome, report.shown_stock()
     try:
         if report.came_in != "program":
             solid = solid_of(outcome.path_after, stock)
-            return {"pictures": [_picture("After: leafcut", solid, with_travel=stock.surface is not None)], "same": ""}
+            return {
+                "pictures": [_stock_picture("After: leafcut", solid, with_travel=stock.surface is not None)],
+                "same": "",
+            }
         before = solid_of(outcome.path_before, stock)
         after = solid_of(outcome.path_after, replace(stock, block=(before.block.low, before.block.high)))
     except LeafcutError:
@@ -135,12 +140,12 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
     wrong = sum(difference.cells for difference in stock_differences(before.after, after.after, _TOLERANCE))
     cells = f"{after.after.heights.size:,} cells of {after.after.cell:.3g} mm"
     return {
-        "pictures": [_picture("Before: the program’s order", before), _picture("After: leafcut", after)],
+        "pictures": [_stock_picture("Before: the program’s order", before), _stock_picture("After: leafcut", after)],
         "same": f"{wrong:,} of {cells} differ." if wrong else f"No difference, in {cells}.",
     }
 
 
-def _picture(title: str, solid: Solid, *, with_travel: bool = False) -> tuple[str, str, str]:
+def _stock_picture(title: str, solid: Solid, *, with_travel: bool = False) -> tuple[str, str, str]:
     """Return the title, data URL and size of a picture of the remaining stock."""
     from PIL import Image
 

@@ -18,7 +18,7 @@ _MIN_DISTANCE = 10.0
 _TOLERANCE = 0.05
 
 
-def near_edge(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+def edge_box_corners_near(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the bounding box corners of all edge contours near the work, float64[k, 2], mm."""
     boxes = np.array([c.path.extents for c in part.edge]).reshape(-1, 2, 2)
     beyond = max(_BEYOND * float((high - low).max()), _MIN_DISTANCE)

@@ -15,18 +15,18 @@ from leafcut.report.set_up import range_facts, time_facts
 from leafcut.report.wording import (
     NO_VALUE,
     OURS,
-    at_most_words,
     count,
     fact_heading,
+    gap_words,
     length_words,
-    method_words,
+    operation_work_words,
     percent_words,
     replace_unprintable,
     saved_percent,
+    search_summary,
     time_words,
     tool_count,
     tool_words,
-    work_words,
 )
 
 if TYPE_CHECKING:
@@ -74,13 +74,13 @@ class PathReport(Generic[D]):
         self.outcome = outcome
         self._counts = counts
 
-    def stated(self) -> tuple[Measure, Measure | None, Measure]:
+    def compared_measures(self) -> tuple[Measure, Measure | None, Measure]:
         """Return the measures of the original order, the nearest-neighbour order, and the written order."""
         return self.outcome.before, self.outcome.nearest, self.outcome.after
 
-    def orders(self) -> list[tuple[str, Measure]]:
+    def known_orders(self) -> list[tuple[str, Measure]]:
         """Return the name and the measure of each known order, from the original to the written order."""
-        measures = zip(self.order_names(), self.stated(), strict=True)
+        measures = zip(self.order_names(), self.compared_measures(), strict=True)
         return [(name, measure) for name, measure in measures if measure is not None]
 
     def order_names(self) -> tuple[str, str, str]:
@@ -97,16 +97,16 @@ class PathReport(Generic[D]):
     @cached_property
     def facts(self) -> list[Fact]:
         """All facts, in the order title, work, set-up, search."""
-        bound, outcome = self.bound_words(), self.outcome
+        bound, outcome = self.gap_sentence(), self.outcome
         return [
-            *(self._counts or self.counts()),
-            *self.own_facts(),
+            *(self._counts or self.count_facts()),
+            *self.process_facts(),
             *range_facts(outcome),
             *([Fact(sentence=bound, name="gap", of_search=True)] if bound else []),
-            *([Fact(sentence=method_words(outcome), name="method", of_search=True)] if outcome.operations else []),
+            *([Fact(sentence=search_summary(outcome), name="method", of_search=True)] if outcome.operations else []),
         ]
 
-    def counts(self) -> list[Fact]:
+    def count_facts(self) -> list[Fact]:
         """Return the numbers of holes, slots, tools and operations."""
         outcome, tools = self.outcome, tool_count(self.outcome)
         holes, slots = len(outcome.part.holes), len(outcome.part.slots)
@@ -117,15 +117,15 @@ class PathReport(Generic[D]):
             Fact("counts.operations", len(outcome.operations)),
         ]
 
-    def own_facts(self) -> list[Fact]:
+    def process_facts(self) -> list[Fact]:
         """Return the facts specific to the process."""
-        return [*time_facts(self.outcome), *self.savings()]
+        return [*time_facts(self.outcome), *self.savings_facts()]
 
-    def savings(self) -> list[Fact]:
+    def savings_facts(self) -> list[Fact]:
         """Return facts about the time saved by changes other than the order."""
         return []
 
-    def bound_words(self) -> str:
+    def gap_sentence(self) -> str:
         """Describe the proved gap: ``travel time at most 1.24 % above the least possible``. Return "" without a bound.
 
         With several tools, the text adds that each tool starts at the end of the previous tool's path.
@@ -134,13 +134,13 @@ class PathReport(Generic[D]):
         if outcome.gap is None:
             return ""
         unit = outcome.operations[0].solution.unit
-        words = f"{'travel time' if unit == 's' else 'travel'} {at_most_words(outcome.gap, unit)}"
+        words = f"{'travel time' if unit == 's' else 'travel'} {gap_words(outcome.gap, unit)}"
         several = len(outcome.operations) > 1
         return words + (", each tool from the end of the last" if several else "")
 
     # -- tables ------------------------------------------------------------------------------------------------------
 
-    def table(self) -> list[tuple[tuple[str, ...], bool]]:
+    def summary_rows(self) -> list[tuple[tuple[str, ...], bool]]:
         """Return the rows of the summary's table, starting with the titles.
 
         Each row has its cells, and a flag that marks the written order.
@@ -156,7 +156,7 @@ class PathReport(Generic[D]):
 
         `ours` marks the written order.
         """
-        orders = self.orders()
+        orders = self.known_orders()
         return [
             {
                 "name": name,
@@ -169,21 +169,21 @@ class PathReport(Generic[D]):
             for number, (name, measure) in enumerate(orders)
         ]
 
-    def tables(self) -> dict[str, Any]:
+    def page_tables(self) -> dict[str, Any]:
         """Return the tables that the report page and the studio share, by name.
 
         The table ``times`` contains the seconds by kind of motion.
         """
         from leafcut.report import views
 
-        return {"times": views.time_rows(self.outcome, self.orders())}
+        return {"times": views.time_bars(self.outcome, self.known_orders())}
 
-    def search_name(self, number: int) -> str:
+    def operation_title(self, number: int) -> str:
         """Describe the tool and the work of an operation: ``T1 drill Ø6.35, 70 holes``."""
         operation = self.outcome.operations[number]
-        return f"{tool_words(operation.tool)}, {work_words(operation)}"
+        return f"{tool_words(operation.tool)}, {operation_work_words(operation)}"
 
-    def nearest_cost(self) -> float | None:
+    def nearest_neighbour_cost(self) -> float | None:
         """Return the cost of the nearest-neighbour order in the unit of the solver, or None if it is unknown.
 
         Orders of the same work differ only in their travel, so the measures differ by the same amount as the costs.
@@ -199,68 +199,68 @@ class PathReport(Generic[D]):
 
     # -- page and pictures -------------------------------------------------------------------------------------------
 
-    def page(self) -> dict[str, Any]:
+    def template_values(self) -> dict[str, Any]:
         """Return the values for the page template: the drawings before and after, and the tools."""
         from leafcut.report import views
-        from leafcut.report.drawing import build_scene, toolpath_drawing
+        from leafcut.report.drawing import build_scene, toolpath_svg
 
         outcome = self.outcome
         scene = build_scene(outcome)
         return {
             "way": "Travel",
-            "size": self.size(scene),
-            "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
-            "saved": self.saved(),
-            "before": toolpath_drawing(scene, "before", self._path_words("before"), holes="=holes"),
-            "after": toolpath_drawing(scene, "after", self._path_words("after"), holes="#holes"),
-            "wide": scene.frame.wide,
+            "size": self.size_words(scene),
+            "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.all_points)),
+            "saved": self.savings_headline(),
+            "before": toolpath_svg(scene, "before", self._path_title("before"), holes="=holes"),
+            "after": toolpath_svg(scene, "after", self._path_title("after"), holes="#holes"),
+            "wide": scene.frame.needs_both_columns,
             "travel": [self._travel_words(measure) for measure in (outcome.before, outcome.after)],
-            "legend": views.legend(outcome, scene),
+            "legend": views.legend_rows(outcome, scene),
             "tools": views.tool_rows(outcome, scene),
-            "tool_columns": views.tool_columns(outcome),
+            "tool_columns": views.used_tool_columns(outcome),
             "tools_left_out": max(0, len(outcome.operations) - views.MAX_TOOL_ROWS),
-            "staying": self.staying(),
+            "staying": self.staying_reasons(),
             "sections": any(o.lines for o in outcome.operations),
         }
 
-    def saved(self) -> dict[str, Any]:
+    def savings_headline(self) -> dict[str, Any]:
         """Return the headline figure about the savings, with its text."""
         from leafcut.report import views
 
-        return views.savings_headline(self.outcome, self.came_in, self.bound_words())
+        return views.savings_headline(self.outcome, self.came_in, self.gap_sentence())
 
-    def staying(self) -> list[str]:
+    def staying_reasons(self) -> list[str]:
         """Return lines that explain why tasks keep their position. The result is empty for drawings."""
         return []
 
-    def size(self, scene: Scene) -> str:
+    def size_words(self, scene: Scene) -> str:
         """Describe the size of the work."""
         x0, y0, x1, y1 = self.outcome.part.extents
         return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm between centres"
 
     def drawing(self, which: Which) -> str:
         """Draw a path as a stand-alone SVG without styles."""
-        from leafcut.report.drawing import build_scene, toolpath_drawing
+        from leafcut.report.drawing import build_scene, toolpath_svg
 
-        return toolpath_drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
+        return toolpath_svg(build_scene(self.outcome), which, self._path_title(which), size=True)
 
     def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
         """Yield the name and the path of each strategy that was tried. Processes without strategies yield nothing."""
         yield from ()
 
-    def norms(self) -> str:
+    def cycle_time_csv(self) -> str:
         """Return time and consumption per part as CSV, or "" if the process has no such table."""
         return ""
 
-    def plan(self, which: Which) -> CutPlan | None:
+    def cut_plan(self, which: Which) -> CutPlan | None:
         """Return the plan of the cuts of a sheet, or None for other processes."""
         return None
 
-    def stock(self) -> ShownStock:
+    def shown_stock(self) -> ShownStock:
         """Return the tools and the stock. The stock is a block around the cuts."""
         return ShownStock({o.tool.number: o.tool for o in self.outcome.operations})
 
-    def _path_words(self, which: Which) -> str:
+    def _path_title(self, which: Which) -> str:
         order = f"the {self.came_in}’s order" if which == "before" else "leafcut’s order"
         return f"Path of {replace_unprintable(self.outcome.part.name)} in {order}"
 

@@ -17,7 +17,15 @@ from leafcut.report.part_edge import path_segments
 from leafcut.report.plan_view import plan_view
 from leafcut.report.stock_picture import stock_png
 from leafcut.report.styles import drawing_css
-from leafcut.report.svg import STEPS, element, embed_styles, lines_data, scaled_group, svg_number, title
+from leafcut.report.svg import (
+    STEPS,
+    element,
+    embed_styles,
+    scaled_group_element,
+    segments_path_data,
+    svg_number,
+    title_element,
+)
 from leafcut.report.wording import count, replace_unprintable
 
 if TYPE_CHECKING:
@@ -33,14 +41,14 @@ _NO_LINES = np.zeros((0, 2, 2))
 def simulation_picture(simulation: Simulation) -> str:
     """Draw the path of a program from above, as a stand-alone SVG."""
     view = plan_view(simulation.path)
-    return _picture(f"Path of {simulation.program}", {"rapid": view.rapids, "cut": view.cuts})
+    return _segments_svg(f"Path of {simulation.program}", {"rapid": view.rapids, "cut": view.cuts})
 
 
 def tour_picture(solved: Solved) -> str:
     """Draw a tour through the points of a map, as a stand-alone SVG."""
     places = solved.part.hole_xy[[*solved.solution.nodes, *solved.solution.nodes[:1]]]
     lines = np.stack([places[:-1], places[1:]], axis=1) if len(places) else _NO_LINES
-    return _picture(f"Tour of {solved.part.name}", {"rapid": lines})
+    return _segments_svg(f"Tour of {solved.part.name}", {"rapid": lines})
 
 
 def nest_picture(outcome: NestOutcome) -> str:
@@ -54,7 +62,7 @@ def nest_picture(outcome: NestOutcome) -> str:
         y += (1.0 + _APART) * sheet.width
     shown, every = len(best.layouts[:MAX_SHEETS]), count(len(best.layouts), "layout")
     words = f"Nest: {every}" if shown == len(best.layouts) else f"Nest: the first {shown} of {every}"
-    return _picture(words, {"plate": np.concatenate(edges), "cut": np.concatenate(parts)})
+    return _segments_svg(words, {"plate": np.concatenate(edges), "cut": np.concatenate(parts)})
 
 
 def stock_picture(stock_cut: StockCut) -> str:
@@ -66,7 +74,7 @@ def stock_picture(stock_cut: StockCut) -> str:
     address = f"data:image/png;base64,{base64.b64encode(data).decode()}"
     return element(
         "svg",
-        title(replace_unprintable(f"Stock after {stock_cut.program}")),
+        title_element(replace_unprintable(f"Stock after {stock_cut.program}")),
         element("image", href=address, width=float(width), height=float(height)),
         xmlns="http://www.w3.org/2000/svg",
         viewBox=f"0 0 {svg_number(width)} {svg_number(height)}",
@@ -76,14 +84,16 @@ def stock_picture(stock_cut: StockCut) -> str:
     )
 
 
-def _picture(words: str, lines: dict[str, NDArray[np.float64]]) -> str:
+def _segments_svg(words: str, lines: dict[str, NDArray[np.float64]]) -> str:
     """Draw segments as a stand-alone SVG. `lines` maps a CSS class to segments, float64[n, 2, 2], mm."""
     points = np.concatenate([segments.reshape(-1, 2) for segments in lines.values()])
     (x0, y0), (x1, y1) = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 2))
     frame = Frame.around((float(x0), float(y0)), (float(x1), float(y1)))
     paths = [
-        element("path", d=lines_data(frame.place(segments)), class_=name, stroke_width=float(STEPS))
+        element("path", d=segments_path_data(frame.to_user_units(segments)), class_=name, stroke_width=float(STEPS))
         for name, segments in lines.items()
         if len(segments)
     ]
-    return embed_styles(frame.drawing(words, "window", (scaled_group(*paths),), "drawing", size=True), drawing_css())
+    return embed_styles(
+        frame.drawing_svg(words, "window", (scaled_group_element(*paths),), "drawing", size=True), drawing_css()
+    )

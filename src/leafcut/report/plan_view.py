@@ -36,12 +36,12 @@ class PlanView:
     cut_tool: NDArray[np.int64]
 
     @property
-    def work(self) -> NDArray[np.float64]:
+    def work_points(self) -> NDArray[np.float64]:
         """All ends of cuts, and all stops, float64[m, 2], mm."""
         return np.concatenate([self.cuts.reshape(-1, 2), self.stops])
 
     @property
-    def points(self) -> NDArray[np.float64]:
+    def all_points(self) -> NDArray[np.float64]:
         """All ends of rapids and cuts, and all stops, float64[m, 2], mm."""
         return np.concatenate([self.rapids.reshape(-1, 2), self.cuts.reshape(-1, 2), self.stops])
 
@@ -60,7 +60,7 @@ def plan_view(path: Toolpath, beam: bool = False) -> PlanView:
     moved = known & (np.abs(end[:, :2] - start[:, :2]) > _SMALLEST_MOVE).any(axis=1)
     segments = np.stack([start[:, :2], end[:, :2]], axis=1)
 
-    dark = (kind == Kind.FEED) & (spindle_speed(path)[rows] == 0.0) & beam
+    dark = (kind == Kind.FEED) & (spindle_speed_by_row(path)[rows] == 0.0) & beam
     rapid = (np.isin(kind, _RAPIDS) | dark) & moved
     cut = (kind == Kind.FEED) & moved & ~dark
     arc_rows = np.flatnonzero(np.isin(kind, _ARCS) & known)
@@ -75,7 +75,7 @@ def plan_view(path: Toolpath, beam: bool = False) -> PlanView:
     return PlanView(segments[rapid], cuts, stops, np.concatenate([tool[cut], of_arcs]))
 
 
-def spindle_speed(path: Toolpath) -> NDArray[np.float64]:
+def spindle_speed_by_row(path: Toolpath) -> NDArray[np.float64]:
     """Return the spindle speed, or the power of a beam, in each row.
 
     If the path never sets a speed, the result is 1 in all rows.

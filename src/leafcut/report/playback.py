@@ -13,7 +13,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.model.turns import turns_of
-from leafcut.report.plan_view import spindle_speed, stop_rows
+from leafcut.report.plan_view import spindle_speed_by_row, stop_rows
 from leafcut.timing.grbl import SentLines
 from leafcut.timing.toolpath import time_rows
 
@@ -99,11 +99,11 @@ def outcome_playback(outcome: Outcome, which: Which) -> Playback:
     """
     beam = outcome.process in BEAMS
     if which == "before":
-        return playback(outcome.path_before, outcome.machine, beam, measured=outcome.before)
-    return playback(outcome.path_after, outcome.machine, beam, outcome.written, outcome.after)
+        return playback_of_path(outcome.path_before, outcome.machine, beam, measured=outcome.before)
+    return playback_of_path(outcome.path_after, outcome.machine, beam, outcome.written, outcome.after)
 
 
-def playback(
+def playback_of_path(
     path: Toolpath,
     machine: Machine,
     beam: bool = False,
@@ -138,14 +138,14 @@ def playback(
     cuts = ((activity == Activity.CUT) | arcs) & known & (moved | arcs | (place[:, 2] < before[:, 2]))
     travels = np.isin(activity, (Activity.RAPID, Activity.DARK)) & moved
     changes = np.cumsum((rows.kind == Kind.TOOL) | ~known)
-    arc_row, arc = _flat_arcs(rows)
+    arc_row, arc = _arcs_in_xy_plane(rows)
     arc_row, arc = arc_row[arcs[arc_row]], arc[arcs[arc_row]]
     feeds = np.isin(rows.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW))
     whole = Playback(
         activity=activity,
         place=place,
         seconds=timed.seconds,
-        line=rows.line if written is None else written_lines(rows, written),
+        line=rows.line if written is None else line_numbers_by_row(rows, written),
         source=timed.source,
         of=np.arange(len(rows)),
         feed=np.where(feeds, rows.value, 0.0),
@@ -154,7 +154,7 @@ def playback(
         arc=arc,
         stops=stop_rows(np.zeros(len(rows), dtype=bool), cuts, np.cumsum(travels) + changes),
     )
-    return _with_chords(whole, rows, before)
+    return _replace_other_arcs(whole, rows, before)
 
 
 def _final_position(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -174,12 +174,12 @@ def _activities(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
     activity[path.kind == Kind.ARC_CW] = Activity.ARC_CW
     activity[path.kind == Kind.ARC_CCW] = Activity.ARC_CCW
     if beam:
-        dark = (spindle_speed(path) == 0.0) | (path.latest(Kind.TORCH, 1.0 - path.value) == 1.0)
+        dark = (spindle_speed_by_row(path) == 0.0) | (path.latest(Kind.TORCH, 1.0 - path.value) == 1.0)
         activity[np.isin(path.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)) & dark] = Activity.DARK
     return activity
 
 
-def _flat_arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _arcs_in_xy_plane(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the known arcs in the XY plane: their rows, and their centre, radius, start angle and sweep."""
     turns = turns_of(path)
     flat = (turns.plane == 0) & (turns.length > 0.0)
@@ -187,7 +187,7 @@ def _flat_arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     return turns.row[flat], arcs[flat]
 
 
-def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:
+def _replace_other_arcs(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:
     """Replace arcs outside the XY plane or with the beam off with chords. The chords share the time of the arc."""
     unflat = (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
     unflat[whole.arc_row] = False
@@ -223,7 +223,7 @@ def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -
     )
 
 
-def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
+def line_numbers_by_row(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
     """Return the program line of every row in a planned toolpath without canned cycles, int32[n], from 1.
 
     `written` is the program after reading it back. The function matches moves in order, by kind and end position. A row
@@ -237,7 +237,7 @@ def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
     line = np.zeros(len(planned), dtype=np.int32)
     known = matches >= 0
     line[plan_rows[known]] = written.line[written_rows[matches[known]]]
-    return _fill_gaps(line)
+    return _fill_missing_lines(line)
 
 
 def _moving_rows(path: Toolpath) -> NDArray[np.int64]:
@@ -253,7 +253,7 @@ def _move_keys(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
     return np.column_stack([np.isin(path.kind[rows], _RAPIDS), path.end[rows]])
 
 
-def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _moves_match(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return whether moves match. An unknown coordinate matches any value."""
     near = (np.abs(a - b) <= _ROUNDING) | np.isnan(a) | np.isnan(b)
     return np.asarray(near.all(axis=-1))
@@ -261,19 +261,19 @@ def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 def _match_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return the matching row of `b` for every row of `a`, or -1. The matches are in ascending order."""
-    if len(a) == len(b) and _equal(a, b).all():
+    if len(a) == len(b) and _moves_match(a, b).all():
         return np.arange(len(a))
     matches = np.full(len(a), -1, dtype=np.int64)
     start = 0
     for row in range(len(a)):
-        equal = np.flatnonzero(_equal(a[row], b[start : start + _AHEAD]))
+        equal = np.flatnonzero(_moves_match(a[row], b[start : start + _AHEAD]))
         if len(equal):
             matches[row] = start + equal[0]
             start += int(equal[0]) + 1
     return matches
 
 
-def _fill_gaps(line: NDArray[np.int32]) -> NDArray[np.int32]:
+def _fill_missing_lines(line: NDArray[np.int32]) -> NDArray[np.int32]:
     """Replace missing lines with the next known line. At the end, use the last known line."""
     rows = np.flatnonzero(line)
     if not len(rows):

@@ -10,7 +10,7 @@ from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.toolpath import MOTIONS, Toolpath
-from leafcut.report.wording import feed_mm_min, number_words, replace_unprintable, time_words
+from leafcut.report.wording import panel_number, replace_unprintable, time_words, to_mm_per_min
 from leafcut.units import MM_PER_INCH
 
 #: Maximum number of tools in the summary. The header of the program lists all tools.
@@ -50,18 +50,18 @@ def time_facts(outcome: Outcome) -> list[Fact]:
 
 def tool_facts(operations: Sequence[OperationOutcome]) -> list[Fact]:
     """Return facts about each tool in the order of use: its number, kind, size, speed, feed and cycle."""
-    rows = list(dict.fromkeys(_tool_words(operation) for operation in operations))
+    rows = list(dict.fromkeys(_tool_line(operation) for operation in operations))
     more = [f"and {len(rows) - MAX_TOOLS} more in the header of the program"] if len(rows) > MAX_TOOLS else []
     words = "; ".join([*rows[:MAX_TOOLS], *more])
     return [Fact(sentence=words, name=Message("Tools" if len(rows) > 1 else "Tool"))] if rows else []
 
 
-def _tool_words(operation: OperationOutcome) -> str:
+def _tool_line(operation: OperationOutcome) -> str:
     tool = operation.tool
     parts: Iterable[str] = (
         replace_unprintable(tool.label),
-        f"{number_words(tool.spindle_rpm)} rpm",
-        f"{number_words(feed_mm_min(tool.feed))} mm/min",
+        f"{panel_number(tool.spindle_rpm)} rpm",
+        f"{panel_number(to_mm_per_min(tool.feed))} mm/min",
         operation.cycle if operation.cycle.startswith("G") else "",
     )
     return ", ".join(filter(None, parts))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _SEVERITIES = ("danger", "missing", "warning")
 
 
-def several_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, Any]:
+def batch_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, Any]:
     """Combine the answers for several inputs.
 
     ``runs`` lists the answers, and ``status`` is the worst exit status.
@@ -23,14 +23,12 @@ def several_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, An
     return {"runs": list(rows), "failed": sum("error" in row for row in rows), "status": status}
 
 
-def print_programs(
-    rows: Sequence[tuple[Mapping[str, Any], dict[str, Any]]], folder: str | None, console: Console
-) -> None:
+def print_batch(rows: Sequence[tuple[Mapping[str, Any], dict[str, Any]]], folder: str | None, console: Console) -> None:
     """Print the result for each of several inputs, and the folder that contains the programs.
 
     Each entry of `rows` contains the row of an input in the batch table, and the ``--json`` answer for the input.
     """
-    table = _table("input", "before", "leafcut", "saved", "verified")
+    table = _empty_table("input", "before", "leafcut", "saved", "verified")
     total = [0.0, 0.0]
     for row, answer in rows:
         if "error" in answer:
@@ -53,7 +51,7 @@ def print_programs(
     if len(done) > 1:
         saved_in_all = 100.0 * (1.0 - total[1] / total[0]) if total[0] > 0.0 else None
         _add_row(table, f"{len(done)} in all", [*map(time_words, total), percent_words(saved_in_all)], "", "bold")
-    lines = _defaults([answer for _, answer in done])
+    lines = _defaults_lines([answer for _, answer in done])
     written = [row["program"] for row, _ in done if row["state"] == "written"]
     if folder:
         lines.append(f"programs  {count(len(written), 'file')} in {folder}, with batch.csv and batch.html")
@@ -62,12 +60,12 @@ def print_programs(
     elif done:
         lines.append("programs  not written (--dry-run)")
     answers = [answer for _, answer in rows]
-    _print(table, lines, answers, console, "input")
+    _print_table_and_lines(table, lines, answers, console, "input")
 
 
-def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
+def print_simulations(rows: Sequence[dict[str, Any]], console: Console) -> None:
     """Print the times and dangers of several simulated programs."""
-    table = _table("program", "time", "rapid", "feed", "issues")
+    table = _empty_table("program", "time", "rapid", "feed", "issues")
     total = 0.0
     for row in rows:
         if "error" in row:
@@ -80,16 +78,16 @@ def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
     done = [row for row in rows if "error" not in row]
     if len(done) > 1:
         _add_row(table, f"{len(done)} in all", [time_words(total), "", ""], "", "bold")
-    _print(table, _defaults(done), rows, console, "program")
+    _print_table_and_lines(table, _defaults_lines(done), rows, console, "program")
 
 
-def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
+def _defaults_lines(done: Sequence[dict[str, Any]]) -> list[str]:
     """Return a line that lists the user's defaults for any of the inputs. Each kind of input uses its own defaults."""
     options = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
     return [f"defaults  {', '.join(options)}"] if options else []
 
 
-def _table(first: str, *columns: str) -> Table:
+def _empty_table(first: str, *columns: str) -> Table:
     from rich.table import Table
 
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
@@ -115,7 +113,9 @@ def _worst_issues(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
     return count(kinds.count(worst), worst) if worst else ""
 
 
-def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console, key: str) -> None:
+def _print_table_and_lines(
+    table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console, key: str
+) -> None:
     from rich.text import Text
 
     console.print("")
@@ -141,7 +141,7 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
         console.print("")
 
 
-def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
+def batch_page_html(rows: Sequence[Mapping[str, Any]], version: str) -> str:
     """Write the HTML page of a batch. `rows` contains the rows of the batch table as dicts."""
     from leafcut.report.styles import drawing_css, page_templates, style_sheet
 
@@ -160,7 +160,7 @@ def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
             version=version,
             state=state,
             refused=[row for row in rows if row["state"] != "written"],
-            rows=[_cells(row) for row in done],
+            rows=[_batch_cells(row) for row in done],
             total=[
                 time_words(before),
                 time_words(after),
@@ -170,7 +170,7 @@ def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
     )
 
 
-def _cells(row: Mapping[str, Any]) -> tuple[str, str, str, str, str]:
+def _batch_cells(row: Mapping[str, Any]) -> tuple[str, str, str, str, str]:
     times = [time_words(float(row[name])) if row[name] else NO_VALUE for name in ("before_s", "after_s")]
     saved = percent_words(float(row["saved_percent"])) if row["saved_percent"] else NO_VALUE
     issues = f"{count(int(row['issues']), 'issue')}, worst: {row['worst']}" if row["worst"] else "none"

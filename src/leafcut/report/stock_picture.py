@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.svg import nice_step, tick_words, ticks
+from leafcut.report.svg import nice_step, tick_label, ticks
 from leafcut.units import to_fixed
 
 if TYPE_CHECKING:
@@ -80,12 +80,12 @@ def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> 
     through = heights <= field.floor + 1e-6
     lowest = float(heights[~through].min()) if (~through).any() else field.floor
     bottom = min(lowest, top - 1e-6)
-    coloured = _coloured(heights, through, top, bottom, field.cell * step)
+    coloured = _cell_colours(heights, through, top, bottom, field.cell * step)
     if over is not None:
         through &= ~over.air[::step, ::step]
         coloured[over.air[::step, ::step]] = _PAPER
         coloured[over.held[::step, ::step]] = FIXTURE_COLOUR
-    picture = _resized(Image.fromarray(coloured[::-1]))
+    picture = _enlarge_or_shrink(Image.fromarray(coloured[::-1]))
     width, height = picture.size
     page = Image.new(
         "RGB", (width + LEFT + RIGHT, max(height, _MIN_SCALE + 40 * bool(through.any())) + TOP + BOTTOM), _PAPER
@@ -97,24 +97,26 @@ def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> 
     draw.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=_EDGE)
     _draw_axes(draw, font, field, (width, height))
     scale_height = page.size[1] - TOP - BOTTOM - (40 if through.any() else 0)
-    _draw_scale(draw, font, (LEFT + width + 36, TOP), min(scale_height, _SCALE), top, bottom, bool(through.any()))
+    _draw_colour_scale(
+        draw, font, (LEFT + width + 36, TOP), min(scale_height, _SCALE), top, bottom, bool(through.any())
+    )
     out = io.BytesIO()
     page.save(out, "PNG", optimize=True)
     return out.getvalue()
 
 
-def _coloured(
+def _cell_colours(
     heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float, cell: float
 ) -> NDArray[np.uint8]:
     """Return the colour of each cell, uint8[rows, columns, 3]."""
     place = np.clip((top - heights) / (top - bottom), 0.0, 1.0)
-    colours = _ramp(_STEPS)[(place * (_STEPS - 1)).astype(np.int64)].astype(np.float32)
+    colours = _depth_colours(_STEPS)[(place * (_STEPS - 1)).astype(np.int64)].astype(np.float32)
     colours *= (_slope_brightness(heights, cell) * _shadow_brightness(heights, through, top, bottom))[..., None]
     colours[through] = THROUGH
     return np.asarray(np.clip(colours, 0, 255), dtype=np.uint8)
 
 
-def _resized(picture: Picture) -> Picture:
+def _enlarge_or_shrink(picture: Picture) -> Picture:
     from PIL import Image, ImageFilter
 
     share = LONGER / max(picture.size)
@@ -124,7 +126,7 @@ def _resized(picture: Picture) -> Picture:
     return picture.resize((width, height), Image.Resampling.LANCZOS if share < 1 else Image.Resampling.BICUBIC)
 
 
-def _ramp(steps: int) -> NDArray[np.float64]:
+def _depth_colours(steps: int) -> NDArray[np.float64]:
     place, stops = np.linspace(0.0, 1.0, steps), np.linspace(0.0, 1.0, len(DEPTHS))
     return np.stack([np.interp(place, stops, [colour[k] for colour in DEPTHS]) for k in range(3)], axis=-1)
 
@@ -194,26 +196,26 @@ def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) 
 
 def _tick_text(value: float, step: float) -> str:
     """Format the number of a tick with a hyphen as minus, because the font has no minus sign."""
-    return tick_words(value, step).replace("−", "-")
+    return tick_label(value, step).replace("−", "-")
 
 
-def _scale_heights(top: float, bottom: float, length: int) -> list[float]:
+def _colour_scale_heights(top: float, bottom: float, length: int) -> list[float]:
     """Return round heights for a scale of `length` pixels, from the top down. They keep a distance from its ends."""
     keeps = _APART * (top - bottom) / length
     rounded = ticks(bottom + keeps, top - keeps, nice_step(top - bottom, max(length // _NUMBER, 1)))
     return sorted((float(height) for height in rounded), reverse=True)
 
 
-def _draw_scale(
+def _draw_colour_scale(
     draw: Any, font: Any, at: tuple[int, int], length: int, top: float, bottom: float, through: bool
 ) -> None:
     x, y = at
-    for row, colour in enumerate(_ramp(max(length, 2)).astype(int).tolist()):
+    for row, colour in enumerate(_depth_colours(max(length, 2)).astype(int).tolist()):
         draw.line((x, y + row, x + 26, y + row), fill=tuple(colour))
     draw.rectangle((x - 1, y - 1, x + 27, y + length), outline=_EDGE)
     # Two decimals are enough unless the range is very small.
     decimals = 2 if top - bottom >= 0.2 else 3
-    for height in (top, *_scale_heights(top, bottom, length), bottom):
+    for height in (top, *_colour_scale_heights(top, bottom, length), bottom):
         share = (top - height) / (top - bottom)
         draw.text(
             (x + 38, y + share * length),

@@ -34,13 +34,13 @@ MAX_CELLS = 200_000
 _ROW = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
-def check_extension(output: str | None) -> None:
+def check_stock_extension(output: str | None) -> None:
     """Raise OptionError unless the file extension is ``.png`` (a picture) or ``.stl`` (a solid)."""
     if output is not None and Path(output).suffix.lower() not in _FILES:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
 
 
-def as_file(stock_cut: StockCut, output: str) -> bytes:
+def stock_file_data(stock_cut: StockCut, output: str) -> bytes:
     """Convert the remaining stock to the format that the file extension selects."""
     if output.lower().endswith(".png"):
         return stock_png(stock_cut.field, stock_cut.block.high[2])
@@ -161,14 +161,14 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
         step += 1
     heights = np.maximum(field.heights[::step, ::step].astype(np.float64), field.floor)
     y, x = (
-        _corners(start, field.cell, step, cells, count)
+        _corner_coordinates(start, field.cell, step, cells, count)
         for start, cells, count in zip((field.y, field.x), field.heights.shape, heights.shape, strict=True)
     )
     # A ring of vertices on the floor forms the walls.
     top = np.pad(np.pad(heights, 1, mode="edge"), 1, constant_values=field.floor)
     corners = np.stack([*np.broadcast_arrays(x[None, :], y[:, None]), top], axis=-1)
-    upper = _triangles(corners)
-    lower = _triangles(np.concatenate([corners[..., :2], np.full_like(top, field.floor)[..., None]], axis=-1))
+    upper = _triangles_of_grid(corners)
+    lower = _triangles_of_grid(np.concatenate([corners[..., :2], np.full_like(top, field.floor)[..., None]], axis=-1))
     # Triangles on the floor are dropped: they are through cuts, or the foot of a wall.
     raised = (upper[..., 2] > field.floor).any(axis=1)
     triangles = np.concatenate([upper[raised], lower[raised][:, ::-1]])
@@ -181,14 +181,14 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
     return head + len(table).to_bytes(4, "little") + table.tobytes(), step
 
 
-def _corners(start: float, cell: float, step: int, cells: int, count: int) -> NDArray[np.float64]:
+def _corner_coordinates(start: float, cell: float, step: int, cells: int, count: int) -> NDArray[np.float64]:
     """Return the centre of every `step`-th cell, mm. Both ends also have the side of the stock, twice."""
     places = start + step * cell * np.arange(count, dtype=np.float64)
     low, high = start - 0.5 * cell, start + (cells - 0.5) * cell
     return np.concatenate([[low, low], places, [high, high]])
 
 
-def _triangles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _triangles_of_grid(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Divide each quad in a grid of corners into two triangles that face up, float64[m, 3, 3]."""
     a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]
     return np.concatenate([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]).reshape(-1, 3, 3)

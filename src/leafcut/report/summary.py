@@ -35,7 +35,7 @@ _FEW_COLUMNS = 5
 _WORST = (Severity.DANGER, Severity.MISSING)
 
 
-def summary(report: PathReport[Any]) -> RenderableType:
+def summary_renderable(report: PathReport[Any]) -> RenderableType:
     """Create the summary for `rich`: part and machine, facts, a table of the orders, and issues.
 
     The summary fits into 80 columns, and does not depend on colours. Names from files are printed verbatim, never as
@@ -44,18 +44,25 @@ def summary(report: PathReport[Any]) -> RenderableType:
     from rich.console import Group
 
     outcome = report.outcome
-    parts: list[RenderableType] = [*_worst_issues(outcome), _title(report), "", _facts(report), "", _table(report)]
+    parts: list[RenderableType] = [
+        *_worst_issue_lines(outcome),
+        _title_lines(report),
+        "",
+        _facts_table(report),
+        "",
+        _orders_table(report),
+    ]
     if any(issue.code not in LIMITS for issue in _other_issues(outcome)):
-        parts += ["", _issues(outcome)]
+        parts += ["", _issues_table(outcome)]
     return Group("", *parts, "")
 
 
 def print_summary(report: PathReport[Any], console: Console) -> None:
     """Print the summary on the terminal."""
-    console.print(summary(report))
+    console.print(summary_renderable(report))
 
 
-def _worst_issues(outcome: Outcome) -> list[RenderableType]:
+def _worst_issue_lines(outcome: Outcome) -> list[RenderableType]:
     """Return the lines about dangers and missing work, which come before all other issues."""
     from rich.text import Text
 
@@ -68,7 +75,7 @@ def _other_issues(outcome: Outcome) -> list[Issue]:
     return [issue for issue in outcome.issues if issue.severity not in _WORST]
 
 
-def _title(report: PathReport[Any]) -> Text:
+def _title_lines(report: PathReport[Any]) -> Text:
     from rich.text import Text
 
     outcome = report.outcome
@@ -77,11 +84,11 @@ def _title(report: PathReport[Any]) -> Text:
     return Text.assemble(name, f" · {title_words(report.facts)}", "\n", (machine, "dim"), overflow="fold")
 
 
-def _table(report: PathReport[Any]) -> Table:
+def _orders_table(report: PathReport[Any]) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    (titles, _), *rows = report.table()
+    (titles, _), *rows = report.summary_rows()
     has_many = len(titles) > _FEW_COLUMNS
     table = Table(box=None, padding=(0, 2 if has_many else 3, 0, 0), header_style="dim", pad_edge=False)
     table.add_column(titles[0], no_wrap=has_many)
@@ -92,7 +99,7 @@ def _table(report: PathReport[Any]) -> Table:
     return table
 
 
-def _facts(report: PathReport[Any]) -> Table:
+def _facts_table(report: PathReport[Any]) -> Table:
     from rich.table import Table
     from rich.text import Text
 
@@ -105,7 +112,7 @@ def _facts(report: PathReport[Any]) -> Table:
     facts += [
         (fact_heading(fact.name), Text(replace_unprintable(fact_line(fact))))
         for fact in report.facts
-        if fact.name and (not fact.of_search or _sets_search(outcome))
+        if fact.name and (not fact.of_search or _user_set_search_options(outcome))
     ]
     facts += [(name, Text(words)) for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])]
     facts += [
@@ -125,20 +132,20 @@ def _facts(report: PathReport[Any]) -> Table:
     return table
 
 
-def _sets_search(outcome: Outcome) -> bool:
+def _user_set_search_options(outcome: Outcome) -> bool:
     """Return whether the user set an option of the search. If not, the summary omits the facts about the search."""
     groups = (SolveOptions, AcoOptions, FireflyOptions)
     names = {flag_name(name).removeprefix("--") for group in groups for name in group.specs()}
     return any(flag.removeprefix("--").removeprefix("no-") in names for flag in outcome.options)
 
 
-def _row_of(group: IssueGroup) -> tuple[str, str]:
+def _issue_row(group: IssueGroup) -> tuple[str, str]:
     """Return the code of an issue and the start of its message. Issues with the same values share a row."""
     head, colon, _ = group.message.partition(": ")
     return group.code, head + colon if group.severity is Severity.NOTE and colon else group.message
 
 
-def _issues(outcome: Outcome) -> Table:
+def _issues_table(outcome: Outcome) -> Table:
     from rich.table import Table
     from rich.text import Text
 
@@ -147,7 +154,7 @@ def _issues(outcome: Outcome) -> Table:
     table.add_column(overflow="fold")
     groups = group_issues((i for i in _other_issues(outcome) if i.code not in LIMITS), by_message=True)
     folded = [g for g in groups[MAX_ISSUES:] if not g.code.startswith(MOTION)]
-    for (code, head), row in groupby((g for g in groups if g not in folded), _row_of):
+    for (code, head), row in groupby((g for g in groups if g not in folded), _issue_row):
         words = Text()
         for group in row:
             style = "yellow" if group.severity is Severity.WARNING else "dim"

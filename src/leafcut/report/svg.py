@@ -28,18 +28,18 @@ def element(tag: str, *children: str, **attributes: str | float | None) -> str:
     return f"<{' '.join(words)}>{''.join(children)}</{tag}>"
 
 
-def text(words: str, x: float, y: float, **attributes: str | float | None) -> str:
+def text_element(words: str, x: float, y: float, **attributes: str | float | None) -> str:
     """Return a text element with escaped words."""
     return element("text", escape(replace_unprintable(words)), x=x, y=y, **attributes)
 
 
-def text_within(words: str, x: float, y: float, width: float) -> str:
+def centred_text_element(words: str, x: float, y: float, width: float) -> str:
     """Return a text element centred at x. If the text does not fit into the given width, it is shifted to the left."""
     half = 3.6 * len(words)
-    return text(words, min(x, width - half), y, text_anchor="middle")
+    return text_element(words, min(x, width - half), y, text_anchor="middle")
 
 
-def title(words: str) -> str:
+def title_element(words: str) -> str:
     """Return the accessible title of a drawing."""
     return element("title", escape(replace_unprintable(words)))
 
@@ -56,7 +56,7 @@ def svg_number(value: float) -> str:
     return "0" if words == "-0" else words
 
 
-def lines_data(segments: NDArray[np.float64]) -> str:
+def segments_path_data(segments: NDArray[np.float64]) -> str:
     """Return the path data of straight segments, float64[n, 2, 2], user units, in `STEPS`.
 
     A segment that starts at the end of the previous segment continues its line. Relative numbers are differences of
@@ -72,11 +72,11 @@ def lines_data(segments: NDArray[np.float64]) -> str:
             words.append(f"M{x0} {y0}l")
         elif words:
             words.append(" ")
-        words.append(_coordinates(x1 - x0, y1 - y0))
+        words.append(_joined_coordinates(x1 - x0, y1 - y0))
     return "".join(words)
 
 
-def dots_data(points: NDArray[np.float64]) -> str:
+def dots_path_data(points: NDArray[np.float64]) -> str:
     """Return the path data of dots at points, float64[n, 2], user units, in `STEPS`.
 
     A dot is a line of length 0 (``h0``), which round caps turn into a disc. A dot takes ten characters, and a circle
@@ -84,14 +84,14 @@ def dots_data(points: NDArray[np.float64]) -> str:
     """
     rows = np.rint(points * STEPS).astype(np.int64)
     moves = np.diff(rows, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))
-    return "".join(f"m{_coordinates(x, y)}h0" for x, y in moves.tolist())
+    return "".join(f"m{_joined_coordinates(x, y)}h0" for x, y in moves.tolist())
 
 
-def _coordinates(x: int, y: int) -> str:
+def _joined_coordinates(x: int, y: int) -> str:
     return f"{x}{y}" if y < 0 else f"{x} {y}"
 
 
-def scaled_group(*children: str) -> str:
+def scaled_group_element(*children: str) -> str:
     """Wrap path data in a group that scales the data from `STEPS` to user units."""
     return element("g", *children, transform=f"scale({1 / STEPS:g})")
 
@@ -112,7 +112,7 @@ def ticks(low: float, high: float, step: float) -> list[float]:
     return [i * step for i in range(first, min(last, first + 100) + 1)]
 
 
-def tick_words(value: float, step: float) -> str:
+def tick_label(value: float, step: float) -> str:
     """Format the label of a tick, with as many decimals as the tick step."""
     places = max(0, -math.floor(math.log10(step) + 1e-9)) if step > 0 else 0
     return f"{value:.{places}f}".replace("-", "−") if abs(value) > step / 2 else "0"

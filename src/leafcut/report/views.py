@@ -8,26 +8,26 @@ from typing import TYPE_CHECKING, Any
 from leafcut.model.issue import CODES, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.report import chart
-from leafcut.report.drawing import RAMP, Scene, cut_tools, tool_class
+from leafcut.report.drawing import RAMP, Scene, colour_indices_of_cutting_tools, tool_css_class
 from leafcut.report.wording import (
     MIN_GAP,
     NO_VALUE,
     SEVERITIES,
     SPARED,
-    at_most_words,
-    clean_lines,
     cost_words,
     count,
-    ended_by_payoff,
-    feed_mm_min,
+    ended_without_payoff,
+    gap_words,
     group_issues,
-    number_of,
-    number_words,
+    operation_work_words,
+    panel_number,
     percent_words,
+    printable_lines,
     replace_unprintable,
     time_words,
+    to_mm_per_min,
+    tool_number_word,
     tool_words,
-    work_words,
 )
 
 if TYPE_CHECKING:
@@ -54,11 +54,14 @@ _KIND_WORDS = {
 }
 
 
-def order_cards(rows: Sequence[PageRow], measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
+def order_card_rows(rows: Sequence[PageRow], measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
     """Return a card for each order. It combines the row in the summary's table with a bar for the time."""
     longest = max(measure.time_s for _, measure in measures)
     return [
-        {**row, "bar": chart.bar(measure.time_s / longest if longest > 0 else 0.0, "ours" if row["ours"] else "plain")}
+        {
+            **row,
+            "bar": chart.bar_svg(measure.time_s / longest if longest > 0 else 0.0, "ours" if row["ours"] else "plain"),
+        }
         for row, (_, measure) in zip(rows, measures, strict=True)
     ]
 
@@ -78,10 +81,10 @@ def savings_headline(outcome: Outcome, came_in: str, bound: str) -> PageRow:
     }
 
 
-def time_rows(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
+def time_bars(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
     """Draw the seconds by kind of motion as a stacked bar for each order. Unused kinds are left out."""
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
-    words = chart.time_kinds(outcome.process if outcome.process in BEAMS else None)
+    words = chart.names_of_time_kinds(outcome.process if outcome.process in BEAMS else None)
     return stacked_bars({k: words[k] for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures])
 
 
@@ -96,14 +99,14 @@ def stacked_bars(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, f
                 "seconds": {k.replace("_", "-"): seconds.get(k, 0.0) for k in kinds},
                 "cells": [time_words(seconds.get(k, 0.0)) for k in kinds],
                 "total": total,
-                "bar": chart.stacked_bar(seconds, longest),
+                "bar": chart.stacked_bar_svg(seconds, longest),
             }
             for name, seconds, total in rows
         ],
     }
 
 
-def tool_columns(outcome: Outcome) -> PageRow:
+def used_tool_columns(outcome: Outcome) -> PageRow:
     """Return which optional columns of the tool table have any content."""
     rows = outcome.operations[:MAX_TOOL_ROWS]
     return {
@@ -117,15 +120,15 @@ def tool_rows(outcome: Outcome, scene: Scene) -> list[PageRow]:
     """Return a row of the tool table for each operation."""
     return [
         {
-            "class": tool_class(scene, scene.tools.index(o.tool.number)),
-            "number": number_of(o.tool) or NO_VALUE,
+            "class": tool_css_class(scene, scene.tools.index(o.tool.number)),
+            "number": tool_number_word(o.tool) or NO_VALUE,
             "lines": f"{o.lines[0]:,} – {o.lines[1]:,}" if o.lines else NO_VALUE,
             "kind": replace_unprintable(o.tool.name) or _KIND_WORDS.get(o.tool.kind.value, o.tool.kind.value),
             "diameter": f"{o.tool.diameter:.4g}" if o.tool.diameter > 0 else NO_VALUE,
             "cycle": replace_unprintable(o.cycle) or NO_VALUE,
-            "feed": number_words(feed_mm_min(o.tool.feed)),
-            "speed": number_words(o.tool.spindle_rpm),
-            "work": work_words(o),
+            "feed": panel_number(to_mm_per_min(o.tool.feed)),
+            "speed": panel_number(o.tool.spindle_rpm),
+            "work": operation_work_words(o),
             "assumed": o.tool.assumed,
         }
         for o in outcome.operations[:MAX_TOOL_ROWS]
@@ -143,10 +146,10 @@ def search_rows(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: f
         if solution.iterations:
             facts.append(count(solution.iterations, "iteration"))
         if solution.gap is not None:
-            facts.append(at_most_words(solution.gap, solution.unit))
+            facts.append(gap_words(solution.gap, solution.unit))
         if solution.stopped_early and (solution.gap is None or solution.gap > MIN_GAP):
             facts.append("stopped early")
-        if ended_by_payoff(solution):
+        if ended_without_payoff(solution):
             facts.append(SPARED)
         words = name_of(number)
         rows.append(
@@ -154,7 +157,7 @@ def search_rows(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: f
                 "name": words,
                 "facts": " · ".join(facts),
                 "still": f"No improvement found over the first order: {cost_words(solution.cost, solution.unit)}.",
-                "chart": chart.convergence(solution, nearest_cost, f"Cost against seconds: {words}"),
+                "chart": chart.convergence_chart(solution, nearest_cost, f"Cost against seconds: {words}"),
             }
         )
     return rows
@@ -174,12 +177,12 @@ def worker_rows(outcome: Outcome) -> PageRow:
     several = len({id(o) for o, _ in every}) > 1
     rows = [
         {
-            "tool": (number_of(o.tool) or NO_VALUE) if several else "",
+            "tool": (tool_number_word(o.tool) or NO_VALUE) if several else "",
             "worker": w.worker,
             "ants": f"{w.ants:,}",
-            "ants_bar": chart.bar(w.ants / max_ants if max_ants else 0.0),
+            "ants_bar": chart.bar_svg(w.ants / max_ants if max_ants else 0.0),
             "seconds": f"{w.seconds:.3f}",
-            "seconds_bar": chart.bar(w.seconds / max_seconds if max_seconds > 0 else 0.0),
+            "seconds_bar": chart.bar_svg(w.seconds / max_seconds if max_seconds > 0 else 0.0),
             "best": cost_words(w.best, o.solution.unit),
             "found": w.best <= o.solution.cost * (1 + 1e-9),
         }
@@ -207,9 +210,9 @@ def issue_rows(outcome: Outcome) -> PageRow:
     return {"rows": rows, "worst": worst, "missing": missing, "groups": groups, "left_out": left_out, "number": number}
 
 
-def program_view(outcome: Outcome) -> PageRow:
+def program_excerpt(outcome: Outcome) -> PageRow:
     """Return the text of the program with a caption. For a long program, return only its first lines."""
-    lines = clean_lines(outcome.text)
+    lines = printable_lines(outcome.text)
     whole = len(lines) < WHOLE_PROGRAM_LINES
     shown = lines if whole else lines[:HEAD_LINES]
     return {
@@ -218,15 +221,15 @@ def program_view(outcome: Outcome) -> PageRow:
     }
 
 
-def legend(outcome: Outcome, scene: Scene) -> PageRow:
+def legend_rows(outcome: Outcome, scene: Scene) -> PageRow:
     """Explain the marks and colours in the drawings, with the work of each tool."""
     # A hole has the colour of its last tool, so a tool that is never the last has no holes in its colour.
     shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
-    cutting = cut_tools(scene)
+    cutting = colour_indices_of_cutting_tools(scene)
     shown |= set(cutting.values())
     holes = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
     entries = [
-        (tool_class(scene, t), _tool_with_work(outcome, scene.tools[t]), t not in holes)
+        (tool_css_class(scene, t), _tool_and_work_words(outcome, scene.tools[t]), t not in holes)
         for t in sorted(shown)
         if t >= 0
     ]
@@ -243,7 +246,7 @@ def legend(outcome: Outcome, scene: Scene) -> PageRow:
     }
 
 
-def _tool_with_work(outcome: Outcome, number: int) -> str:
+def _tool_and_work_words(outcome: Outcome, number: int) -> str:
     """Describe a tool and the work of all its operations: ``T1 drill Ø6.35, 70 holes and 2 slots``."""
     operations = [o for o in outcome.operations if o.tool.number == number]
-    return f"{tool_words(operations[0].tool)}, {' and '.join(work_words(o) for o in operations[:3])}"
+    return f"{tool_words(operations[0].tool)}, {' and '.join(operation_work_words(o) for o in operations[:3])}"

@@ -40,12 +40,12 @@ def replace_unprintable(text: str) -> str:
     return map_text(text, lambda plain: "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in plain))
 
 
-def clean_lines(text: str) -> list[str]:
+def printable_lines(text: str) -> list[str]:
     """Split a text into lines, and sanitise each line with `replace_unprintable`."""
     return [replace_unprintable(line.replace("\t", "    ")) for line in text.splitlines()]
 
 
-def plain_number(value: float | None) -> float | None:
+def finite_or_none(value: float | None) -> float | None:
     """Return a finite number unchanged, and None for any other value. JSON supports neither NaN nor infinity."""
     return float(value) if value is not None and math.isfinite(value) else None
 
@@ -116,7 +116,7 @@ def money_words(cost: float) -> str:
     return f"{cost:,.{2 if cost >= 0.995 else 3}f}"
 
 
-def _gauge_words(mm: float) -> str:
+def _short_length_words(mm: float) -> str:
     """Format a length. Below 10 mm, it has two decimals."""
     return f"{mm:.2f} mm" if abs(mm) < 10.0 else length_words(mm)
 
@@ -124,7 +124,7 @@ def _gauge_words(mm: float) -> str:
 #: Maps a unit to the function that formats its numbers.
 _FIGURES: dict[str, Callable[[float], str]] = {
     "s": time_words,
-    "mm": _gauge_words,
+    "mm": _short_length_words,
     "mm²": area_words,
     "%": share_words,
     "°": angle_words,
@@ -156,7 +156,7 @@ def fact_heading(name: str) -> str:
     return name[:1].lower() + name[1:] if name[1:2].islower() else name
 
 
-def at_most_words(fraction: float, unit: str) -> str:
+def gap_words(fraction: float, unit: str) -> str:
     """Describe a gap: ``at most 1.24 % above the shortest possible``, or for times, ``the least possible``.
 
     The figure is rounded up, because a smaller figure would not be proved.
@@ -166,7 +166,7 @@ def at_most_words(fraction: float, unit: str) -> str:
     return f"at most {percent_words(hundredths / 100, 2)} above {possible}" if hundredths > 0 else possible
 
 
-def gap_lines(length: float, optimum: float | None, bound: float | None) -> list[str]:
+def tour_quality_lines(length: float, optimum: float | None, bound: float | None) -> list[str]:
     """Describe the quality of a tour: its excess over the best known length, and its proved gap."""
     lines = []
     if optimum is not None:
@@ -174,18 +174,18 @@ def gap_lines(length: float, optimum: float | None, bound: float | None) -> list
         lines.append(f"{above} above the best known length, {optimum:,.10g}")
     certain = gap(length, bound)
     if certain is not None:
-        lines.append(f"{at_most_words(certain, 'mm')} (lower bound {bound:,.10g})")
+        lines.append(f"{gap_words(certain, 'mm')} (lower bound {bound:,.10g})")
     return lines
 
 
-def number_words(value: float) -> str:
+def panel_number(value: float) -> str:
     """Format a feed or a speed with as many digits as a machine panel shows. Return a dash if it is 0 or unknown."""
     if not math.isfinite(value) or value <= 0:
         return NO_VALUE
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
 
-def feed_mm_min(feed: float) -> float:
+def to_mm_per_min(feed: float) -> float:
     """Convert a feed from mm/s to mm/min."""
     return feed * SECONDS_PER_MINUTE
 
@@ -196,7 +196,7 @@ def saved_percent(outcome: Outcome, measure: Measure) -> float:
     return 100.0 * (1.0 - measure.time_s / before) if before > 0 else 0.0
 
 
-def algorithm_words(outcome: Outcome) -> str:
+def algorithm_names(outcome: Outcome) -> str:
     """Return the names of the algorithms of all operations. The operation with the most holes comes first."""
     by_size = sorted(outcome.operations, key=lambda o: -len(o.hole_order))
     return ", ".join(dict.fromkeys(o.solution.algorithm for o in by_size))
@@ -211,7 +211,7 @@ def search_seconds(outcome: Outcome) -> float:
     return sum(o.solution.seconds for o in outcome.operations)
 
 
-def search_words(outcome: Outcome) -> str:
+def search_time_words(outcome: Outcome) -> str:
     """Format the times of the search and of the whole job: ``search 2.10 s of 4.93 s``.
 
     The times do not include loading and compiling kernels.
@@ -219,18 +219,18 @@ def search_words(outcome: Outcome) -> str:
     return f"search {time_words(search_seconds(outcome))} of {time_words(outcome.seconds)}"
 
 
-def method_words(outcome: Outcome) -> str:
+def search_summary(outcome: Outcome) -> str:
     """Describe the search: the algorithm, the seed, and the times of the search and the job.
 
     If the search ended early, the text adds the reason.
     """
-    words = f"{replace_unprintable(algorithm_words(outcome))}, seed {outcome.seed}, {search_words(outcome)}"
+    words = f"{replace_unprintable(algorithm_names(outcome))}, seed {outcome.seed}, {search_time_words(outcome)}"
     if outcome.compile_seconds >= COMPILED:
         words += f" and {time_words(outcome.compile_seconds)} to load and compile kernels"
-    return f"{words}; {SPARED}" if any(ended_by_payoff(o.solution) for o in outcome.operations) else words
+    return f"{words}; {SPARED}" if any(ended_without_payoff(o.solution) for o in outcome.operations) else words
 
 
-def ended_by_payoff(solution: Solution) -> bool:
+def ended_without_payoff(solution: Solution) -> bool:
     """Return whether a search ended because it no longer paid off, and not because it reached a proved optimum."""
     return solution.spared and (solution.gap is None or solution.gap > MIN_GAP)
 
@@ -287,7 +287,7 @@ def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[I
     ]
 
 
-def number_of(tool: Tool) -> str:
+def tool_number_word(tool: Tool) -> str:
     """Return the number of a tool, such as ``T3``. Return "" if the tool has no number in the program."""
     return f"T{tool.number}" if tool.number else ""
 
@@ -295,11 +295,11 @@ def number_of(tool: Tool) -> str:
 def tool_words(tool: Tool) -> str:
     """Describe a tool: ``T3 drill Ø6.35``, or ``T3 drill`` if the diameter is unknown."""
     return replace_unprintable(
-        tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip()
+        tool.label if tool.diameter > 0 else f"{tool_number_word(tool)} {tool.name or tool.kind.value}".strip()
     )
 
 
-def work_words(operation: OperationOutcome) -> str:
+def operation_work_words(operation: OperationOutcome) -> str:
     """Describe the work of an operation: ``70 holes``, ``3 holes, 12 cuts`` or ``121 holes, 1 in its place``."""
     work = [(len(operation.holes), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
     words = [count(number, noun) for number, noun in work if number] or [count(0, "hole")]

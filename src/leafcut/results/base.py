@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from leafcut.errors import OptionError
-from leafcut.files.schemas import ANSWER, numbered
-from leafcut.files.whole_files import OutputError, check_output, write_together
+from leafcut.files.schemas import ANSWER, add_schema_number
+from leafcut.files.whole_files import OutputError, check_output, write_all_or_none
 from leafcut.model.issue import Issue, Severity
 
 #: Maximum number of issues shown below the picture in a notebook. Only dangers and missing work are shown.
@@ -33,13 +33,13 @@ class Result:
     inputs: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        line = f"{type(self).__name__}({self._line()})"
+        line = f"{type(self).__name__}({self._summary_line()})"
         return "".join(letter if letter.isprintable() else "?" for letter in line)
 
     def _repr_html_(self) -> str:
         """Show the result in a notebook: the picture as an image, which cannot run scripts, and the `repr`."""
-        line, svg = escape(repr(self)), self._picture()
-        worst = [issue for issue in self._issues() if issue.severity in (Severity.DANGER, Severity.MISSING)]
+        line, svg = escape(repr(self)), self._svg()
+        worst = [issue for issue in self._shown_issues() if issue.severity in (Severity.DANGER, Severity.MISSING)]
         lines = [line, *(escape(f"{issue.severity}: {issue}") for issue in worst[:_MOST_ISSUES])]
         address = base64.b64encode(svg.encode()).decode()
         image = f'<img alt="{line}" style="max-width: 40em" src="data:image/svg+xml;base64,{address}">' if svg else ""
@@ -47,7 +47,7 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain values, in the same form as the command's ``--json`` output."""
-        return dict(numbered(ANSWER, self._answer()))
+        return dict(add_schema_number(ANSWER, self._json_answer()))
 
     def save(self, path: str | Path) -> None:
         """Write the result to a file. The extension selects the format; every result supports ``.json``.
@@ -62,46 +62,48 @@ class Result:
         file = Path(path)
         check_output(file, self.inputs)
         try:
-            contents = {name: text.encode() if isinstance(text, str) else text for name, text in self._files(file)}
+            contents = {
+                name: text.encode() if isinstance(text, str) else text for name, text in self._files_to_save(file)
+            }
         except UnicodeEncodeError as problem:
             raise OutputError("{}: cannot be written (a character is not in {})", file, problem.encoding) from None
         for name in contents:
             check_output(name, self.inputs)
-        write_together(
+        write_all_or_none(
             {name: data.decode("latin-1") for name, data in contents.items()}, encoding="latin-1", newline=""
         )
 
-    def _files(self, file: Path) -> Iterable[tuple[str, str | bytes]]:
-        kinds = self._writers()
+    def _files_to_save(self, file: Path) -> Iterable[tuple[str, str | bytes]]:
+        kinds = self._contents_by_extension()
         content = kinds.get(file.suffix.lower(), kinds.get(""))
         if content is None:
-            endings = " or ".join(", ".join(self._endings()).rsplit(", ", 1))
+            endings = " or ".join(", ".join(self._extensions()).rsplit(", ", 1))
             raise OptionError("{}: unknown kind of file; choose a name that ends in {}", file, endings)
         yield str(file), content()
 
-    def _endings(self) -> Iterable[str]:
-        return self._writers()
+    def _extensions(self) -> Iterable[str]:
+        return self._contents_by_extension()
 
-    def _writers(self) -> Kinds:
+    def _contents_by_extension(self) -> Kinds:
         """Return the formats that `save` writes as a single file."""
-        pictured: Kinds = {".svg": self._picture} if "_picture" in vars(type(self)) else {}
+        pictured: Kinds = {".svg": self._svg} if "_svg" in vars(type(self)) else {}
         return {".json": lambda: json.dumps(self.to_dict(), indent=2, ensure_ascii=False) + "\n", **pictured}
 
-    def _line(self) -> str:
+    def _summary_line(self) -> str:
         raise NotImplementedError
 
-    def _answer(self) -> dict[str, Any]:
+    def _json_answer(self) -> dict[str, Any]:
         raise NotImplementedError
 
-    def _picture(self) -> str:
+    def _svg(self) -> str:
         return ""
 
-    def _issues(self) -> tuple[Issue, ...]:
+    def _shown_issues(self) -> tuple[Issue, ...]:
         found: tuple[Issue, ...] = getattr(self, "issues", ())
         return found
 
 
-def result_of(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
+def public_result(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
     """Convert a result from `model` to a result of the library.
 
     `inputs` are the files that were read, or None.

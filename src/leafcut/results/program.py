@@ -19,27 +19,27 @@ class ProgramResult(Result, Outcome[Any]):
     `save` writes the program, or a report as ``.html``, ``.svg`` or ``.json``.
     """
 
-    def _line(self) -> str:
+    def _summary_line(self) -> str:
         before, after = format_time(self.before.time_s), format_time(self.after.time_s)
         times = f"{before} → {after}, {self.saved_percent:.1f} % saved"
         missing = f", {count_of(len(self.missing), 'issue')} of missing work" if self.missing else ""
         return f"{self.part.name}: {times}, {'' if self.verified else 'not '}verified{missing}"
 
-    def _answer(self) -> dict[str, Any]:
-        from leafcut.report.json_answer import as_json
+    def _json_answer(self) -> dict[str, Any]:
+        from leafcut.report.json_answer import program_as_json
 
-        return as_json(registry.report_of(self))
+        return program_as_json(registry.report_of(self))
 
-    def _picture(self) -> str:
+    def _svg(self) -> str:
         from leafcut.report.page import path_svg
 
         return path_svg(registry.report_of(self), "after")
 
-    def _writers(self) -> Kinds:
-        from leafcut.report.page import write_page
+    def _contents_by_extension(self) -> Kinds:
+        from leafcut.report.page import report_page_html
 
         program: Kinds = {
             "": lambda: self.text.encode(self.encoding),
-            ".html": lambda: write_page(registry.report_of(self)),
+            ".html": lambda: report_page_html(registry.report_of(self)),
         }
-        return super()._writers() | program
+        return super()._contents_by_extension() | program

@@ -16,22 +16,25 @@ _MM3_PER_CM3 = 1000.0
 class StockResult(Result, StockCut):
     """The stock that a program leaves. `save` writes ``.png``, ``.stl``, ``.svg`` or ``.json``."""
 
-    def _line(self) -> str:
+    def _summary_line(self) -> str:
         dangers = len(self.rapids) + len(self.collisions)
         removed = f"{self.removed_mm3 / _MM3_PER_CM3:.2f} cm³ by {count_of(len(self.tools), 'tool')}"
         return f"{self.program}: {removed}, {count_of(dangers, 'collision')}"
 
-    def _answer(self) -> dict[str, Any]:
+    def _json_answer(self) -> dict[str, Any]:
         from leafcut.report.stock_report import stock_as_json
 
         return stock_as_json(self)
 
-    def _picture(self) -> str:
+    def _svg(self) -> str:
         from leafcut.report.pictures import stock_picture
 
         return stock_picture(self)
 
-    def _writers(self) -> Kinds:
-        from leafcut.report.stock_report import as_file
+    def _contents_by_extension(self) -> Kinds:
+        from leafcut.report.stock_report import stock_file_data
 
-        return super()._writers() | {".png": lambda: as_file(self, ".png"), ".stl": lambda: as_file(self, ".stl")}
+        return super()._contents_by_extension() | {
+            ".png": lambda: stock_file_data(self, ".png"),
+            ".stl": lambda: stock_file_data(self, ".stl"),
+        }

@@ -15,28 +15,28 @@ from leafcut.results.base import Kinds, Result
 class TourResult(Result, Solved):
     """A map with a tour. `save` writes ``.tour`` (TSPLIB), ``.csv`` (the points of the map), ``.svg`` or ``.json``."""
 
-    def _line(self) -> str:
+    def _summary_line(self) -> str:
         gap = "" if self.gap is None else f", gap {100.0 * self.gap:.2f} %"
         points = count_of(len(self.part.holes), "point")
         return f"{self.part.name}: {points}, length {self.solution.cost:,.6g}{gap}, {self.solution.algorithm}"
 
-    def _answer(self) -> dict[str, Any]:
-        from leafcut.report.json_answer import solved_as_json
+    def _json_answer(self) -> dict[str, Any]:
+        from leafcut.report.json_answer import tour_as_json
 
-        return solved_as_json(self)
+        return tour_as_json(self)
 
-    def _picture(self) -> str:
+    def _svg(self) -> str:
         from leafcut.report.pictures import tour_picture
 
         return tour_picture(self)
 
-    def _issues(self) -> tuple[Issue, ...]:
+    def _shown_issues(self) -> tuple[Issue, ...]:
         return self.part.issues
 
-    def _writers(self) -> Kinds:
+    def _contents_by_extension(self) -> Kinds:
         from leafcut.read.csvmap import points_text
         from leafcut.read.tsplib import tour_text
 
         part, nodes = self.part, self.solution.nodes
         tour = {".tour": lambda: tour_text(part.name, nodes, every=part.grouping is None)}
-        return super()._writers() | tour | {".csv": lambda: points_text(part)}
+        return super()._contents_by_extension() | tour | {".csv": lambda: points_text(part)}

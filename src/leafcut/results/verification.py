@@ -14,12 +14,12 @@ from leafcut.results.base import Result
 class VerificationResult(Result, Certificate):
     """The comparison of two programs. `save` writes ``.json``, but no picture."""
 
-    def _line(self) -> str:
+    def _summary_line(self) -> str:
         if not self.same:
             return f"{count_of(len(self.differences), 'difference')}; {self.differences[0]}"
         return f"same work: {count_of(self.after.holes, 'hole')}, {count_of(self.after.cuts, 'cut')}"
 
-    def _answer(self) -> dict[str, Any]:
+    def _json_answer(self) -> dict[str, Any]:
         from leafcut.report.json_answer import verification_as_json
 
         return verification_as_json(self)

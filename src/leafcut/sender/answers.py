@@ -79,7 +79,7 @@ class Report:
     @property
     def numbers(self) -> tuple[float, ...] | None:
         """The numbers in a comma-separated report, or None if the text is not a list of numbers."""
-        return numbers_in(self.text)
+        return parse_numbers(self.text)
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class InvalidAnswer:
 ControllerAnswer = Accepted | Refused | Alarm | Greeting | Status | Report | InvalidAnswer
 
 
-def numbers_in(text: str) -> tuple[float, ...] | None:
+def parse_numbers(text: str) -> tuple[float, ...] | None:
     """Parse a list of comma-separated numbers. Return None if the text is not such a list."""
     try:
         return tuple(float(number) for number in text.split(",")) if text else None
@@ -100,7 +100,7 @@ def numbers_in(text: str) -> tuple[float, ...] | None:
         return None
 
 
-def place_in(text: str | None) -> XYZ | None:
+def parse_position(text: str | None) -> XYZ | None:
     """Read x, y and z from a list of comma-separated numbers. Return None if the list has fewer than three numbers."""
-    values = numbers_in(text or "")
+    values = parse_numbers(text or "")
     return None if values is None or len(values) < 3 else (values[0], values[1], values[2])

@@ -170,7 +170,7 @@ def position_in_mm(place: XYZ, unit: float) -> XYZ:
     return (place[0] * unit, place[1] * unit, place[2] * unit)
 
 
-def checked_axis_values(values: XYZ, names: tuple[str, str, str]) -> XYZ:
+def require_positive_values(values: XYZ, names: tuple[str, str, str]) -> XYZ:
     """Return the rates, accelerations or steps of the axes. Raises `SendError` if an axis is 0 and so cannot move."""
     if not all(value > 0.0 for value in values):
         raise SendError("the controller has 0 in one of {}: it cannot move", ", ".join(names))

@@ -346,7 +346,7 @@ class NotThisFirmware(SendError):
         self.answers = answers
 
 
-def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmware:
+def wrong_firmware_error(port: str, answers: list[str], firmware: str) -> NotThisFirmware:
     """Return the error to raise if no firmware, or an unexpected firmware, answers at a port."""
     if not answers:
         words = Message("no response on {}; is the machine on, and are port and --baud right?", port)

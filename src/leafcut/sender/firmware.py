@@ -8,7 +8,7 @@ from collections.abc import Callable
 from leafcut.errors import OptionError
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
-from leafcut.sender.conversation import Conversation, NotThisFirmware, wrong_firmware
+from leafcut.sender.conversation import Conversation, NotThisFirmware, wrong_firmware_error
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.marlin import MarlinConversation
 from leafcut.sender.port import Port
@@ -79,4 +79,8 @@ def query_settings(port: Port, kind: str | None = None, clock: Callable[[], floa
             continue
         return talk.settings()
     answers = next((problem.answers for problem in problems if problem.answers), [])
-    raise problems[0] if kind is not None else wrong_firmware(port.name, answers, "GRBL, grblHAL, FluidNC or Marlin")
+    raise (
+        problems[0]
+        if kind is not None
+        else wrong_firmware_error(port.name, answers, "GRBL, grblHAL, FluidNC or Marlin")
+    )

@@ -26,8 +26,8 @@ from leafcut.sender.answers import (
     Refused,
     Report,
     Status,
-    numbers_in,
-    place_in,
+    parse_numbers,
+    parse_position,
 )
 from leafcut.sender.controller_facts import Facts
 from leafcut.sender.conversation import (
@@ -42,10 +42,10 @@ from leafcut.sender.conversation import (
     OnAnswer,
     answer_text,
     ignore_answer,
-    wrong_firmware,
+    wrong_firmware_error,
 )
 from leafcut.sender.error_texts import firmware_family
-from leafcut.sender.grbl_facts import facts_of_answers
+from leafcut.sender.grbl_facts import facts_from_answers
 from leafcut.sender.port import Port
 
 #: Soft reset. All three firmwares use this byte.
@@ -96,7 +96,7 @@ class GrblConversation(Conversation):
 
     def parse(self, line: str) -> ControllerAnswer:
         """Parse a line from the controller. If the line names the firmware, remember it."""
-        answer = parse(line)
+        answer = parse_grbl_line(line)
         if not self.family and isinstance(answer, Greeting | Report) and (family := firmware_family(line)):
             self.family = family
             if family == "grblHAL":
@@ -126,7 +126,7 @@ class GrblConversation(Conversation):
         if not replies and not self._rest:
             replies = self._answers_to_line()
         replies += [printable(self._rest.decode("ascii", "replace"))] * bool(self._rest)
-        raise wrong_firmware(self.port.name, replies, "GRBL")
+        raise wrong_firmware_error(self.port.name, replies, "GRBL")
 
     def _answers_to_line(self) -> list[str]:
         """Send an empty line and return the answers. Some firmwares respond only to lines."""
@@ -160,8 +160,8 @@ class GrblConversation(Conversation):
         answers: list[ControllerAnswer] = []
         for question in ("$I", "$$", "$#", "$G"):
             answers += self.ask(question)
-        configuration = self._configuration() if self.family == "FluidNC" else ""
-        return facts_of_answers(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
+        configuration = self._query_fluidnc_configuration() if self.family == "FluidNC" else ""
+        return facts_from_answers(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
 
     def read_settings_text(self) -> tuple[str, str]:
         """Read the settings, or the configuration in the case of FluidNC. Return their kind and their text.
@@ -171,9 +171,9 @@ class GrblConversation(Conversation):
         self._end_partial_line()
         build_info = self.ask("$I")
         if not any(isinstance(report, Report) for report in build_info):
-            raise wrong_firmware(self.port.name, ["ok"], "GRBL")
+            raise wrong_firmware_error(self.port.name, ["ok"], "GRBL")
         if self.family == "FluidNC":
-            return "fluidnc", self._configuration()
+            return "fluidnc", self._query_fluidnc_configuration()
         reports = [report for report in [*build_info, *self.ask("$$")] if isinstance(report, Report)]
         lines = [f"{report.name}={report.text}" if report.name.startswith("$") else f"[{report}]" for report in reports]
         return "grbl", "\n".join(lines) + "\n"
@@ -187,7 +187,7 @@ class GrblConversation(Conversation):
             )
         self.listen()
 
-    def _configuration(self) -> str:
+    def _query_fluidnc_configuration(self) -> str:
         lines: list[str] = []
         self._raw = lines
         try:
@@ -197,7 +197,7 @@ class GrblConversation(Conversation):
         return "\n".join(lines) + "\n"
 
     def _parse_line(self, text: str) -> ControllerAnswer:
-        if self._raw is not None and isinstance(parse(text), InvalidAnswer):
+        if self._raw is not None and isinstance(parse_grbl_line(text), InvalidAnswer):
             self._raw.append(text)
             self.log("<", printable(text, 200))
             return Report("", "")
@@ -327,7 +327,7 @@ def has_come_to_rest(status: Status) -> bool:
     return status.state in ("Hold", "Door") and status.detail in (0, 1 if status.state == "Door" else 0)
 
 
-def parse(line: str) -> ControllerAnswer:
+def parse_grbl_line(line: str) -> ControllerAnswer:
     """Parse a line from a controller. An invalid line becomes an `InvalidAnswer`.
 
         parse("<Run|MPos:1.000,2.000,-0.500|Bf:15,128|FS:500,8000>").state    'Run'
@@ -341,39 +341,39 @@ def parse(line: str) -> ControllerAnswer:
     if match := _NUMBERED.fullmatch(line):
         return (Refused if match[1].lower() == "error" else Alarm)(int(match[2]))
     if line.startswith("<") and line.endswith(">"):
-        return _status(line[1:-1]) or InvalidAnswer(printable(line))
+        return _parse_status(line[1:-1]) or InvalidAnswer(printable(line))
     if line.startswith("[") and line.endswith("]"):
         name, colon, rest = line[1:-1].partition(":")
-        return Report(name, _plain(rest)) if colon else Report("", printable(name, 120))
+        return Report(name, _printable_start(rest)) if colon else Report("", printable(name, 120))
     if match := _GREETING.match(line):
         return Greeting(match[1], match[2] or "")
     if match := _SETTING.match(line):
-        return Report(f"${match[1]}", _plain(_REMARK.sub("", match[2]).strip()))
+        return Report(f"${match[1]}", _printable_start(_REMARK.sub("", match[2]).strip()))
     # Start-up lines, which are echoed when they are executed, and additional output of grblHAL and FluidNC.
     if line.startswith((">", "$N")):
         return Report("", printable(line))
     return InvalidAnswer(printable(line))
 
 
-def _plain(text: str) -> str:
+def _printable_start(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text[:200])
 
 
-def _status(text: str) -> Status | None:
+def _parse_status(text: str) -> Status | None:
     state, *fields = text.split("|")
     state, _, detail = state.partition(":")
     if not state.isalpha():
         return None
     values = {name: value for name, _, value in (field.partition(":") for field in fields)}
-    free = numbers_in(values.get("Bf", "")) or ()
-    moving = numbers_in(values.get("FS", values.get("F", ""))) or ()
-    overrides = numbers_in(values.get("Ov", "")) or ()
+    free = parse_numbers(values.get("Bf", "")) or ()
+    moving = parse_numbers(values.get("FS", values.get("F", ""))) or ()
+    overrides = parse_numbers(values.get("Ov", "")) or ()
     return Status(
         state=state,
         detail=int(detail) if detail.isdecimal() else None,
-        machine=place_in(values.get("MPos")),
-        work=place_in(values.get("WPos")),
-        offset=place_in(values.get("WCO")),
+        machine=parse_position(values.get("MPos")),
+        work=parse_position(values.get("WPos")),
+        offset=parse_position(values.get("WCO")),
         free_blocks=int(free[0]) if len(free) == 2 else None,
         free_bytes=int(free[1]) if len(free) == 2 else None,
         feed=moving[0] if moving else None,

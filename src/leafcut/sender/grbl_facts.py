@@ -20,7 +20,7 @@ from leafcut.model.machine import XYZ
 from leafcut.read.controllers.fluidnc import FluidConfiguration, configuration_of
 from leafcut.sender.answers import ControllerAnswer, Report, Status
 from leafcut.sender.character_counting import GRBL_BUFFER
-from leafcut.sender.controller_facts import Clock, Facts, SettingNames, checked_axis_values, position_in_mm
+from leafcut.sender.controller_facts import Clock, Facts, SettingNames, position_in_mm, require_positive_values
 from leafcut.units import MM_PER_INCH
 
 _LOCK, _DEVIATION, _ARC_TOLERANCE, _INCHES = 1, 11, 12, 13
@@ -33,29 +33,37 @@ _ZERO_AT_HOME, _NO_LOCK = "Z", "L"
 _PLACES = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO")
 
 
-def _three_settings(first: int) -> tuple[str, str, str]:
+def _three_setting_names(first: int) -> tuple[str, str, str]:
     return (f"${first}", f"${first + 1}", f"${first + 2}")
 
 
-def _axis_keys(key: str) -> tuple[str, str, str]:
+def _keys_by_axis(key: str) -> tuple[str, str, str]:
     return (f"{key} of x", f"{key} of y", f"{key} of z")
 
 
 _GRBL_NAMES = SettingNames(
-    "$22=0", "$20=0", _three_settings(_TRAVELS), _three_settings(_RATES), _three_settings(_ACCELERATIONS), "$30", "$32"
+    "$22=0",
+    "$20=0",
+    _three_setting_names(_TRAVELS),
+    _three_setting_names(_RATES),
+    _three_setting_names(_ACCELERATIONS),
+    "$30",
+    "$32",
 )
 _FLUIDNC_NAMES = SettingNames(
     Message("not every axis has a homing cycle"),
     "soft_limits",
-    _axis_keys("max_travel_mm"),
-    _axis_keys("max_rate_mm_per_min"),
-    _axis_keys("acceleration_mm_per_sec2"),
+    _keys_by_axis("max_travel_mm"),
+    _keys_by_axis("max_rate_mm_per_min"),
+    _keys_by_axis("acceleration_mm_per_sec2"),
     "speed_map",
     "$32",
 )
 
 
-def facts_of_answers(answers: list[ControllerAnswer], status: Status, *, homed: bool, configuration: str = "") -> Facts:
+def facts_from_answers(
+    answers: list[ControllerAnswer], status: Status, *, homed: bool, configuration: str = ""
+) -> Facts:
     """Read the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
 
     Parameters
@@ -88,13 +96,13 @@ def facts_of_answers(answers: list[ControllerAnswer], status: Status, *, homed: 
     elif not configuration:
         raise SendError("the controller does not report the size of its buffer ([OPT:{}])", options.text)
     modes = next((tuple(report.text.split()) for report in reports if report.name == "GC"), ())
-    facts = _facts_of_numbers(
+    facts = _add_numbered_settings(
         settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES)
     )
     facts = replace(facts, modes=modes, places=_stored_positions(reports, facts.unit))
     if configuration:
-        return _facts_of_configuration(facts, configuration, homed=homed)
-    return replace(facts, homed=True if homed else _reports_homed(reports, letters))
+        return _add_fluidnc_configuration(facts, configuration, homed=homed)
+    return replace(facts, homed=True if homed else _homed_or_unknown(reports, letters))
 
 
 _NOWHERE: tuple[XYZ, XYZ] = ((-math.inf,) * 3, (math.inf,) * 3)
@@ -116,13 +124,13 @@ class _Settings(dict[str, str]):
         return self.number(setting) if self.get(f"${setting}") else None
 
     def axes(self, first: int, factor: float = 1.0) -> XYZ | None:
-        if not all(self.get(name) for name in _three_settings(first)):
+        if not all(self.get(name) for name in _three_setting_names(first)):
             return None
         x, y, z = (self.number(first + axis) * factor for axis in range(3))
-        return checked_axis_values((x, y, z), _three_settings(first))
+        return require_positive_values((x, y, z), _three_setting_names(first))
 
 
-def _facts_of_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
+def _add_numbered_settings(settings: _Settings, letters: str, facts: Facts) -> Facts:
     low, high = [], []
     to_min = int(settings.number(_HOME_TO_MIN))
     for axis in range(3):
@@ -151,7 +159,7 @@ def _facts_of_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
     )
 
 
-def _reports_homed(reports: list[Report], letters: str) -> bool | None:
+def _homed_or_unknown(reports: list[Report], letters: str) -> bool | None:
     """Return whether the machine was homed, or None if this is unknown.
 
     grblHAL reports this for each axis. A GRBL board is locked until it is homed, unless it reports that it does not
@@ -163,7 +171,7 @@ def _reports_homed(reports: list[Report], letters: str) -> bool | None:
     return None if _NO_LOCK in letters else True
 
 
-def _facts_of_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
+def _add_fluidnc_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
     """Add the values in FluidNC's configuration. If ``must_home`` is off, `homed` may still be unknown."""
     try:
         configuration: FluidConfiguration = configuration_of(text, "$CD")
@@ -179,9 +187,9 @@ def _facts_of_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
         soft_limits=configuration.soft_limits,
         fastest=configuration.fastest,
         clock=Clock(
-            checked_axis_values(configuration.rates, _FLUIDNC_NAMES.rates),
-            checked_axis_values(configuration.accelerations, _FLUIDNC_NAMES.accelerations),
-            checked_axis_values(configuration.steps, _axis_keys("steps_per_mm")),
+            require_positive_values(configuration.rates, _FLUIDNC_NAMES.rates),
+            require_positive_values(configuration.accelerations, _FLUIDNC_NAMES.accelerations),
+            require_positive_values(configuration.steps, _keys_by_axis("steps_per_mm")),
             configuration.deviation,
             configuration.arc_tolerance,
         ),

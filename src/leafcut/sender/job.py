@@ -26,7 +26,7 @@ from leafcut.proof.dangers import find_dangers
 from leafcut.read.machine import load_machine
 from leafcut.sender.character_counting import SentLine
 from leafcut.sender.firmware import conversation_class
-from leafcut.sender.lines import DrilledHole, Pause, SentStep, lines_in_dialect, steps_of
+from leafcut.sender.lines import DrilledHole, Pause, SentStep, convert_to_dialect, steps_from_lines
 from leafcut.timing.grbl import sent_lines
 from leafcut.timing.toolpath import time_rows
 
@@ -80,7 +80,7 @@ class SendJob:
 
         A hole is a vertical plunge at feed rate that follows a rapid, unless a sideways cut comes next.
         """
-        return tuple(_holes(self.program))
+        return tuple(_find_holes(self.program))
 
     @cached_property
     def seconds(self) -> tuple[Floats, Floats]:
@@ -137,10 +137,10 @@ def read_job(
     known = load_machine(machine)
     controller_dialect = dialect(dialect_name or known.controller)
     conversation_class(known, machine)
-    return job_of(program_text(file, file), file, known, controller_dialect, units, accept)
+    return job_from_text(read_program_text(file, file), file, known, controller_dialect, units, accept)
 
 
-def program_text(file: str | Path, name: str) -> str:
+def read_program_text(file: str | Path, name: str) -> str:
     """Read the text of a program. Raises `ReadError`, which mentions `name`, if the file is not readable G-code."""
     text = read_program(file)
     if problem := other_language(text):
@@ -148,7 +148,7 @@ def program_text(file: str | Path, name: str) -> str:
     return text
 
 
-def accepted_codes(words: str) -> tuple[str, ...]:
+def parse_accepted_codes(words: str) -> tuple[str, ...]:
     """Parse a list of issue codes, such as ``L801,L806``. Raises `OptionError` if a code is unknown."""
     codes = tuple(entry.strip().upper() for entry in words.split(",") if entry.strip())
     for code in codes:
@@ -157,14 +157,14 @@ def accepted_codes(words: str) -> tuple[str, ...]:
     return codes
 
 
-def job_of(
+def job_from_text(
     text: str, file: str, machine: Machine, controller_dialect: Dialect, units: str | None, accept: Collection[str] = ()
 ) -> SendJob:
     """Create a job from the text of a program (see `read_job`)."""
     program = interpret_program(text, controller_dialect, file, units=units or machine.units)
     steps = (
-        *_opening_lines(program, controller_dialect, units or machine.units),
-        *steps_of(program.lines, controller_dialect, file),
+        *_mode_setting_lines(program, controller_dialect, units or machine.units),
+        *steps_from_lines(program.lines, controller_dialect, file),
     )
     _check_known_positions(program, file)
     dangers = find_dangers(program, machine, "laser" if machine.head is Head.LASER else "mill")
@@ -182,15 +182,15 @@ def job_of(
     return SendJob(file, machine, controller_dialect, program, steps, tuple(issues), tuple(accept))
 
 
-def _opening_lines(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
+def _mode_setting_lines(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
     """Return the lines that switch the controller to the modes that the program reader has assumed."""
-    if not lines_in_dialect(controller_dialect, _UNITS[units]):
+    if not convert_to_dialect(controller_dialect, _UNITS[units]):
         raise OptionError("{} has no {}; write the program in millimetres", controller_dialect.name, _UNITS[units])
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
     # A program that never starts the spindle relies on a spindle started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
         blocks += ["M5", "M9"]
-    return [SentLine(text) for text in lines_in_dialect(controller_dialect, *blocks)]
+    return [SentLine(text) for text in convert_to_dialect(controller_dialect, *blocks)]
 
 
 def _check_known_positions(program: Program, file: str) -> None:
@@ -204,7 +204,7 @@ def _check_known_positions(program: Program, file: str) -> None:
             raise ReadError(file, Message("{}; remove it, and send again", explanation), line)
 
 
-def _holes(program: Program) -> list[DrilledHole]:
+def _find_holes(program: Program) -> list[DrilledHole]:
     path, before = program.path, program.path.before
     down = (path.kind == Kind.FEED) & (path.end[:, 2] < before[:, 2] - _SAME)
     down &= (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
@@ -228,7 +228,7 @@ def _holes(program: Program) -> list[DrilledHole]:
     return holes
 
 
-def tools_of(job: SendJob, line: int = 0) -> list[str | None]:
+def tools_after_line(job: SendJob, line: int = 0) -> list[str | None]:
     """Return the tools for the cuts after a line, in order of use, such as ``T1 drill 3 mm``.
 
     A tool that the program does not name is None.
@@ -248,6 +248,6 @@ def _tool_name(change: Pause) -> str | None:
     return f"{name} ({change.remark})" if change.remark else name
 
 
-def issues_to_show(issues: Sequence[Issue]) -> list[Issue]:
+def issues_except_notes(issues: Sequence[Issue]) -> list[Issue]:
     """Return all issues except notes. The operator must see these issues before the start."""
     return [issue for issue in issues if issue.severity is not Severity.NOTE]

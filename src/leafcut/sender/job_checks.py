@@ -109,11 +109,11 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
     _check_speeds(job, facts)
     _check_travel(job, facts, unhomed=unhomed and not facts.has_valid_coordinates)
     if not job.laser:
-        path = path_on_machine(job, facts)
+        path = replace_machine_moves(job, facts)
         if not begun and "L805" not in job.accept:
-            _check_start(job, facts, path)
-        _check_heights(job, facts, path)
-    return _profile_differences(job, facts)
+            _check_start_height(job, facts, path)
+        _check_rapid_heights(job, facts, path)
+    return _profile_difference_issues(job, facts)
 
 
 def _check_speeds(job: SendJob, facts: Facts) -> None:
@@ -153,7 +153,7 @@ def _check_spindle(job: SendJob) -> None:
             )
 
 
-def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Floats, Floats]:
+def positions_on_machine(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Floats, Floats]:
     """Return the positions that the program reaches in machine coordinates.
 
     Set `fed` to select only the start points, end points and arc extremes of feed moves.
@@ -184,7 +184,7 @@ def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Fl
     return np.concatenate(places), np.concatenate(lines)
 
 
-def _stored_position_word(job: SendJob, line: int) -> str | None:
+def _g28_or_g30(job: SendJob, line: int) -> str | None:
     words = words_of(split_line(job.program.lines[line - 1].strip(), nested=True)[0].removeprefix("/"))
     codes = {round(word.value * 10) for word in words if word.letter == "G"}
     return "G28" if 280 in codes else "G30" if 300 in codes else None
@@ -197,7 +197,7 @@ def _end_in_machine_coordinates(job: SendJob, facts: Facts, path: Toolpath, row:
     """
     place: Floats = path.end[row]
     line = int(path.line[row])
-    name = _stored_position_word(job, line)
+    name = _g28_or_g30(job, line)
     if name is None:
         return place
     if name not in facts.places:
@@ -211,7 +211,7 @@ def _end_in_machine_coordinates(job: SendJob, facts: Facts, path: Toolpath, row:
     return end
 
 
-def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
+def replace_machine_moves(job: SendJob, facts: Facts) -> Toolpath:
     """Replace moves in machine coordinates (G28, G30, G53) with rapids in program coordinates.
 
     The program alone does not determine where such a move ends. This depends on the origins and stored positions of the
@@ -241,7 +241,7 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
     )
 
 
-def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
+def _check_rapid_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
     """Raise `SendError` if a move in machine coordinates leads to a rapid below the surface.
 
     `find_dangers` has already checked all other rapids, because their heights do not depend on the machine.
@@ -280,7 +280,7 @@ def _cause_of_low_height(job: SendJob, facts: Facts, path: Toolpath, row: int) -
     at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[at])
     zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
-    name = _stored_position_word(job, line)
+    name = _g28_or_g30(job, line)
     if name is None:
         cause = Message("the work zero is at Z{:.3f} in machine coordinates; choose a higher position", zero)
     else:
@@ -316,7 +316,7 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
 
     If the machine was not homed, the program must not be larger than the travel.
     """
-    places, lines = machine_places(job, facts)
+    places, lines = positions_on_machine(job, facts)
     low, high = facts.travel()
     for axis, name in enumerate("XYZ"):
         values = places[:, axis]
@@ -355,7 +355,7 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
             )
 
 
-def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
+def _check_start_height(job: SendJob, facts: Facts, path: Toolpath) -> None:
     """Raise `SendError` if the tool starts too low.
 
     This is the case if the first move is sideways while the tool is below the greatest Z of the program.
@@ -383,7 +383,7 @@ def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
         )
 
 
-def _profile_differences(job: SendJob, facts: Facts) -> list[Issue]:
+def _profile_difference_issues(job: SendJob, facts: Facts) -> list[Issue]:
     profile, timed = job.machine, facts.machine_with_settings(job.machine)
     low, high = facts.travel()
     names = facts.names

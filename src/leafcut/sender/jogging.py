@@ -14,12 +14,12 @@ import numpy as np
 from leafcut.errors import OptionError, SendError
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
-from leafcut.sender.answers import Report, place_in
+from leafcut.sender.answers import Report, parse_position
 from leafcut.sender.controller_facts import Facts
 from leafcut.sender.error_texts import error_in_words
 from leafcut.sender.grbl import ALARM_SECONDS, GrblConversation
 from leafcut.sender.job import SendJob
-from leafcut.sender.job_checks import arc_extremes_or_none, machine_places
+from leafcut.sender.job_checks import arc_extremes_or_none, positions_on_machine
 from leafcut.sender.resuming import number_in_mm
 
 #: Cancels a jog immediately. The machine keeps its position.
@@ -33,7 +33,7 @@ _TOLERANCE = 0.005
 _AXES = "XYZ"
 
 
-def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> str:
+def jog_command(moves: dict[str, float], feed: float, *, machine: bool = False) -> str:
     """Return the command for a jog.
 
     Parameters
@@ -63,7 +63,7 @@ def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
 
     Raises `SendError` if the controller refuses.
     """
-    talk.ask(jog_line(moves, feed))
+    talk.ask(jog_command(moves, feed))
 
 
 def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
@@ -132,14 +132,14 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
         (answer.text for answer in answers if isinstance(answer, Report) and answer.name == "PRB"), ""
     )
     contact_text, _, touched = contact_report.partition(":")
-    contact = place_in(contact_text)
+    contact = parse_position(contact_text)
     place_now = facts.machine_place(talk.fresh_status())
     if contact is None or touched.strip() != "1" or place_now is None:
         raise SendError("the controller does not report the position of the contact")
     # Z0 is set from the reported point of contact, because the tool comes to rest slightly below it.
     talk.ask("G54")
     talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + place_now[2] - contact[2] * facts.unit)}")
-    talk.ask(jog_line({"Z": _RETRACT}, max(feed, 100.0)))
+    talk.ask(jog_command({"Z": _RETRACT}, max(feed, 100.0)))
 
 
 @dataclass(frozen=True)
@@ -154,19 +154,19 @@ class FrameBox:
         """Return the jogs that raise the tool, move to a corner and trace the box. The tool stays up."""
         (x0, y0), (x1, y1) = self.low, self.high
         corners = ((x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0))
-        up = jog_line({"Z": self.height}, feed, machine=True)
-        return [up, *(jog_line({"X": x, "Y": y}, feed, machine=True) for x, y in corners)]
+        up = jog_command({"Z": self.height}, feed, machine=True)
+        return [up, *(jog_command({"X": x, "Y": y}, feed, machine=True) for x, y in corners)]
 
 
-def frame_of_program(job: SendJob, facts: Facts) -> FrameBox:
+def program_frame(job: SendJob, facts: Facts) -> FrameBox:
     """Return the frame of a program.
 
     The tool traces the frame at the greatest Z of the program, or at its current Z if this is higher. The program and
     its frame stay within the travel, because `job_checks.check_program` has already checked the program. Raises
     `SendError` if the program does not cut anything, or if the machine does not report its position.
     """
-    places, _ = machine_places(job, facts, fed=True)
-    every, _ = machine_places(job, facts)
+    places, _ = positions_on_machine(job, facts, fed=True)
+    every, _ = positions_on_machine(job, facts)
     known = places[np.isfinite(places[:, :2]).all(axis=1)]
     heights = every[np.isfinite(every[:, 2]), 2]
     place = facts.machine_place()
@@ -180,7 +180,7 @@ def frame_of_program(job: SendJob, facts: Facts) -> FrameBox:
     return FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))
 
 
-def box_of_cuts(job: SendJob) -> tuple[XYZ, XYZ] | None:
+def bounding_box_of_cuts(job: SendJob) -> tuple[XYZ, XYZ] | None:
     """Return the smallest and largest x, y and z of the cuts in program coordinates, mm, or None if nothing is cut."""
     path = job.program.path
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)

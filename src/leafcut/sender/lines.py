@@ -55,16 +55,16 @@ SentStep = SentLine | Pause
 _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 
 
-def lines_in_dialect(dialect: Dialect, *texts: str) -> list[str]:
+def convert_to_dialect(dialect: Dialect, *texts: str) -> list[str]:
     """Convert lines such as ``G21 G90 F100`` to a controller's dialect, and remove the words that the dialect lacks.
 
     Some controllers accept only one command per line. For these, a lone ``F100`` becomes ``G1 F100``, which does not
     move the machine. All other words without a command are removed.
     """
-    return [line for text in texts for line in _line_in_dialect(dialect, text)]
+    return [line for text in texts for line in _convert_line(dialect, text)]
 
 
-def _line_in_dialect(dialect: Dialect, text: str) -> list[str]:
+def _convert_line(dialect: Dialect, text: str) -> list[str]:
     commands: list[list[str]] = []
     for word in words_of(text):
         if word.letter == "G" and round(word.value * 10) not in dialect.g_codes:
@@ -80,7 +80,7 @@ def _line_in_dialect(dialect: Dialect, text: str) -> list[str]:
     return [_join_words(dialect, command) for command in commands]
 
 
-def dwell(dialect: Dialect, seconds: float) -> str:
+def dwell_command(dialect: Dialect, seconds: float) -> str:
     """Return the command that makes the controller wait for `seconds`."""
     return f"G4 P{seconds / _DWELL_UNITS[dialect.dwell_unit]:g}"
 
@@ -103,7 +103,7 @@ class DrilledHole:
     last: int
 
 
-def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[DrilledHole]) -> list[SentStep]:
+def insert_pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[DrilledHole]) -> list[SentStep]:
     """Insert a pause before the first line of each hole."""
     waiting = deque(holes)
     with_pauses: list[SentStep] = []
@@ -116,7 +116,7 @@ def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[DrilledHole]) -> 
     return with_pauses
 
 
-def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) -> list[SentStep]:
+def steps_from_lines(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) -> list[SentStep]:
     """Convert a program from line `first` to its end (M2, M30) into steps to send, including its pauses.
 
     Raises `ReadError` if a line is too long, contains a word or letter that the controller lacks, or is a system
@@ -151,7 +151,7 @@ class _LineReader:
             self.ended = self.begun
             return []
         words = words_of(body.removeprefix("/"))
-        self._check(words)
+        self._refuse_unknown_words(words)
         if comments:
             self.remark, self.remarked = printable(comments[-1]), number
         for word in words:
@@ -160,7 +160,7 @@ class _LineReader:
         self.begun |= bool(words)
         codes = {int(word.value) for word in words if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
-        text = _join_words(self.dialect, [_word_text(word) for word in words if not _is_sender_word(word)])
+        text = _join_words(self.dialect, [_word_text(word) for word in words if not _is_handled_by_sender(word)])
         if self.dialect.one_command and codes & {*self.stops, 6}:
             text = ""  # text after M0 is a message for the operator
         if len(text) > LONGEST_LINE:
@@ -179,7 +179,7 @@ class _LineReader:
         remark = self.remark if number - self.remarked <= _REACH else ""
         return Pause(number, change, self.tool if change else None, remark)
 
-    def _check(self, words: Sequence[Word]) -> None:
+    def _refuse_unknown_words(self, words: Sequence[Word]) -> None:
         for word in words:
             known = word.letter in _LETTERS or word.letter == "N"
             if word.letter == "G":
@@ -193,7 +193,7 @@ class _LineReader:
                 raise BlockError("{} is not a word of {}; {}", word, self.dialect.name, advice)
 
 
-def _is_sender_word(word: Word) -> bool:
+def _is_handled_by_sender(word: Word) -> bool:
     return word.letter == "N" or (word.letter == "M" and word.value in (0, 6))
 
 

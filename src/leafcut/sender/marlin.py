@@ -42,7 +42,7 @@ from leafcut.sender.answers import (
     Refused,
     Report,
     Status,
-    place_in,
+    parse_position,
 )
 from leafcut.sender.character_counting import GRBL_BUFFER
 from leafcut.sender.controller_facts import Clock, Facts, SettingNames
@@ -53,7 +53,7 @@ from leafcut.sender.conversation import (
     Log,
     OnAnswer,
     ignore_answer,
-    wrong_firmware,
+    wrong_firmware_error,
 )
 from leafcut.sender.port import Port
 
@@ -114,16 +114,16 @@ _ERRORS = {
 }
 
 
-def _axis_words(word: str) -> tuple[str, str, str]:
+def _setting_names_by_axis(word: str) -> tuple[str, str, str]:
     return (f"{word} X", f"{word} Y", f"{word} Z")
 
 
 _NAMES = SettingNames(
     "M211",
     "M211 S0",
-    _axis_words("M211"),
-    _axis_words("M203"),
-    _axis_words("M201"),
+    _setting_names_by_axis("M211"),
+    _setting_names_by_axis("M203"),
+    _setting_names_by_axis("M201"),
     coordinates=Message("the program's coordinates"),
 )
 
@@ -187,7 +187,7 @@ class MarlinConversation(Conversation):
 
     def parse(self, line: str) -> ControllerAnswer:
         """Convert a line of the controller to an answer."""
-        return parse(line)
+        return parse_marlin_line(line)
 
     def listen(self, seconds: float = 0.02) -> list[ControllerAnswer]:
         """Wait up to `seconds`, and return the answers that have arrived.
@@ -202,7 +202,7 @@ class MarlinConversation(Conversation):
             if self._asked:
                 # Marlin has no status report. While lines are unanswered, any message shows that the board is running.
                 self._asked = False
-                answers.append(self._keep_status(self._inferred_status("Run")))
+                answers.append(self._store_and_return_status(self._inferred_status("Run")))
         return answers
 
     def _send_next(self) -> list[ControllerAnswer]:
@@ -236,16 +236,16 @@ class MarlinConversation(Conversation):
             case Alarm(why):
                 self._killed |= why is KILLED
             case Report(name, text) if name == RESEND:
-                return self._repeat_line(int(text))
+                return self._schedule_resend(int(text))
             case Report(name, text) if name == UNKNOWN:
                 if text.partition(" ")[0] not in _NOTHING_TO_DO:
                     self._wrong = Message("the firmware does not support '{}'", printable(text, 40))
             case Report(name, text) if name == HOME_FIRST:
                 self._wrong = Message("homing of {} is needed first", text)
             case Report(name, _) if name == BUSY:
-                return [self._keep_status(self._inferred_status("Run"))]
+                return [self._store_and_return_status(self._inferred_status("Run"))]
             case Report(name, text) if name == PLACE:
-                self._place = place_in(text)
+                self._place = parse_position(text)
             case Report(name, text) if name == ACTION:
                 return self._process_prompt(text.partition(" ")[0])
             case _:
@@ -285,13 +285,13 @@ class MarlinConversation(Conversation):
             return [Refused(wrong) if wrong else Accepted()]
         if line.text == "M114":
             self._moved = False
-            return [self._keep_status(self._inferred_status("Idle", self._place))]
+            return [self._store_and_return_status(self._inferred_status("Idle", self._place))]
         if line.text.startswith("M220"):
             self._percent = int(line.text.rpartition("S")[2])
-            return [self._keep_status(self._inferred_status("Run"))]
+            return [self._store_and_return_status(self._inferred_status("Run"))]
         return []
 
-    def _repeat_line(self, number: int) -> list[ControllerAnswer]:
+    def _schedule_resend(self, number: int) -> list[ControllerAnswer]:
         """Record a request to resend a line.
 
         The line is sent again after a short wait, because the controller may repeat its request.
@@ -315,7 +315,7 @@ class MarlinConversation(Conversation):
         percent = (self._percent, self._percent, 100)
         return Status(state, 0 if state == "Hold" else None, machine=place, work=place, overrides=percent)
 
-    def _keep_status(self, status: Status) -> Status:
+    def _store_and_return_status(self, status: Status) -> Status:
         self.store_status(status)
         return status
 
@@ -341,10 +341,10 @@ class MarlinConversation(Conversation):
     @property
     def takes_lines(self) -> bool:
         """Whether a line may be sent. All lines must be answered, and the machine must not be on hold."""
-        return not self._held and self._is_free
+        return not self._held and self._all_lines_answered
 
     @property
-    def _is_free(self) -> bool:
+    def _all_lines_answered(self) -> bool:
         return self._flying is None and self._wanted is None and not self._queries
 
     def send(self, text: str) -> None:
@@ -353,7 +353,7 @@ class MarlinConversation(Conversation):
         Raises `SendError` if an earlier line gets no answer.
         """
         until = self._deadline(PLANNED_SECONDS)
-        while not self._is_free:
+        while not self._all_lines_answered:
             if any(isinstance(answer, Status) for answer in self.listen()):
                 until = self._deadline(PLANNED_SECONDS)
             if self.clock() > until:
@@ -367,7 +367,7 @@ class MarlinConversation(Conversation):
         """
         if (more and not self._held) or (self._flying is not None and not self._flying.is_query):
             self._asked = True
-        elif self._is_free:
+        elif self._all_lines_answered:
             self._queries.extend(("M400", "M114"))
 
     # Commands.
@@ -390,9 +390,9 @@ class MarlinConversation(Conversation):
                     pass
         else:
             replies += [printable(self._rest.decode("ascii", "replace"))] * bool(self._rest)
-            raise wrong_firmware(self.port.name, replies, "Marlin")
+            raise wrong_firmware_error(self.port.name, replies, "Marlin")
         self._synchronise()
-        self._firmware()
+        self._query_firmware()
         self._anew = False
         return self.fresh_status()
 
@@ -409,13 +409,13 @@ class MarlinConversation(Conversation):
             if self.listen():
                 quiet = self.clock()
 
-    def _firmware(self) -> tuple[str, dict[str, bool]]:
+    def _query_firmware(self) -> tuple[str, dict[str, bool]]:
         """Return the name and the capabilities of the firmware. Raises `SendError` if it is not Marlin 2."""
         reports = [report for report in self.ask("M115") if isinstance(report, Report)]
         name = next((report.text for report in reports if report.name == FIRMWARE), "")
         version = _VERSION.match(name)
         if version is None:
-            raise wrong_firmware(self.port.name, [name or "ok"], "Marlin")
+            raise wrong_firmware_error(self.port.name, [name or "ok"], "Marlin")
         if int(version[1]) < 2:
             raise SendError("the device on {} is {}; Marlin 2 is needed", self.port.name, printable(version[0], 40))
         pairs = [report.text.rpartition(":") for report in reports if report.name == CAPABILITY]
@@ -426,11 +426,11 @@ class MarlinConversation(Conversation):
 
         Raises `SendError` if the controller does not report its settings, its travel or its busy messages.
         """
-        version, abilities = self._firmware()
+        version, abilities = self._query_firmware()
         if not re.search(r"M113 S[12]\b", self._query_text("M113", _NO_BUSY)):
             raise SendError(_NO_BUSY)
         settings = self._query_text("M503", _NO_SETTINGS)
-        soft_limits_on, low, high = _soft_endstops(self._query_text("M211", _NO_TRAVEL))
+        soft_limits_on, low, high = _parse_soft_endstops(self._query_text("M211", _NO_TRAVEL))
         try:
             machine = machine_from_settings(settings, "M503", "marlin").machine
         except ReadError as problem:
@@ -527,11 +527,11 @@ class MarlinConversation(Conversation):
             if unmoved:
                 self.ask("M5")
                 return self._wait_for_rest()
-            return self._stop_at_once(on_answer)
+            return self._stop_motors(on_answer)
         finally:
             self._resetting = self._interrupted = False
 
-    def _stop_at_once(self, on_answer: OnAnswer) -> Status:
+    def _stop_motors(self, on_answer: OnAnswer) -> Status:
         self.homed = False
         self._queries.clear()
         # Without a number, because it must act before its turn.
@@ -552,7 +552,7 @@ class MarlinConversation(Conversation):
         if self._anew:
             status = replace(status, machine=None, work=None)
         on_answer(status)
-        return self._keep_status(status)
+        return self._store_and_return_status(status)
 
     def _wait_for_rest(self) -> Status:
         status = self.fresh_status(PLANNED_SECONDS)
@@ -567,7 +567,7 @@ class MarlinConversation(Conversation):
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Stop any remaining motion after an error. A firmware that has halted itself receives nothing."""
         if self._killed:
-            return self._keep_status(Status("Alarm"))
+            return self._store_and_return_status(Status("Alarm"))
         return self.stop(on_answer)
 
     def stop_unanswered(self) -> str:
@@ -576,7 +576,7 @@ class MarlinConversation(Conversation):
         return Message("M112 (emergency stop) was sent anyway")
 
 
-def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
+def _parse_soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
     """Parse the answer to M211. Return whether the soft end stops are on, and the limits of the travel, mm.
 
     Raises `SendError` if the firmware has no soft end stops, because the travel is unknown in this case.
@@ -590,7 +590,7 @@ def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
     return is_on, low, high
 
 
-def parse(line: str) -> ControllerAnswer:
+def parse_marlin_line(line: str) -> ControllerAnswer:
     """Parse a line from a controller. A line with unprintable characters (noise) becomes an `InvalidAnswer`.
 
         parse("echo:busy: processing")    Report("busy", "processing")
@@ -610,7 +610,7 @@ def parse(line: str) -> ControllerAnswer:
     if match := _RESEND.match(line):
         return Report(RESEND, match[1])
     if line.startswith(("Error:", "!!")):
-        return _error(line.partition(":")[2].strip() or line)
+        return _parse_error(line.partition(":")[2].strip() or line)
     if "endstops hit" in line:
         return Alarm(
             Message("an end stop was hit unexpectedly ({})", printable(line.rpartition("hit:")[2].strip(), 40))
@@ -630,7 +630,7 @@ def parse(line: str) -> ControllerAnswer:
     return Report("", line[:300])
 
 
-def _error(text: str) -> ControllerAnswer:
+def _parse_error(text: str) -> ControllerAnswer:
     if any(words in text.lower() for words in _LINE_ERRORS):
         return Report("line error", printable(text, 80))
     meaning = next((words for part, words in _ERRORS.items() if part in text), "")

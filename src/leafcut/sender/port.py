@@ -54,21 +54,21 @@ class SerialPort:
         SendError
             The port is in use, or access is denied.
         """
-        serial = _pyserial()
+        serial = _import_pyserial()
         if baud not in BAUDS:
             raise OptionError("--baud {}: {}", baud, name_suggestion(str(baud), [str(rate) for rate in BAUDS])[2:])
         self.name = name
         if os.name == "posix" and not os.path.exists(name):  # noqa: PTH110 - a device, and no path of ours
-            raise OptionError("--port {} does not exist; {}", name, ports_in_words())
+            raise OptionError("--port {} does not exist; {}", name, serial_ports_sentence())
         for is_kind, kind in ((os.path.isdir, "a folder"), (os.path.isfile, "a file")):
             if is_kind(name):
-                raise OptionError("--port {}: this is {}, not a serial port; {}", name, kind, ports_in_words())
+                raise OptionError("--port {}: this is {}, not a serial port; {}", name, kind, serial_ports_sentence())
         try:
             self._serial = serial.Serial(
                 name, baud, timeout=0.0, write_timeout=_WRITE_SECONDS, exclusive=True if os.name == "posix" else None
             )
         except (serial.SerialException, OSError, ValueError) as problem:
-            raise _refusal(name, problem) from None
+            raise _port_error(name, problem) from None
 
     def read(self, seconds: float) -> bytes:
         """Wait up to `seconds` for the first byte, and return all bytes that have arrived.
@@ -103,7 +103,7 @@ class SerialPort:
             return
 
 
-def _pyserial() -> ModuleType:
+def _import_pyserial() -> ModuleType:
     try:
         import serial
     except ModuleNotFoundError:
@@ -111,7 +111,7 @@ def _pyserial() -> ModuleType:
     return serial
 
 
-def _refusal(name: str, problem: Exception) -> SendError:
+def _port_error(name: str, problem: Exception) -> SendError:
     number = getattr(problem, "errno", None)
     text = str(problem)
     if number in (errno.EBUSY, errno.EWOULDBLOCK) or "exclusively lock" in text or "Access is denied" in text:
@@ -119,21 +119,21 @@ def _refusal(name: str, problem: Exception) -> SendError:
     if number in (errno.EACCES, errno.EPERM):
         return SendError("--port {}: access was denied; on Linux, join the group 'dialout'", name)
     if number == errno.ENOENT or "FileNotFound" in text:
-        return SendError("--port {} does not exist; {}", name, ports_in_words())
+        return SendError("--port {} does not exist; {}", name, serial_ports_sentence())
     return SendError("--port {} is not a serial port, or does not support this baud rate", name)
 
 
-def ports() -> list[tuple[str, str]]:
+def list_serial_ports() -> list[tuple[str, str]]:
     """Return the name and the description of each serial port of this computer."""
-    _pyserial()
+    _import_pyserial()
     from serial.tools.list_ports import comports
 
     return sorted((str(port.device), str(port.description)) for port in comports())
 
 
-def ports_in_words() -> Message:
+def serial_ports_sentence() -> Message:
     """List the serial ports in words, for the end of a message."""
-    names = [name for name, _ in ports()]
+    names = [name for name, _ in list_serial_ports()]
     return (
         Message("there are {}", ", ".join(names))
         if names

@@ -21,8 +21,8 @@ from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.sender.character_counting import SentLine
 from leafcut.sender.controller_facts import Facts
-from leafcut.sender.job import SendJob, job_of
-from leafcut.sender.lines import SentStep, dwell, lines_in_dialect, steps_of
+from leafcut.sender.job import SendJob, job_from_text
+from leafcut.sender.lines import SentStep, convert_to_dialect, dwell_command, steps_from_lines
 
 #: Number of decimals for a position in mm. A board with fine steps resolves 0.001 mm.
 _DECIMALS = 4
@@ -32,7 +32,7 @@ _COOLANT = {0: [], 1: ["M7"], 2: ["M8"], 3: ["M7", "M8"]}
 _TOLERANCE = 2e-4
 
 
-def line_of_hole(job: SendJob, number: int) -> int:
+def first_line_of_hole(job: SendJob, number: int) -> int:
     """Return the first line of a hole. Holes are numbered from 1 in program order.
 
     Raises `OptionError` if the hole does not exist.
@@ -43,13 +43,13 @@ def line_of_hole(job: SendJob, number: int) -> int:
     return job.holes[number - 1].first
 
 
-def check_place(from_hole: int | None, from_line: int | None) -> None:
+def refuse_hole_and_line(from_hole: int | None, from_line: int | None) -> None:
     """Raise `OptionError` if both a hole and a line are given."""
     if from_hole is not None and from_line is not None:
         raise OptionError("--from-hole and --from-line both set the line to resume at; leave one out")
 
 
-def steps_from_resume(
+def steps_to_send(
     job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None
 ) -> tuple[int, Sequence[SentStep], int | None]:
     """Return the steps that run a program from a hole or a line.
@@ -67,18 +67,18 @@ def steps_from_resume(
     OptionError
         Both a hole and a line are given, the hole or line does not exist, or the program cannot resume there.
     """
-    check_place(from_hole, from_line)
+    refuse_hole_and_line(from_hole, from_line)
     if from_hole is None and from_line is None:
         return 0, job.steps, None
-    line = line_of_hole(job, from_hole) if from_hole is not None else int(from_line or 0)
+    line = first_line_of_hole(job, from_hole) if from_hole is not None else int(from_line or 0)
     if line < 1:
         raise OptionError("--from-line {}: lines are counted from 1", line)
     place = facts.machine_place()
-    steps, tool = resumed(job, line, None if place is None else place[2] - facts.origin(540)[2])
+    steps, tool = resuming_steps(job, line, None if place is None else place[2] - facts.origin(540)[2])
     return line, steps, tool
 
 
-def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple[SentStep, ...], int | None]:
+def resuming_steps(job: SendJob, line: int, height: float | None = None) -> tuple[tuple[SentStep, ...], int | None]:
     """Return the steps that resume a program at a line.
 
     `height` is the current Z of the tool in program coordinates, mm. The tool does not descend until it is above its
@@ -102,15 +102,15 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     first = int(program.line[block])
     modal, row = program.modal(block), int(program.first[block])
     path = program.path
-    place = _place_before(job, row, first)
-    lead = lines_in_dialect(job.dialect, *_lead_in(job, modal, path, row, place, height))
-    rest = steps_of(program.lines, job.dialect, job.file, first)
+    place = _position_before(job, row, first)
+    lead = convert_to_dialect(job.dialect, *_state_restoring_lines(job, modal, path, row, place, height))
+    rest = steps_from_lines(program.lines, job.dialect, job.file, first)
     rest = add_motion_mode(rest, modal.motion)
-    _prove(job, lead, rest, row, first)
+    _check_same_moves(job, lead, rest, row, first)
     return (*(SentLine(text) for text in lead), *rest), modal.next_tool if modal.tool is None else modal.tool
 
 
-def _place_before(job: SendJob, row: int, line: int) -> XYZ:
+def _position_before(job: SendJob, row: int, line: int) -> XYZ:
     """Return the tool position before a row in program coordinates, mm. Z is 0 for a laser that never moves Z.
 
     Raises `OptionError` if the position is unknown, or if there is nothing left to do.
@@ -133,7 +133,9 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     return x, y, z
 
 
-def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None) -> list[str]:
+def _state_restoring_lines(
+    job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None
+) -> list[str]:
     """Return the lines that restore the state and the position of the machine before a block.
 
     Raises `OptionError` if this is impossible because of inverse time feed (G93), unknown units, or a missing feed for
@@ -151,14 +153,14 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     lines = ["M5", "M9", "G21 G90 G94 G17 G40 G49", f"G{modal.frame / 10:g}"]
     if len(known):
         top = max(float(known.max()), z if height is None else height)
-        lines.append(f"G0 Z{number_in_mm(top)}{_rapid_feed(job, 'Z')}")
-    lines.append(f"G0 X{number_in_mm(x)} Y{number_in_mm(y)}{_rapid_feed(job, 'XY')}")
+        lines.append(f"G0 Z{number_in_mm(top)}{_rapid_feed_word(job, 'Z')}")
+    lines.append(f"G0 X{number_in_mm(x)} Y{number_in_mm(y)}{_rapid_feed_word(job, 'XY')}")
     lines += _COOLANT[modal.coolant]
     spindle = f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}" if modal.spindle else f"S{modal.rpm:g}"
     if not job.laser:
         lines.append(spindle)
         if modal.spindle and job.machine.spindle_start_s:
-            lines.append(dwell(job.dialect, job.machine.spindle_start_s))
+            lines.append(dwell_command(job.dialect, job.machine.spindle_start_s))
     if len(known):
         lines.append(_descent_line(job, modal, row, z))
     # From here on, the lines are in the units and modes of the program.
@@ -169,7 +171,7 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     return [line for line in lines if line]
 
 
-def _rapid_feed(job: SendJob, axes: str) -> str:
+def _rapid_feed_word(job: SendJob, axes: str) -> str:
     if not job.dialect.rapid_feed:
         return ""
     return f" F{number_in_mm(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"
@@ -186,7 +188,7 @@ def _descent_line(job: SendJob, modal: Modal, row: int, z: float) -> str:
         travels = path.kind[first] == Kind.RAPID and (sideways or bool(path.end[first, 2] > z))
         travels &= sideways or _arrived_by_rapid(path, row)
     if travels:
-        return f"G0 Z{number_in_mm(z)}{_rapid_feed(job, 'Z')}"
+        return f"G0 Z{number_in_mm(z)}{_rapid_feed_word(job, 'Z')}"
     feed = modal.feed * (modal.unit or 1.0)
     if not feed:
         fed = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
@@ -211,13 +213,13 @@ def number_in_mm(value: float) -> str:
     return "0" if text in ("-0", "") else text
 
 
-def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
+def mode_restoring_lines(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
     """Return the motion mode before a line, and the lines that restore the spindle and all other modes."""
-    modal = _modal_before(job, line)
+    modal = _modal_state_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
     words += _units_and_feed(modal)
-    lines = [SentLine(text) for text in lines_in_dialect(job.dialect, *words)]
-    return modal.motion, [*lines, *spindle_words(job, line)]
+    lines = [SentLine(text) for text in convert_to_dialect(job.dialect, *words)]
+    return modal.motion, [*lines, *spindle_restoring_lines(job, line)]
 
 
 def _units_and_feed(modal: Modal) -> list[str]:
@@ -227,18 +229,18 @@ def _units_and_feed(modal: Modal) -> list[str]:
     return [f"G{21 if modal.unit == 1.0 else 20}", *[f"F{modal.feed:.10g}"] * bool(modal.feed)]
 
 
-def spindle_words(job: SendJob, line: int) -> list[SentLine]:
+def spindle_restoring_lines(job: SendJob, line: int) -> list[SentLine]:
     """Return the lines that start the spindle, if the spindle is on before a line of the program."""
-    modal = _modal_before(job, line)
+    modal = _modal_state_before(job, line)
     if not modal.spindle:
         return []
     blocks = [f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}"]
     if job.machine.spindle_start_s:
-        blocks.append(dwell(job.dialect, job.machine.spindle_start_s))
-    return [SentLine(text) for text in lines_in_dialect(job.dialect, *blocks)]
+        blocks.append(dwell_command(job.dialect, job.machine.spindle_start_s))
+    return [SentLine(text) for text in convert_to_dialect(job.dialect, *blocks)]
 
 
-def _modal_before(job: SendJob, line: int) -> Modal:
+def _modal_state_before(job: SendJob, line: int) -> Modal:
     block = int(np.searchsorted(job.program.line, line))
     return job.program.modal(min(block, job.program.n_blocks))
 
@@ -265,13 +267,13 @@ def add_motion_mode(rest: list[SentStep], motion: int | None) -> list[SentStep]:
     return done
 
 
-def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
+def _check_same_moves(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
     """Read the lines to send again.
 
     Raises `OptionError` if their moves differ from the remaining moves of the program.
     """
     texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
-    resumed = job_of("\n".join(texts) + "\n", job.file, job.machine, job.dialect, None, _EVERY)
+    resumed = job_from_text("\n".join(texts) + "\n", job.file, job.machine, job.dialect, None, _EVERY)
     original_path, resumed_path = job.program.path, resumed.program.path
     kept_rows = [k for k in range(row, len(original_path)) if original_path.kind[k] not in (Kind.PAUSE, Kind.TOOL)]
     resumed_rows = (

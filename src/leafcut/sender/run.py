@@ -22,9 +22,9 @@ from leafcut.sender.error_texts import state_in_words
 from leafcut.sender.job import SendJob
 from leafcut.sender.job_checks import check_program
 from leafcut.sender.line_tracking import LineTracker
-from leafcut.sender.lines import DrilledHole, Pause, SentStep, pauses_at_holes
+from leafcut.sender.lines import DrilledHole, Pause, SentStep, insert_pauses_at_holes
 from leafcut.sender.port import PortLost
-from leafcut.sender.resuming import add_motion_mode, modes_before, resumed, spindle_words
+from leafcut.sender.resuming import add_motion_mode, mode_restoring_lines, resuming_steps, spindle_restoring_lines
 
 #: Interval between status queries, s. Shorter intervals would slow the program down.
 STATUS_SECONDS = 0.25
@@ -193,7 +193,7 @@ class SendRun:
 
     def __post_init__(self) -> None:
         self.counter = CharacterCounter(self.facts.buffer, self.talk.max_lines)
-        self.left: deque[SentStep] = deque(self._stepping_holes(self.steps))
+        self.left: deque[SentStep] = deque(self._with_pauses_at_holes(self.steps))
         self.path = self.job.program.path
         self._tracker = LineTracker(self.path)
         feed_s, other_s = self.job.seconds
@@ -208,14 +208,14 @@ class SendRun:
         self._changing = self._to_resume = False
         self._not_yet_held = 0
         self._offset = self.facts.status.offset
-        self._sure = self._program_place(self.facts.status) is not None
+        self._sure = self._work_position(self.facts.status) is not None
         self._errors: list[tuple[int, str]] = []
         self._rests = 0
         self._was_reset = False
         self._heard_at = self._owed_since = self._asked_at = self.talk.clock()
 
-    def _stepping_holes(self, steps: Sequence[SentStep], after: int = 0) -> Sequence[SentStep]:
-        return pauses_at_holes(steps, self.job.holes[after:]) if self.by_hole else steps
+    def _with_pauses_at_holes(self, steps: Sequence[SentStep], after: int = 0) -> Sequence[SentStep]:
+        return insert_pauses_at_holes(steps, self.job.holes[after:]) if self.by_hole else steps
 
     def go_on_to_the_end(self) -> None:
         """Leave hole-by-hole mode, so that the program runs to its end. The prompt may call this method."""
@@ -237,7 +237,7 @@ class SendRun:
                 self.talk.prepare()
             self._heard_at = self._owed_since = self.talk.clock()
             self._send_all()
-            return self._leave_check() if self.check else self._result("", self.talk.status)
+            return self._end_check_mode() if self.check else self._result("", self.talk.status)
         except _NoAnswer as silent:
             return self._result_of_lost_machine(f"{silent}; {self._stop_unanswered()}")
         except PortLost as lost:
@@ -265,8 +265,8 @@ class SendRun:
 
     def _send_all(self) -> None:
         while True:
-            self._obey_requests()
-            self._step_override()
+            self._process_requests()
+            self._step_feed_override()
             self._send_lines()
             for answer in self.talk.listen():
                 self._process_answer(answer)
@@ -274,7 +274,7 @@ class SendRun:
                 return
             self._check_connection()
 
-    def _obey_requests(self) -> None:
+    def _process_requests(self) -> None:
         while self.requests:
             request = self.requests.popleft()
             if request is Request.STOP:
@@ -294,7 +294,7 @@ class SendRun:
             self._to_resume = False
             self.talk.resume()
 
-    def _step_override(self) -> None:
+    def _step_feed_override(self) -> None:
         if self._wanted is None or self._changing:
             return
         if self._wanted == self._overrides[0]:
@@ -334,11 +334,11 @@ class SendRun:
         if (
             self._rests >= 2
             and self.counter.waiting
-            and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell()
+            and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell_of_oldest_line()
         ):
             raise _RunEnded("an answer was lost on the way, so the lines can no longer be counted; check the cable")
 
-    def _dwell(self) -> float:
+    def _dwell_of_oldest_line(self) -> float:
         """Return the dwell time of the oldest unanswered line, s."""
         oldest = self.counter.waiting[0].text
         if "G4" not in oldest and "G04" not in oldest:
@@ -353,12 +353,12 @@ class SendRun:
             case Refused():
                 self._process_line_answer(self.talk.meaning_of(answer))
             case Alarm():
-                raise _AlarmStop("{}: {}", self._place_text(), self.talk.meaning_of(answer))
+                raise _AlarmStop("{}: {}", self._position_words(), self.talk.meaning_of(answer))
             case Greeting():
                 # A reset during a move loses the position. GRBL 1.1h does not report its alarm if the reset arrives
                 # between its checks for alarms and for resets (protocol.c: `protocol_exec_rt_system`).
                 self._was_reset = True
-                raise _RunEnded("the controller was reset{}", self._line_text())
+                raise _RunEnded("the controller was reset{}", self._current_line_words())
             case InvalidAnswer(words):
                 raise _RunEnded("invalid answer: '{}'; check the cable", words)
             case Status():
@@ -387,7 +387,7 @@ class SendRun:
 
     def _process_status(self, status: Status) -> None:
         if status.state in LOCKED:
-            raise _RunEnded("{}: the machine is {}", self._place_text(), state_in_words(status, self.talk.family))
+            raise _RunEnded("{}: the machine is {}", self._position_words(), state_in_words(status, self.talk.family))
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
         if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
             raise _RunEnded("the controller's buffer holds more than was sent: is another program connected to it?")
@@ -396,13 +396,13 @@ class SendRun:
         if status.overrides is not None:
             self._overrides, self._changing = status.overrides, False
         self._offset = status.offset or self._offset
-        place = self._program_place(status)
+        place = self._work_position(status)
         if not self.check:
-            self.line = self._line_of(place)
+            self.line = self._line_at_position(place)
         if self.observe is not None:
-            self.observe(self._view(status, place))
+            self.observe(self._progress_view(status, place))
 
-    def _line_of(self, place: XYZ | None) -> int:
+    def _line_at_position(self, place: XYZ | None) -> int:
         last = max(self.taken, self._first)
         self._sure = place is not None
         if place is None:
@@ -414,15 +414,15 @@ class SendRun:
     def _earliest_line(self) -> int:
         return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
-    def _settle_line(self) -> None:
+    def _assume_earliest_line(self) -> None:
         """If the position is unknown, assume the earliest possible line, so that resuming skips no line."""
         if not self._sure:
             self.line = min(self._earliest_line, max(self.taken, self._first))
 
-    def _program_place(self, status: Status) -> XYZ | None:
+    def _work_position(self, status: Status) -> XYZ | None:
         return self.facts.work_place(status, self._offset)
 
-    def _view(self, status: Status, place: XYZ | None) -> RunView:
+    def _progress_view(self, status: Status, place: XYZ | None) -> RunView:
         line = self.taken if self.check else max(self.line - 1, 0)
         line = min(line, len(self._fed) - 1)
         feed, rapid = max(self._overrides[0], 1), max(self._overrides[1], 1)
@@ -457,7 +457,7 @@ class SendRun:
                 raise _StopRequested
             if not answer.strip():
                 break
-            replies, changed = self._obey_line(answer.strip()), True
+            replies, changed = self._send_operator_line(answer.strip()), True
         self._heard_at = self.talk.clock()
         following = next((step.number for step in self.left if isinstance(step, SentLine)), 0)
         if not following:
@@ -466,10 +466,10 @@ class SendRun:
             self.touched = False
             self._continue_after_pause(pause, following)
         elif pause.change and not self.job.laser:
-            self.left.extendleft(reversed(spindle_words(self.job, following)))
+            self.left.extendleft(reversed(spindle_restoring_lines(self.job, following)))
         self._heard_at, self._rests = self.talk.clock(), 0
 
-    def _obey_line(self, text: str) -> list[str]:
+    def _send_operator_line(self, text: str) -> list[str]:
         try:
             data = text.upper() if text.isascii() and text.isprintable() else ""
             if not data or len(data) > 79 or set(data) & set("!?~"):
@@ -492,19 +492,19 @@ class SendRun:
         place = self.facts.machine_place()
         height = None if place is None else place[2] - self.facts.origin(540)[2]
         try:
-            steps, _ = resumed(self.job, following, height)
+            steps, _ = resuming_steps(self.job, following, height)
         except OptionError:
             # Before its first move, the program has no position to which the tool could return.
-            motion, lines = modes_before(self.job, following)
+            motion, lines = mode_restoring_lines(self.job, following)
             steps = (*lines, *add_motion_mode(list(self.left), motion))
-        self.left = deque(self._stepping_holes([step for step in steps if step != pause], pause.hole))
+        self.left = deque(self._with_pauses_at_holes([step for step in steps if step != pause], pause.hole))
 
     def _wait_idle(self) -> None:
         for _ in range(2):
             while self.talk.fresh_status().state not in ("Idle", *LOCKED):
                 pass
 
-    def _place_text(self) -> Message:
+    def _position_words(self) -> Message:
         if self.taken < self._first:
             return Message("before the program")
         return (
@@ -513,10 +513,10 @@ class SendRun:
             else Message("in or after line {}", self.line)
         )
 
-    def _line_text(self) -> str:
+    def _current_line_words(self) -> str:
         return Message(" while the machine was in line {}", self.line) if self.taken >= self._first else ""
 
-    def _leave_check(self) -> RunResult:
+    def _end_check_mode(self) -> RunResult:
         status = self.talk.reset()
         errors = self._errors
         reason = errors[0][1] if errors else ""
@@ -527,7 +527,7 @@ class SendRun:
         """Stop the machine and return the result. Set `at_once` if an alarm has already stopped the machine."""
         try:
             stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
-            status = stop(self._hear_late)
+            status = stop(self._process_late_answer)
         except PortLost as lost:
             return self._result_of_lost_machine(Message("{}; {}", reason, lost))
         except SendError as problem:
@@ -540,18 +540,18 @@ class SendRun:
         except LeafcutError:
             return Message("no stop could be sent")
 
-    def _hear_late(self, answer: ControllerAnswer) -> None:
+    def _process_late_answer(self, answer: ControllerAnswer) -> None:
         if isinstance(answer, Accepted | Refused):
             line = self.counter.take_answer()
             if line is not None and line.number:
                 self.taken = line.number
         if isinstance(answer, Status) and not self.check:
             self._offset = answer.offset or self._offset
-            self.line = self._line_of(self._program_place(answer))
+            self.line = self._line_at_position(self._work_position(answer))
 
     def _result(self, reason: str, status: Status | None) -> RunResult:
         self.counter.forget_lines()
-        self._settle_line()
+        self._assume_earliest_line()
         complete = not reason
         state = Message("standing still") if status is None else state_in_words(replace(status, detail=None))
         return RunResult(
@@ -574,7 +574,7 @@ class SendRun:
 
         It executes its buffered lines and then comes to rest.
         """
-        self._settle_line()
+        self._assume_earliest_line()
         last = self.talk.status
         state = (
             Message("the machine runs its buffered lines, at most up to line {}, then stops", self.sent)

@@ -12,7 +12,7 @@ from leafcut.sender.run import RunResult, RunView
 from leafcut.units import format_time
 
 
-def place_in_words(place: XYZ) -> str:
+def position_in_words(place: XYZ) -> str:
     """Format a position, such as ``X1.000 Y2.000 Z-0.500``."""
     return " ".join(f"{axis}{value:.3f}" for axis, value in zip("XYZ", place, strict=True))
 
@@ -20,7 +20,7 @@ def place_in_words(place: XYZ) -> str:
 def progress_in_words(view: RunView, job: SendJob) -> str:
     """Describe the progress of a program in one line for a terminal."""
     position = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else Message("line {}", view.line)
-    place = "" if view.place is None else f"  {place_in_words(view.place)}"
+    place = "" if view.place is None else f"  {position_in_words(view.place)}"
     state = {"Hold": "ON HOLD", "Door": "DOOR OPEN"}.get(view.state, "")
     rest = f"{format_time(view.done_s)} done, {format_time(view.left_s)} left"
     return "  ".join(filter(None, [f"{state}", f"{position}{place}", f"F{view.feed:.0f} at {view.override} %", rest]))
@@ -38,7 +38,7 @@ def ending_in_words(ending: RunResult, job: SendJob) -> str:
                 "the position of the machine is {} ({})"
                 if ending.homed
                 else "the last known position of the machine is {} ({})",
-                place_in_words(ending.place),
+                position_in_words(ending.place),
                 ending.coordinates,
             )
         )

@@ -76,7 +76,7 @@ class StudioKeys:
         return hmac.new(self._secret, f"leafcut studio {end}".encode(), hashlib.sha256).hexdigest()
 
 
-def kept_secret(root: Path) -> bytes:
+def read_or_create_secret(root: Path) -> bytes:
     """Load the secret of a studio's folder, or create it. Raises `OutputError` if the secret cannot be saved."""
     file = root / "key"
     try:

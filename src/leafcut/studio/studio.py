@@ -12,7 +12,7 @@ from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import History
 from leafcut.studio.jobs.jobs import Jobs
 from leafcut.studio.jobs.workers import StudioWorkers
-from leafcut.studio.keys import StudioKeys, kept_secret
+from leafcut.studio.keys import StudioKeys, read_or_create_secret
 from leafcut.studio.recent_files import RecentFiles
 
 HOST, PORT = "127.0.0.1", 8173
@@ -103,5 +103,5 @@ def open_studio(root: Path, port: int = PORT, workers: StudioWorkers | None = No
 
     folder.drop_unused(history.inputs_in_use() | kept())
     workers = workers or StudioWorkers(root / "temporary")
-    jobs, keys = Jobs(folder, history, workers, kept), StudioKeys(kept_secret(root))
+    jobs, keys = Jobs(folder, history, workers, kept), StudioKeys(read_or_create_secret(root))
     return Studio(folder, history, jobs, workers, keys, port, recent, open_pages=open_pages)

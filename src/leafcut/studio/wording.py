@@ -51,7 +51,7 @@ class Words:
 
         Items of a plug-in have no text. Their name is `english`, or else `name` itself.
         """
-        return self.table.get(f"{kind}.{name}") or english or label_of(name)
+        return self.table.get(f"{kind}.{name}") or english or default_label(name)
 
     def option(self, name: str) -> str:
         """Return the label of an option. If it has no label, return its name."""
@@ -71,7 +71,7 @@ class Words:
 
     def plain(self, line: str) -> str:
         """Translate a message, and replace its flags with the labels of the form."""
-        return _FLAG.sub(self._field, self.translate(line))
+        return _FLAG.sub(self._field_label, self.translate(line))
 
     def translate(self, text: str) -> str:
         """Translate a message, including values that are messages themselves.
@@ -88,7 +88,7 @@ class Words:
         known = self.language == "en" or self.translate(line) != line
         return self.language if known else "en"
 
-    def _field(self, match: re.Match[str]) -> str:
+    def _field_label(self, match: re.Match[str]) -> str:
         if match["flag"] is None:
             value = match["process"] or ""
             field = "work" if f"work.{value}" in self.table and f"process.{value}" not in self.table else "process"
@@ -117,30 +117,32 @@ def _option_names() -> frozenset[str]:
 def words(language: str) -> Words:
     """Return the texts of a language. If the language is unknown, return the English texts."""
     if language == "en" or language not in LANGUAGES:
-        return Words("en", {key: label_of(key) for key in texts_of("es")} | texts_of("en"))
-    return Words(language, texts_of(language), texts_of(f"options_{language}"), _templates(f"messages_{language}"))
+        return Words("en", {key: default_label(key) for key in read_texts("es")} | read_texts("en"))
+    return Words(
+        language, read_texts(language), read_texts(f"options_{language}"), _read_templates(f"messages_{language}")
+    )
 
 
-def label_of(key: str) -> str:
+def default_label(key: str) -> str:
     """Derive the English label from a key, such as ``From hole`` from ``flag.from_hole``."""
     return key.rpartition(".")[2].replace("_", " ").capitalize()
 
 
-def _templates(name: str) -> dict[str, str]:
+def _read_templates(name: str) -> dict[str, str]:
     text = (files("leafcut.studio") / "texts" / f"{name}.toml").read_text(encoding="utf-8")
     return {template: spanish for section in tomllib.loads(text).values() for template, spanish in section.items()}
 
 
-def texts_of(name: str) -> dict[str, str]:
+def read_texts(name: str) -> dict[str, str]:
     """Return the texts of a file by key."""
     text = (files("leafcut.studio") / "texts" / f"{name}.toml").read_text(encoding="utf-8")
-    return dict(_flat("", tomllib.loads(text)))
+    return dict(_flatten("", tomllib.loads(text)))
 
 
-def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _flatten(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for key, value in table.items():
         if isinstance(value, Mapping):
-            yield from _flat(f"{prefix}{key}.", value)
+            yield from _flatten(f"{prefix}{key}.", value)
         else:
             yield prefix + key, value
 

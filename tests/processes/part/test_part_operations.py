@@ -14,7 +14,7 @@ import leafcut
 from leafcut.errors import LeafcutError, PlanError
 from leafcut.model.toolpath import Kind
 from leafcut.processes.part.report import PartReport
-from leafcut.report.page import write_page
+from leafcut.report.page import report_page_html
 from rs274_moves import run_rs274
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -154,7 +154,7 @@ def test_the_report_lists_the_work_of_each_layer(tmp_path: Path) -> None:
         "HOLES": (4, "drill", 6.5, "T4"),
         "NOTES": (1, "ignore", 0.0, ""),
     }
-    page = write_page(PartReport(outcome))
+    page = report_page_html(PartReport(outcome))
     assert all(
         f'<th scope="row"><bdi>{layer}</bdi></th><td class="n">{works[layer][0]}</td>' in page for layer in works
     )

@@ -25,7 +25,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.pocket.proof.chips import measure_chips
 from leafcut.processes.registry import report_of
 from leafcut.read.work_materials import load_material
-from leafcut.report.json_answer import as_json
+from leafcut.report.json_answer import program_as_json
 from own_machines import machine_of_power
 
 #: A pocket of 28 × 20 mm with round corners.
@@ -106,7 +106,7 @@ def test_chips_are_no_thicker_by_another_model_of_the_stock(even, fed) -> None:
 
 def test_the_answer_tells_the_feeds_and_the_thickest_chip_before_and_after(fed) -> None:
     """600 mm/min at 6,000 rpm are 0.1 mm a revolution: in the first cut before and after."""
-    pace = as_json(report_of(fed))["pace"]
+    pace = program_as_json(report_of(fed))["pace"]
     assert pace["feeds_s"] > 0
     (tool,) = pace["tools"]
     assert (tool["chip_before"], tool["chip_after"], tool["chip_limit"]) == pytest.approx((0.1, 0.1, 0.1), rel=1e-4)

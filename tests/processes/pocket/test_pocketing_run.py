@@ -36,7 +36,7 @@ from leafcut.processes.pocket.report.pocket_report import PocketReport
 from leafcut.processes.pocket.strategies import STRATEGIES, check_algorithm
 from leafcut.processes.registry import report_of
 from leafcut.processes.settings import collect_settings
-from leafcut.report.json_answer import as_json
+from leafcut.report.json_answer import program_as_json
 from leafcut.report.summary import print_summary
 from rs274_moves import run_rs274
 
@@ -151,7 +151,7 @@ def test_a_cheaper_strategy_that_is_not_written_has_the_reason_beside_it(outcome
     shown = replace(outcome, detail=replace(outcome.detail, plans=(replace(plan, results=tuple(found), chosen=4),)))
     facts = {fact.name: fact.sentence for fact in PocketReport(shown).facts}
     assert facts["contour"] == "not written: leaves 2 % uncut"
-    rows = {row["strategy"]: row for row in as_json(PocketReport(shown))["strategies"]}
+    rows = {row["strategy"]: row for row in program_as_json(PocketReport(shown))["strategies"]}
     assert rows["connected"]["passed_over"] == "gouges 3 mm² of the walls" and "passed_over" not in rows["ants"]
 
 
@@ -274,7 +274,7 @@ def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_pa
     order = [v for k, v in enumerate(visits) if k == 0 or v != visits[k - 1]]
     assert order == [0, 1, 2, 3]
     # One program: the spindle starts once, and the tool is lifted between the pockets.
-    [row] = as_json(report_of(outcome))["strategies"]
+    [row] = program_as_json(report_of(outcome))["strategies"]
     assert row["time_s"] == pytest.approx(outcome.after.time_s)
     assert row["retracts"] == 3 and row["rapid_mm"] == pytest.approx(180.0, abs=60.0)
     assert sum(plan.result.program_s for plan in outcome.detail.plans) > row["time_s"] + 3.0

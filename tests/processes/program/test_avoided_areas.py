@@ -14,7 +14,7 @@ from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.issue import Severity
 from leafcut.processes.program.proof.avoided_areas import NEAR, avoided_areas
 from leafcut.processes.registry import report_of
-from leafcut.report.json_answer import as_json
+from leafcut.report.json_answer import program_as_json
 
 FAST = {"iterations": 1, "threads": 1, "preset": "fast"}
 YS = (10, 170, 50, 130, 90)
@@ -98,7 +98,7 @@ def test_new_moves_across_avoided_areas_are_counted_with_their_first_line(bar: P
     head = [f"(leafcut: {words})", f"(leafcut: name clamps with --keep-out, first: line {lines[0]})"]
     assert new.splitlines()[:2] == head
     shown = {"moves": len(lines), "line": lines[0], "below": 20.0, "lowest": lowest}
-    assert as_json(report_of(found))["avoided_areas"] == shown
+    assert program_as_json(report_of(found))["avoided_areas"] == shown
 
 
 @pytest.mark.hazard

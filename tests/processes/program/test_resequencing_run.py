@@ -28,7 +28,7 @@ from leafcut.processes.program import proving
 from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.proving import with_comments
 from leafcut.processes.registry import report_of
-from leafcut.report.wording import work_words
+from leafcut.report.wording import operation_work_words
 from rewriting import work_of
 
 
@@ -257,7 +257,7 @@ def test_every_hole_of_a_tool_is_counted_also_the_first_one_of_its_cycle_that_st
     assert [(t["number"], t["holes"], t["staying"]) for t in answer["tools"]] == [(1, 12, 1), (2, 12, 1)]
     outcome = leafcut.optimize(path)
     assert len(outcome.part.holes) == 24
-    assert [work_words(o) for o in outcome.operations] == ["12 holes, 1 in its place"] * 2
+    assert [operation_work_words(o) for o in outcome.operations] == ["12 holes, 1 in its place"] * 2
     assert sorted(hole for o in outcome.operations for hole in o.holes) == list(range(24))
 
 
@@ -421,27 +421,27 @@ def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Pa
     """Three holes, one of them alone behind M8; and the same with --algorithm none."""
     from rich.console import Console
 
-    from leafcut.report.json_answer import as_json
-    from leafcut.report.page import write_page
+    from leafcut.report.json_answer import program_as_json
+    from leafcut.report.page import report_page_html
     from leafcut.report.summary import print_summary
 
     body = "G0 X0 Y0\nG1 Z-1 F100\nG0 Z5\nX30\nG1 Z-1\nG0 Z5\nM8\nX9 Y9\nG1 Z-1\nG0 Z5\n"
     file = tmp_path / "holes.ngc"
     file.write_text(f"G21 G90 G94 G17\nT1 M6\nS1000 M3\nG43 H1\nG0 Z5\n{body}M5\nM2\n")
     outcome = leafcut.optimize(file, machine="linuxcnc-mill")
-    answer = as_json(report_of(outcome))
+    answer = program_as_json(report_of(outcome))
     assert answer["counts"]["pieces"] == 3
     (group,) = answer["staying"]
     text = "alone between barriers (coolant is switched on or off): M8 at line 12"
     assert group == {"reason": "alone", "count": 1, "first_line": 12, "word": "M8", "text": text}
-    assert f"<li><bdi>1 {text}</bdi></li>" in write_page(report_of(outcome))
+    assert f"<li><bdi>1 {text}</bdi></li>" in report_page_html(report_of(outcome))
     console = Console(width=400, record=True, file=io.StringIO())
     print_summary(report_of(outcome), console)
     said = console.export_text()
     assert f"1 of 3 pieces stays: 1 {text}" in said
     assert "2 of 3 pieces of work can be reordered" in said
     outcome = leafcut.optimize(file, machine="linuxcnc-mill", algorithm="none")
-    kept = as_json(report_of(outcome))
+    kept = program_as_json(report_of(outcome))
     print_summary(report_of(outcome), console)
     assert "order unchanged" in console.export_text()
     assert [(g["reason"], g["count"]) for g in kept["staying"]] == [("keep-order", 2), ("alone", 1)]

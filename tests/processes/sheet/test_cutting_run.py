@@ -22,7 +22,7 @@ from leafcut.gcode.own_program import interpret
 from leafcut.model.toolpath import Kind
 from leafcut.processes.registry import report_of
 from leafcut.read.plan_file import load_plan
-from leafcut.report.json_answer import as_json
+from leafcut.report.json_answer import program_as_json
 from own_machines import blind_table
 from rs274_moves import run_rs274
 
@@ -81,7 +81,7 @@ def test_every_face_states_the_lengths_of_the_plan_of_a_sheet(outcome) -> None:
     cuts = outcome.detail.plan.cuts
     along = sum(cut.path.length for cut in cuts)
     between = sum(math.dist(a.path.end, b.path.start) for a, b in itertools.pairwise(cuts))
-    answer = as_json(report_of(outcome))
+    answer = program_as_json(report_of(outcome))
     sheet = answer["cutting"]["after"]
     assert answer["after"]["cut_mm"] == sheet["cut_mm"] == pytest.approx(along)
     assert answer["after"]["travel_mm"] == sheet["rapid_mm"] == pytest.approx(between)

@@ -35,7 +35,7 @@ def export(objectslist: Any, filename: str, argstring: str) -> str:
             raise RuntimeError("--base needs the name of a post-processor, such as linuxcnc")
         base = words[place + 1]
         del words[place : place + 2]
-    text = str(_post(base).export(objectslist, "-", "--no-show-editor") or "")
+    text = str(_load_post_processor(base).export(objectslist, "-", "--no-show-editor") or "")
     if not text:
         raise RuntimeError(f"the post-processor {base} wrote nothing")
     # FreeCAD has its own Python, whose environment variables would disturb leafcut.
@@ -57,7 +57,7 @@ def export(objectslist: Any, filename: str, argstring: str) -> str:
     return str(done.stdout.decode("utf-8", "replace"))
 
 
-def _post(name: str) -> Any:
+def _load_post_processor(name: str) -> Any:
     for module in (*(f"{place}.{name}_post" for place in _PLACES), f"{name}_post"):
         try:
             return importlib.import_module(module)

@@ -12,7 +12,7 @@ import sys
 LEAFCUT = ["leafcut"]
 
 
-def command(arguments: list[str]) -> list[str]:
+def leafcut_command(arguments: list[str]) -> list[str]:
     """Convert the arguments from Inkscape to a leafcut command line."""
     parser = argparse.ArgumentParser()
     for name in ("work", "machine", "thickness", "depth", "tool", "more", "tab", "id"):
@@ -34,7 +34,7 @@ def main() -> int:
     # Inkscape has its own Python, whose environment variables would disturb leafcut.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     try:
-        done = subprocess.run(command(sys.argv[1:]), capture_output=True, env=environment, check=False)
+        done = subprocess.run(leafcut_command(sys.argv[1:]), capture_output=True, env=environment, check=False)
     except OSError as problem:
         sys.stderr.write(f"leafcut cannot be started ({problem}); run: leafcut install addon inkscape\n")
         return 1

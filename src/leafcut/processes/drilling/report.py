@@ -10,7 +10,7 @@ from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.drilling.model import DrillingDetail
-from leafcut.report.part_edge import near_edge
+from leafcut.report.part_edge import edge_box_corners_near
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
 from leafcut.units import to_fixed
@@ -27,14 +27,14 @@ _LEAST_BELOW = 0.005
 class DrillingReport(PathReport[DrillingDetail]):
     """Facts and pictures of drilled holes. `PathReport` adds the gap to the lower bound."""
 
-    def own_facts(self) -> list[Fact]:
+    def process_facts(self) -> list[Fact]:
         """Return facts about tools, heights, saved time, and the depth of the holes in a plate."""
         return [
             *tool_facts(self.outcome.operations),
             *self._depth_facts(),
             *self._height_facts(),
             *time_facts(self.outcome),
-            *self.savings(),
+            *self.savings_facts(),
         ]
 
     def _depth_facts(self) -> list[Fact]:
@@ -56,7 +56,7 @@ class DrillingReport(PathReport[DrillingDetail]):
         retract = " to ".join(dict.fromkeys(f"Z{coordinate_words(plane)}" for plane in planes))
         return height_facts(self.outcome.detail.clearance, retract)
 
-    def savings(self) -> list[Fact]:
+    def savings_facts(self) -> list[Fact]:
         """Return the time that is saved by low travel moves over a surface. A negligible saving has no text."""
         saved = self.outcome.detail.low_travel_saved_s
         if saved is None or saved < _LEAST_SAVED:
@@ -64,18 +64,18 @@ class DrillingReport(PathReport[DrillingDetail]):
         label = Message("saved compared with moves at the greatest height")
         return [Fact("low_ways_saved_s", saved, "s", label, Message("Low moves"))]
 
-    def stock(self) -> ShownStock:
+    def shown_stock(self) -> ShownStock:
         """Return the tools and the stock.
 
         The stock is the surface of the part. If there is no surface, it is the plate, as far as its size is known.
         """
-        outcome, stock = self.outcome, super().stock()
+        outcome, stock = self.outcome, super().shown_stock()
         if outcome.detail.surface is not None:
             return ShownStock(
                 stock.tools, surface=outcome.detail.surface, finished=True, fixtures=outcome.detail.fixtures
             )
         thickness, part = outcome.detail.thickness, outcome.part
         x0, y0, x1, y1 = part.extents
-        edge = near_edge(part, np.array([x0, y0]), np.array([x1, y1]))
+        edge = edge_box_corners_near(part, np.array([x0, y0]), np.array([x1, y1]))
         bounds = (*edge.min(axis=0).tolist(), *edge.max(axis=0).tolist()) if len(edge) else None
         return ShownStock(stock.tools, around=bounds, floor=None if thickness is None else -thickness)

@@ -23,7 +23,7 @@ class PartReport(PathReport[PartDetail]):
         """Width of the cleared strip along the path of the mill, mm."""
         return self.outcome.operations[-1].tool.diameter
 
-    def counts(self) -> list[Fact]:
+    def count_facts(self) -> list[Fact]:
         """Return the number of outlines, openings and tabs."""
         detail = self.outcome.detail
         return [
@@ -33,7 +33,7 @@ class PartReport(PathReport[PartDetail]):
             Fact("counts.tabs", detail.tabs, "", count(detail.tabs, "tab") if detail.tabs else ""),
         ]
 
-    def own_facts(self) -> list[Fact]:
+    def process_facts(self) -> list[Fact]:
         """Return the tool, the depth, the heights and the time."""
         detail = self.outcome.detail
         lowest = float(self.outcome.path_after.extents[0][2])
@@ -81,7 +81,7 @@ class PartReport(PathReport[PartDetail]):
         deep = Message("through") if through else Message("{:g} mm deep", work.depth)
         return deep if work.depth else ""
 
-    def page(self) -> dict[str, Any]:
+    def template_values(self) -> dict[str, Any]:
         """Return the values for the report page, including the work on each layer."""
         rows = [
             {
@@ -93,13 +93,13 @@ class PartReport(PathReport[PartDetail]):
             }
             for one in self.outcome.detail.layers
         ]
-        return {**super().page(), "layers": rows}
+        return {**super().template_values(), "layers": rows}
 
-    def size(self, scene: Scene) -> str:
+    def size_words(self, scene: Scene) -> str:
         """Format the size of the part as text."""
         x0, y0, x1, y1 = self.outcome.part.extents
         return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
 
-    def stock(self) -> ShownStock:
+    def shown_stock(self) -> ShownStock:
         """Return the mill, and a plate that encloses the cuts."""
-        return ShownStock(super().stock().tools, floor=-self.outcome.detail.thickness)
+        return ShownStock(super().shown_stock().tools, floor=-self.outcome.detail.thickness)

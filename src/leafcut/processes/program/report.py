@@ -34,7 +34,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         if not outcome.detail.certificate.before.works:
             self.found = "but no cut and no hole was found in this program"
 
-    def counts(self) -> list[Fact]:
+    def count_facts(self) -> list[Fact]:
         """Count the features that the proof compared, the tasks that can be reordered, and the reversed tasks."""
         outcome, detail = self.outcome, self.outcome.detail
         numbers, turned = asdict(detail.certificate.before), detail.certificate.reversed_cuts
@@ -54,7 +54,7 @@ class ProgramReport(PathReport[ProgramDetail]):
             facts.append(Fact(sentence=Message("no work")))
         return [*facts, Fact(sentence=Message("{} reversed", turned) if turned else "")]
 
-    def own_facts(self) -> list[Fact]:
+    def process_facts(self) -> list[Fact]:
         """Return facts about the proof, fixed work, moves across avoided areas, savings, and the remaining stock."""
         detail = self.outcome.detail
         head, *reasons = staying_words(detail, MOST_REASONS) or [""]
@@ -68,10 +68,10 @@ class ProgramReport(PathReport[ProgramDetail]):
             Fact("avoided_areas", asdict(detail.avoided)),
             *left,
             *time_facts(self.outcome),
-            *self.savings(),
+            *self.savings_facts(),
         ]
 
-    def savings(self) -> list[Fact]:
+    def savings_facts(self) -> list[Fact]:
         """Return the time saved by new heights and speeds if they were requested."""
         pace = self.outcome.detail.pace
         if pace is None:
@@ -79,21 +79,21 @@ class ProgramReport(PathReport[ProgramDetail]):
 
         return pace_facts(pace)
 
-    def saved(self) -> dict[str, Any]:
+    def savings_headline(self) -> dict[str, Any]:
         """Return the headline figure. If the order did not change, this is a text."""
-        outcome, row = self.outcome, super().saved()
+        outcome, row = self.outcome, super().savings_headline()
         same = outcome.before == outcome.after and outcome.before.time_s > 0
         return {**row, "percent": "The order is unchanged."} if same else row
 
-    def staying(self) -> list[str]:
+    def staying_reasons(self) -> list[str]:
         """Return sentences about the tasks that keep their position, with the reasons."""
         return staying_words(self.outcome.detail)
 
-    def stock(self) -> ShownStock:
+    def shown_stock(self) -> ShownStock:
         """Return the known stock and tools of the program."""
         return self.outcome.detail.shown
 
-    def size(self, scene: Scene) -> str:
+    def size_words(self, scene: Scene) -> str:
         """Return the size of the drawn work."""
         return f"{scene.extent[0]:.4g} × {scene.extent[1]:.4g} mm"
 

@@ -21,7 +21,7 @@ from leafcut.read.controllers.importing import ImportedMachine, profile_text, va
 from leafcut.read.controllers.values import FASTEST, HARDEST, LONGEST, Value, ValueOrigin, Values, axis_texts
 from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, UNKNOWN
-from leafcut.units import parse_quantity, with_unit
+from leafcut.units import add_default_unit, parse_quantity
 
 #: Maps a controller to the machine that supplies the suggested values.
 _SIMILAR_MACHINES = {
@@ -306,7 +306,7 @@ def _take_text(question: Question, typed: str) -> dict[str, Any]:
         value = parse_quantity(text, question.unit)
         if not (value > 0 or (question.unit == "s" and value == 0)):
             raise OptionError(f"{printable(text, 30)} is not above 0")
-        return {question.keys[0]: with_unit(text, question.unit)}
+        return {question.keys[0]: add_default_unit(text, question.unit)}
     return {question.keys[0]: text}
 
 
@@ -328,7 +328,7 @@ def _take_axes(question: Question, typed: str) -> dict[str, Any]:
     parts = [part.strip() for part in typed.split(",")]
     if len(parts) not in (1, 3):
         raise OptionError(f"'{printable(typed, 40)}' is {len(parts)} values, but must be one, or x,y,z")
-    written = [with_unit(part, question.unit) for part in parts]
+    written = [add_default_unit(part, question.unit) for part in parts]
     numbers = [parse_quantity(part, question.unit) for part in written]
     if not all(number > 0 for number in numbers):
         raise OptionError(f"{printable(typed, 40)}: must be above 0")

@@ -20,7 +20,7 @@ class MachineForm(Form):
     """
 
     def __init__(self, words: Words) -> None:
-        super().__init__(words, self._take)
+        super().__init__(words, self._store_value)
         self._values: dict[str, Any] = {}
         self._fields: dict[str, dict[str, Any]] = {}
         self._hidden: set[str] = set()
@@ -45,7 +45,7 @@ class MachineForm(Form):
         fields = (field for name, field in self._fields.items() if name not in self._hidden)
         self.show(self._values, groups=[plain_group(*fields)])
 
-    def _take(self, name: str, value: Any, _: str) -> Any:
+    def _store_value(self, name: str, value: Any, _: str) -> Any:
         self._values[name] = value
         self.props["values"] = dict(self._values)
         return self.on_change()
@@ -106,7 +106,7 @@ class JogPad(Element, component="../static/jog.js"):
             self.update()
 
 
-def enable(element: Element, enabled: bool) -> None:
+def set_button_enabled(element: Element, enabled: bool) -> None:
     """Enable or disable a button."""
     disabled = element.props.get("disabled") is not None
     if disabled == enabled:

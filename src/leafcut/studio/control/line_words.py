@@ -13,14 +13,14 @@ from leafcut.studio.wording import Words
 _SAME = 1e-6
 
 
-def lines_of_hole(job: SendJob, hole: DrilledHole, words: Words) -> list[tuple[int, str, str]]:
+def explained_lines_of_hole(job: SendJob, hole: DrilledHole, words: Words) -> list[tuple[int, str, str]]:
     """Return the number, the text and the explanation of each line that drills a hole, up to the retract."""
     following = job.holes[hole.number].first if hole.number < len(job.holes) else hole.last + 2
     last = min(max(hole.last, following - 1), hole.last + 1, len(job.program.lines))
-    return [(line, job.text(line), line_in_words(job, line, words)) for line in range(hole.first, last + 1)]
+    return [(line, job.text(line), explain_line(job, line, words)) for line in range(hole.first, last + 1)]
 
 
-def line_in_words(job: SendJob, line: int, words: Words) -> str:
+def explain_line(job: SendJob, line: int, words: Words) -> str:
     """Explain a line in words. Returns an empty string if the line needs no explanation."""
     path = job.program.path
     parts = []
@@ -29,9 +29,11 @@ def line_in_words(job: SendJob, line: int, words: Words) -> str:
         end, before = path.end[row].tolist(), path.before[row].tolist()
         if kind in (Kind.ARC_CW, Kind.ARC_CCW):
             name = "clockwise" if kind is Kind.ARC_CW else "counter"
-            parts.append(words(f"explain.{name}", x=_mm(end[0]), y=_mm(end[1]), feed=_feed(value)))
+            parts.append(
+                words(f"explain.{name}", x=_millimetres(end[0]), y=_millimetres(end[1]), feed=_feed_mm_per_min(value))
+            )
         elif kind is Kind.RAPID or kind is Kind.FEED:
-            parts.append(_move(kind, before, end, value, words))
+            parts.append(_explain_move(kind, before, end, value, words))
         elif kind is Kind.SPINDLE:
             parts.append(words("explain.spindle", rpm=f"{abs(value):g}") if value else words("explain.spindle_off"))
         elif kind is Kind.DWELL:
@@ -39,12 +41,17 @@ def line_in_words(job: SendJob, line: int, words: Words) -> str:
     return "; ".join(part for part in parts if part)
 
 
-def _move(kind: Kind, before: list[float], end: list[float], feed: float, words: Words) -> str:
+def _explain_move(kind: Kind, before: list[float], end: list[float], feed: float, words: Words) -> str:
     """Explain a straight move. If a start coordinate is unknown (NaN), the move is assumed to change it."""
     sideways = any(not abs(a - b) <= _SAME for a, b in zip(before[:2], end[:2], strict=True))
     level = not abs(before[2] - end[2]) > _SAME
     rapid = kind is Kind.RAPID
-    given = {"x": _mm(end[0]), "y": _mm(end[1]), "z": _mm(end[2]), "feed": _feed(feed)}
+    given = {
+        "x": _millimetres(end[0]),
+        "y": _millimetres(end[1]),
+        "z": _millimetres(end[2]),
+        "feed": _feed_mm_per_min(feed),
+    }
     if sideways and math.isfinite(end[0] + end[1]):
         return words(f"explain.{'go' if rapid else 'cut'}{'' if level else '_z'}", **given)
     if not math.isfinite(end[2]):
@@ -56,9 +63,9 @@ def _move(kind: Kind, before: list[float], end: list[float], feed: float, words:
     return words(f"explain.{key}", **given)
 
 
-def _mm(value: float) -> str:
+def _millimetres(value: float) -> str:
     return f"{value:.3f}".rstrip("0").rstrip(".") or "0"
 
 
-def _feed(value: float) -> str:
+def _feed_mm_per_min(value: float) -> str:
     return f"{60.0 * value:.0f}"

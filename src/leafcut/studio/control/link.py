@@ -27,12 +27,12 @@ from leafcut.sender.controller_facts import Facts
 from leafcut.sender.conversation import LOCKED, Interrupted, NotThisFirmware
 from leafcut.sender.error_texts import state_in_words
 from leafcut.sender.grbl import GrblConversation
-from leafcut.sender.job import SendJob, issues_to_show, tools_of
+from leafcut.sender.job import SendJob, issues_except_notes, tools_after_line
 from leafcut.sender.job_checks import check_program, check_ready
-from leafcut.sender.jogging import box_of_cuts, cancel_jog, check_jog, frame_of_program, jog, probe_z
+from leafcut.sender.jogging import bounding_box_of_cuts, cancel_jog, check_jog, jog, probe_z, program_frame
 from leafcut.sender.lines import Pause, SentStep
 from leafcut.sender.port import BAUD, Port, PortLost, SerialPort
-from leafcut.sender.resuming import steps_from_resume
+from leafcut.sender.resuming import steps_to_send
 from leafcut.sender.run import SILENCE_SECONDS, STATUS_SECONDS, Request, RunResult, RunView, SendRun
 from leafcut.sender.run_texts import ending_in_words
 from leafcut.studio.control.state import (
@@ -119,12 +119,12 @@ class ReadyProgram:
     @property
     def box(self) -> tuple[XYZ, XYZ] | None:
         """Smallest and largest x, y and z of the cuts in program coordinates, mm. It is None if nothing is cut."""
-        return box_of_cuts(self.job)
+        return bounding_box_of_cuts(self.job)
 
     @property
     def tools(self) -> list[str | None]:
         """The tools from `line` on, in order of use. A tool that the program does not name is None."""
-        return tools_of(self.job, self.line)
+        return tools_after_line(self.job, self.line)
 
 
 class MachineLink:
@@ -194,7 +194,7 @@ class MachineLink:
         self._check_control(holder)
         if self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING) or self.state.moves:
             raise SendError("the machine is not at rest; stop it first, then disconnect it")
-        self._end()
+        self._close_connection()
 
     def home(self, holder: str) -> Future[Any]:
         """Home the machine."""
@@ -257,7 +257,7 @@ class MachineLink:
 
     def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
         """Check a program without sending it. The result is a `ReadyProgram`."""
-        return self._submit_task(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes))
+        return self._submit_task(holder, MachineTask.ASKING, lambda _: self._check_and_prepare(job, wishes))
 
     def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
         """Check and run a program. The result is a `ReadyProgram`. It becomes available when the program starts."""
@@ -298,7 +298,7 @@ class MachineLink:
         if self._thread is not None:
             if self.state.moves:
                 self.stop()
-            self._end()
+            self._close_connection()
 
     # Control of the machine.
 
@@ -334,7 +334,7 @@ class MachineLink:
     def _show_message(self, line: str, *, bad: bool = False) -> None:
         self._publish(said=line, bad=bad, saying=self.state.saying + 1)
 
-    def _end(self) -> None:
+    def _close_connection(self) -> None:
         self._leaving = True
         thread = self._thread
         if thread is not None and thread is not threading.current_thread():
@@ -358,7 +358,7 @@ class MachineLink:
             self._publish(connection=Connection.OPEN)
             self._process_status(talk.status or status)
             connected.set_result(None)
-            self._serve(talk)
+            self._serve_connection(talk)
         except Interrupted:
             message = Message("stopped by you")
         except NotThisFirmware as problem:
@@ -374,11 +374,11 @@ class MachineLink:
         finally:
             if port is not None:
                 port.close()
-            self._forget(message)
+            self._drop_connection(message)
             if not connected.done():
                 connected.set_exception(SendError(message))
 
-    def _forget(self, message: str) -> None:
+    def _drop_connection(self, message: str) -> None:
         with self._lock:
             waiting = [*self._tasks]
             self._tasks.clear()
@@ -391,10 +391,10 @@ class MachineLink:
         for task in waiting:
             task.future.set_exception(SendError(message or "no machine is connected"))
 
-    def _serve(self, talk: GrblConversation) -> None:
+    def _serve_connection(self, talk: GrblConversation) -> None:
         while not self._leaving:
             try:
-                self._do_next()
+                self._run_next_task()
                 self._poll_machine(talk)
             except Interrupted:
                 self._stop_now(talk)
@@ -405,7 +405,7 @@ class MachineLink:
         if talk.status is not None and talk.status.state in ("Jog", "Run", "Hold"):
             talk.stop()
 
-    def _do_next(self) -> None:
+    def _run_next_task(self) -> None:
         with self._lock:
             if not self._tasks:
                 return
@@ -492,7 +492,7 @@ class MachineLink:
         self._process_status(facts.status)
         return facts
 
-    def _at_rest(self) -> Facts:
+    def _facts_at_rest(self) -> Facts:
         """Read the settings and state of the controller. Raises `SendError` if the machine is moving or locked."""
         assert self._talk is not None
         status = self._talk.fresh_status()
@@ -534,7 +534,7 @@ class MachineLink:
 
     def _jog(self, moves: dict[str, float], feed: float) -> None:
         assert self._talk is not None
-        self._mark_touched()
+        self._record_manual_action()
         if self._facts is not None and not self.state.unsure:
             check_jog(self._facts, self.state.machine, moves)
         jog(self._talk, moves, feed)
@@ -543,7 +543,7 @@ class MachineLink:
 
     def _zero(self, axes: str) -> None:
         assert self._talk is not None
-        self._mark_touched()
+        self._record_manual_action()
         self._talk.ask("G54")
         self._talk.zero_here(axes)
         if not self._talk.restarted and axes == "XYZ":
@@ -552,19 +552,19 @@ class MachineLink:
 
     def _probe(self, plate: float, feed: float, travel: float) -> None:
         assert self._talk is not None
-        facts = self._at_rest()
-        self._mark_touched()
+        facts = self._facts_at_rest()
+        self._record_manual_action()
         probe_z(self._talk, facts, plate, feed, travel)
         self._show_message(Message("Z0 is set by the probe"))
 
-    def _mark_touched(self) -> None:
+    def _record_manual_action(self) -> None:
         if self._run is not None:
             self._run.touched = True
 
     def _frame(self, on_start: Callable[[], None], job: SendJob, wishes: RunWishes, feed: float) -> None:
         talk = self._talk
         assert talk is not None
-        lines = frame_of_program(job, self._ready(job, wishes).facts).lines(feed)
+        lines = program_frame(job, self._check_and_prepare(job, wishes).facts).lines(feed)
         on_start()
         for line in lines:
             talk.ask(line)
@@ -577,7 +577,7 @@ class MachineLink:
 
     # Programs.
 
-    def _ready(self, job: SendJob, wishes: RunWishes) -> ReadyProgram:
+    def _check_and_prepare(self, job: SendJob, wishes: RunWishes) -> ReadyProgram:
         talk = self._talk
         assert talk is not None
         facts = self._read_facts()
@@ -587,24 +587,24 @@ class MachineLink:
                 "the machine was locked by an alarm, so its position may be wrong: home it, or set its zero again"
             )
         issues = check_program(job, facts, unhomed=wishes.unhomed)
-        notes = [str(issue) for issue in issues_to_show([*job.issues, *issues])]
+        notes = [str(issue) for issue in issues_except_notes([*job.issues, *issues])]
         if facts.soft_limits_off:
             notes.append(facts.soft_limits_off)
         if wishes.by_hole and not job.holes:
             raise SendError("{} has no holes to drill one at a time", job.file)
-        line, steps, tool = steps_from_resume(job, facts, wishes.from_hole, wishes.from_line)
+        line, steps, tool = steps_to_send(job, facts, wishes.from_hole, wishes.from_line)
         if tool is not None:
             notes.append(Message("tool T{} must be in the spindle", tool))
         return ReadyProgram(job.for_machine(facts.machine_with_settings(job.machine)), facts, steps, line, tuple(notes))
 
     def _send(self, on_start: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:
         assert self._talk is not None
-        ready = self._ready(job, wishes)
+        ready = self._check_and_prepare(job, wishes)
         job = ready.job
         self._wishes, self._left_alone = wishes, False
         self._answers.clear()
         run = SendRun(self._talk, ready.facts, job, ready.steps, unhomed=wishes.unhomed, by_hole=wishes.by_hole)
-        run.prompt, run.observe = self._prompt, lambda view: self._observe(run, view)
+        run.prompt, run.observe = self._ask_user, lambda view: self._show_progress(run, view)
         feed_s, other_s = job.seconds
         progress = ProgramProgress(
             job.file,
@@ -621,9 +621,9 @@ class MachineLink:
         finally:
             self._run = None
             self._publish(question=None, progress=None)
-        self._finish(job, ending)
+        self._report_ending(job, ending)
 
-    def _finish(self, job: SendJob, ending: RunResult) -> None:
+    def _report_ending(self, job: SendJob, ending: RunResult) -> None:
         words = ending_in_words(ending, job)
         can_go_on = bool(ending.go_on)
         hole = ending.hole.number if can_go_on and ending.hole is not None else 0
@@ -634,7 +634,7 @@ class MachineLink:
         )
         self._show_message(words, bad=not ending.complete)
 
-    def _observe(self, run: SendRun, view: RunView) -> None:
+    def _show_progress(self, run: SendRun, view: RunView) -> None:
         """Show the progress of a program to all pages. If no page shows the program any more, put it on hold."""
         now = self.state.progress
         if now is None:
@@ -655,7 +655,7 @@ class MachineLink:
             run.ask(Request.HOLD)
             self._show_message(Message("no page shows the machine any more, so the machine is on hold"), bad=True)
 
-    def _prompt(self, pause: Pause, messages: Sequence[str]) -> str | None:
+    def _ask_user(self, pause: Pause, messages: Sequence[str]) -> str | None:
         """Ask the user a question, and carry out manual actions until the answer arrives."""
         talk, run = self._talk, self._run
         assert talk is not None and run is not None
@@ -671,7 +671,7 @@ class MachineLink:
         try:
             while not self._answers:
                 try:
-                    self._do_next()
+                    self._run_next_task()
                 except PortLost:
                     raise
                 except LeafcutError as problem:

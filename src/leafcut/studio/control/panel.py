@@ -11,8 +11,8 @@ from nicegui import background_tasks
 from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.errors import LeafcutError
-from leafcut.sender.port import BAUD, BAUDS, ports
-from leafcut.studio.control.fields import JogPad, MachineForm, enable
+from leafcut.sender.port import BAUD, BAUDS, list_serial_ports
+from leafcut.studio.control.fields import JogPad, MachineForm, set_button_enabled
 from leafcut.studio.control.link import MachineLink
 from leafcut.studio.control.program_panel import MachineProgramPanel
 from leafcut.studio.control.state import Connection, MachineState, MachineTask
@@ -50,15 +50,15 @@ class MachinePanel:
         with box("div", "control"):
             with box("div", "control-column"):
                 text("h1", w("machine.title"), "unseen")
-                self._connection()
+                self._build_connection_card()
                 self.by_hand = ByHandPanel(view, self)
             with box("section", "control-drawing", aria_label=w("middle.title")):
                 self.drawing = box("div", "frame")
             with box("div", "control-column"):
                 self.program = MachineProgramPanel(view, self, self.drawing)
-        self._show(self.link.state)
+        self._show_state(self.link.state)
 
-    def _connection(self) -> None:
+    def _build_connection_card(self) -> None:
         w = self.view.words
         with box("section", "card machine-card", aria_label=w("machine.connection")):
             with box("div", "title"):
@@ -80,7 +80,7 @@ class MachinePanel:
                 with self.alone:
                     text("b", w("machine.other_page"))
                     with box("div", "ends"):
-                        button(w("machine.take"), self._take, "small")
+                        button(w("machine.take"), self._take_control, "small")
                 with box("div", "ends"):
                     self.home = button(w("flag.home"), lambda: self.ask(self.link.home), "small")
                     self.unlock = button(w("flag.unlock"), lambda: self.ask(self.link.unlock), "small")
@@ -114,7 +114,7 @@ class MachinePanel:
     async def list_ports(self) -> None:
         """Fill the menu with the serial ports of this computer."""
         try:
-            names = await asyncio.to_thread(ports)
+            names = await asyncio.to_thread(list_serial_ports)
         except LeafcutError as problem:
             self.show_message(str(problem), bad=True)
             return
@@ -135,7 +135,7 @@ class MachinePanel:
         except LeafcutError as problem:
             self.show_message(str(problem), bad=True)
 
-    def _take(self) -> None:
+    def _take_control(self) -> None:
         self.link.take(self.key)
 
     # Display.
@@ -160,17 +160,17 @@ class MachinePanel:
             background_tasks.create(self.show())
         state = self.link.state
         if state.number != self._number and connected:
-            self._show(state)
+            self._show_state(state)
 
     def tick_now(self) -> None:
         """Show the current state, even if it has not changed."""
-        self._show(self.link.state)
+        self._show_state(self.link.state)
 
-    def commands_machine(self, state: MachineState) -> bool:
+    def has_control(self, state: MachineState) -> bool:
         """Return whether this page controls the machine."""
         return state.open and state.holder == self.key
 
-    def _show(self, state: MachineState) -> None:
+    def _show_state(self, state: MachineState) -> None:
         self._number = state.number
         w = self.view.words
         self.closed.set_visibility(state.connection is Connection.CLOSED)
@@ -179,12 +179,12 @@ class MachinePanel:
         self.tag.set_text(status_words(state, self.view))
         self.tag.classes(replace=f"tag {kind if state.connection is not Connection.CLOSED else ''}")
         self.about.set_text(w("machine.about", version=state.version, port=state.port) if state.version else state.port)
-        is_holder = self.commands_machine(state)
+        is_holder = self.has_control(state)
         self.alone.set_visibility(state.open and not is_holder)
         free = is_holder and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
-        enable(self.home, free and state.homing and state.status in ("Idle", "Alarm"))
-        enable(self.unlock, free and (state.status != "Idle"))
-        enable(self.leave, free and not state.moves)
+        set_button_enabled(self.home, free and state.homing and state.status in ("Idle", "Alarm"))
+        set_button_enabled(self.unlock, free and (state.status != "Idle"))
+        set_button_enabled(self.leave, free and not state.moves)
         if state.saying != self._shown_message:
             self._shown_message = state.saying
             self.show_message(state.said, bad=state.bad)
@@ -241,11 +241,11 @@ class ByHandPanel:
     def __init__(self, view: View, panel: MachinePanel) -> None:
         self.view, self.panel, self.link = view, panel, panel.link
         self.step = "1"
-        self._position()
-        self._jog()
-        self._probe()
+        self._build_position_card()
+        self._build_jog_card()
+        self._build_probe_card()
 
-    def _position(self) -> None:
+    def _build_position_card(self) -> None:
         w = self.view.words
         self.work: list[TextElement] = []
         self.machine: list[TextElement] = []
@@ -265,16 +265,16 @@ class ByHandPanel:
                             self.work.append(text("td", "–", "n large", id=f"machine-work-{axis.lower()}"))
                             self.machine.append(text("td", "–", "n quiet", id=f"machine-place-{axis.lower()}"))
                             with box("td", "n"):
-                                self._zero(w("machine.zero_axis", axis=axis), axis)
+                                self._add_zero_button(w("machine.zero_axis", axis=axis), axis)
             with box("div", "ends"):
-                self._zero(w("machine.zero_xy"), "XY")
-                self._zero(w("machine.zero_all"), "XYZ")
+                self._add_zero_button(w("machine.zero_xy"), "XY")
+                self._add_zero_button(w("machine.zero_all"), "XYZ")
             self.unsure = text("p", w("machine.unsure"), "warn small")
 
-    def _zero(self, words: str, axes: str) -> None:
+    def _add_zero_button(self, words: str, axes: str) -> None:
         self.zeros.append(button(words, lambda: self.panel.ask(self.link.zero, axes), "small"))
 
-    def _jog(self) -> None:
+    def _build_jog_card(self) -> None:
         w = self.view.words
         with box("section", "card machine-card", aria_label=w("machine.jog")):
             text("h2", w("machine.jog"))
@@ -282,7 +282,7 @@ class ByHandPanel:
                 self.steps = {
                     step: button(
                         step,
-                        lambda step=step: self._choose(step),
+                        lambda step=step: self._choose_step(step),
                         "tab small",
                         aria_pressed="true" if step == self.step else "false",
                         aria_label=f"{step} mm",
@@ -290,17 +290,17 @@ class ByHandPanel:
                     for step in STEPS
                 }
                 text("span", "mm", "quiet small")
-            self.pad = JogPad(w("machine.jog"), w("machine.jog_hint"), self._move, self._let_go)
+            self.pad = JogPad(w("machine.jog"), w("machine.jog_hint"), self._jog_axis, self._end_jog)
             self.jog_fields = MachineForm(w)
             self.jog_fields.add("jog-feed", w("machine.feed"), "1000", unit="mm/min")
             text("p", w("machine.jog_hint"), "quiet small")
 
-    def _choose(self, step: str) -> None:
+    def _choose_step(self, step: str) -> None:
         self.step = step
         for size, step_button in self.steps.items():
             step_button.props(f"aria-pressed={'true' if size == step else 'false'}")
 
-    async def _move(self, axis: str, sign: int, is_held: bool) -> None:
+    async def _jog_axis(self, axis: str, sign: int, is_held: bool) -> None:
         if axis not in _AXES:
             return
         distances = {axis: (1 if sign > 0 else -1) * float(self.step)}
@@ -310,10 +310,10 @@ class ByHandPanel:
         """Return the jog feed, mm/min."""
         return self.jog_fields.number("jog-feed")
 
-    async def _let_go(self) -> None:
+    async def _end_jog(self) -> None:
         await self.panel.ask(self.link.cancel)
 
-    def _probe(self) -> None:
+    def _build_probe_card(self) -> None:
         w = self.view.words
         with box("details", "card machine-card") as place:
             text("summary", w("machine.probe"))
@@ -344,7 +344,7 @@ class ByHandPanel:
         free = commands and (asked or state.doing in (MachineTask.NOTHING, MachineTask.ASKING))
         at_rest = free and state.status == "Idle"
         for zero_button in self.zeros:
-            enable(zero_button, at_rest)
-        enable(self.probe, at_rest)
+            set_button_enabled(zero_button, at_rest)
+        set_button_enabled(self.probe, at_rest)
         self.pad.switch(free and state.status in ("Idle", "Jog"))
         self.unsure.set_visibility(state.open and state.unsure)

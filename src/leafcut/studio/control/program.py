@@ -11,7 +11,7 @@ from leafcut.model.kinds import Head
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.sender.firmware import conversation_class
 from leafcut.sender.grbl import GrblConversation
-from leafcut.sender.job import SendJob, job_of, program_text
+from leafcut.sender.job import SendJob, job_from_text, read_program_text
 from leafcut.studio.folder import OWN, Folder
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from leafcut.studio.jobs.history import History
 
 
-def machine_of(word: str, folder: Folder) -> Machine:
+def included_or_own_machine(word: str, folder: Folder) -> Machine:
     """Return an included machine by its name, or one of the user's own machines as ``mine:NAME``.
 
     Raises `LeafcutError` if the name is unknown, if the profile is invalid, or if the page cannot send to this
@@ -38,7 +38,7 @@ def machine_of(word: str, folder: Folder) -> Machine:
     return machine
 
 
-def sendable(folder: Folder) -> dict[str, Head]:
+def machines_to_send_to(folder: Folder) -> dict[str, Head]:
     """Return all machines that the page can send programs to, with their kind of head.
 
     The user's own machines come first.
@@ -46,13 +46,13 @@ def sendable(folder: Folder) -> dict[str, Head]:
     heads = {}
     for word in [*(OWN + name for name in folder.own_names("machines")), *machine_names()]:
         try:
-            heads[word] = machine_of(word, folder).head
+            heads[word] = included_or_own_machine(word, folder).head
         except (OptionError, ReadError):
             continue
     return heads
 
 
-def program_of_job(history: History, folder: Folder, job: str, machine: str, accept: Collection[str] = ()) -> SendJob:
+def program_from_job(history: History, folder: Folder, job: str, machine: str, accept: Collection[str] = ()) -> SendJob:
     """Prepare the program of a finished run for sending.
 
     Raises `LeafcutError` if the program was not verified or was created for a different machine.
@@ -62,7 +62,7 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
         raise OptionError("there is no program yet; run one first, or open one")
     if not answer.get("verified"):
         raise OptionError("{} was not verified; run it again", program.file_name)
-    profile = machine_of(machine, folder)
+    profile = included_or_own_machine(machine, folder)
     if answer["machine"] != profile.name:
         raise OptionError(
             "{} was made and verified for {}, not for {}; run it again for this machine",
@@ -70,10 +70,10 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
             answer["machine"],
             profile.name,
         )
-    return job_of(program.text, program.file_name, profile, dialect(profile.controller), None, accept)
+    return job_from_text(program.text, program.file_name, profile, dialect(profile.controller), None, accept)
 
 
-def program_of_file(
+def program_from_file(
     folder: Folder, source: str, machine: str, units: str | None = None, accept: Collection[str] = ()
 ) -> SendJob:
     """Check all lines of an opened program, and prepare the program for sending.
@@ -81,5 +81,5 @@ def program_of_file(
     Raises `LeafcutError` if the program is unreadable or must not be sent.
     """
     path = folder.input_path(source)
-    text, made_for = program_text(path, path.name), machine_of(machine, folder)
-    return job_of(text, path.name, made_for, dialect(made_for.controller), units, accept)
+    text, made_for = read_program_text(path, path.name), included_or_own_machine(machine, folder)
+    return job_from_text(text, path.name, made_for, dialect(made_for.controller), units, accept)

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError
 from leafcut.model.machine import XYZ
-from leafcut.sender.job import SendJob, accepted_codes
-from leafcut.sender.jogging import box_of_cuts
+from leafcut.sender.job import SendJob, parse_accepted_codes
+from leafcut.sender.jogging import bounding_box_of_cuts
 from leafcut.sender.resuming import number_in_mm
 from leafcut.sender.run import Request
-from leafcut.studio.control.fields import MachineForm, enable
-from leafcut.studio.control.line_words import lines_of_hole
+from leafcut.studio.control.fields import MachineForm, set_button_enabled
+from leafcut.studio.control.line_words import explained_lines_of_hole
 from leafcut.studio.control.link import ReadyProgram, RunWishes
-from leafcut.studio.control.program import program_of_file, program_of_job, sendable
+from leafcut.studio.control.program import machines_to_send_to, program_from_file, program_from_job
 from leafcut.studio.control.state import MachineState, MachineTask
 from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.folder import OWN
-from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.jobs.jobs import error_line
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_program import is_program
@@ -63,10 +63,10 @@ class MachineProgramPanel:
             with box("div", "empty") as self.empty, box("div", "inviting"):
                 self.empty_title = text("h2", w("machine.no_program"))
                 self.empty_words = text("p", w("machine.no_program_hint"), "quiet")
-        self._program()
-        self._running()
+        self._build_program_card()
+        self._build_run_card()
 
-    def _program(self) -> None:
+    def _build_program_card(self) -> None:
         w = self.view.words
         with box("section", "card machine-card", aria_label=w("machine.program")) as self.choosing:
             text("h2", w("machine.program"))
@@ -87,12 +87,12 @@ class MachineProgramPanel:
                 self.options.add("unhomed", w("flag.unhomed"), kind="flag")
                 self.options.add("accept", w("flag.accept"))
             with box("div", "ends"):
-                self.check = button(w("machine.check"), self._check, "")
-                self.frame = button(w("machine.frame"), self._frame, "")
+                self.check = button(w("machine.check"), self._check_program, "")
+                self.frame = button(w("machine.frame"), self._trace_frame, "")
             self.start = button(w("machine.start"), self._ask_to_start, "primary wide")
-        self._confirming()
+        self._build_confirm_dialog()
 
-    def _confirming(self) -> None:
+    def _build_confirm_dialog(self) -> None:
         w = self.view.words
         with box("dialog", "confirm", id="machine-confirm", aria_labelledby="machine-confirm-name") as self.confirm:
             self.confirm_name = text("h2", "", id="machine-confirm-name", dir="auto")
@@ -102,9 +102,9 @@ class MachineProgramPanel:
             with box("div", "ends"):
                 button(w("machine.confirm_cancel"), None, "", data_close="", autofocus="")
                 go = button(w("machine.confirm_start"), None, "primary", id="machine-confirm-start")
-        go.on("click", self._start, js_handler=_ONE_CLICK)
+        go.on("click", self._start_program, js_handler=_ONE_CLICK)
 
-    def _running(self) -> None:
+    def _build_run_card(self) -> None:
         w = self.view.words
         with box("section", "card machine-card", aria_label=w("machine.run")) as self.running:
             self.what = text("h2", "")
@@ -127,7 +127,7 @@ class MachineProgramPanel:
 
     # Selection of the program.
 
-    def _chosen(self) -> tuple[str, str]:
+    def _open_job_and_source(self) -> tuple[str, str]:
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
         if record is not None and view.studio.history.artefact(record.id, "program") is not None:
@@ -136,13 +136,13 @@ class MachineProgramPanel:
 
     def changed(self) -> bool:
         """Return whether the open program or the selected machine has changed since the program was loaded."""
-        return (*self._chosen(), self.machine.text("machine")) != self._key[:3]
+        return (*self._open_job_and_source(), self.machine.text("machine")) != self._key[:3]
 
     async def draw(self) -> None:
         """Load the open program for the selected machine."""
         view, w = self.view, self.view.words
-        job, source = self._chosen()
-        self._offer(job)
+        job, source = self._open_job_and_source()
+        self._offer_machines(job)
         key = (job, source, self.machine.text("machine"), self.options.text("accept"))
         if key == self._key:
             return
@@ -150,11 +150,11 @@ class MachineProgramPanel:
         job_read, problem = None, ""
         if job or source:
             try:
-                job_read = await asyncio.to_thread(self._read, *key)
+                job_read = await asyncio.to_thread(self._read_program, *key)
             except LeafcutError as refusal:
                 problem = view.studio.folder.without_paths(str(refusal))
             except Exception as fault:
-                problem = line_of(fault)
+                problem = error_line(fault)
         if key != self._key:
             return
         self.job = job_read
@@ -162,15 +162,15 @@ class MachineProgramPanel:
         self.problem.set_text(w.plain(problem))
         self.empty_title.set_text(w("empty.unseen", name=self.view.name) if problem else w("machine.no_program"))
         self.empty_words.set_text("" if problem else w("machine.no_program_hint"))
-        self.facts.set_text(_facts(job_read, w) if job_read else "")
+        self.facts.set_text(_program_facts(job_read, w) if job_read else "")
         self.told.clear()
         self._show_drawing()
         self._show_fields(self.link.state)
         self.panel.tick_now()
 
-    def _offer(self, job: str) -> None:
+    def _offer_machines(self, job: str) -> None:
         view = self.view
-        machines = sendable(view.studio.folder)
+        machines = machines_to_send_to(view.studio.folder)
         names = {
             word: view.words("machines.own", name=word.removeprefix(OWN)) if word.startswith(OWN) else word
             for word in machines
@@ -183,14 +183,16 @@ class MachineProgramPanel:
         self.machine.add("machine", view.words("result.machine"), choices=[list(pair) for pair in names.items()])
         self.machine.put("machine", value if value in names else _USUAL)
 
-    def _read(self, job: str, source: str, machine: str, accept: str) -> SendJob:
+    def _read_program(self, job: str, source: str, machine: str, accept: str) -> SendJob:
         studio = self.view.studio
-        codes = accepted_codes(accept)
+        codes = parse_accepted_codes(accept)
         if job:
-            job_read = program_of_job(studio.history, studio.folder, job, machine, codes)
+            job_read = program_from_job(studio.history, studio.folder, job, machine, codes)
         else:
             units = self.view.values.get("units")
-            job_read = program_of_file(studio.folder, source, machine, units if units in ("mm", "in") else None, codes)
+            job_read = program_from_file(
+                studio.folder, source, machine, units if units in ("mm", "in") else None, codes
+            )
         _ = job_read.seconds, job_read.holes  # computed now, because it is slow for a large program
         return job_read
 
@@ -201,7 +203,7 @@ class MachineProgramPanel:
         if job is self._drawn or (job is not None and self._drawn is not None and job.program is self._drawn.program):
             return
         self._drawn = job
-        self._box = None if job is None else box_of_cuts(job)
+        self._box = None if job is None else bounding_box_of_cuts(job)
         self.empty.set_visibility(job is None)
         self.canvas.set_visibility(job is not None)
         if job is None:
@@ -216,7 +218,7 @@ class MachineProgramPanel:
 
     # Requests.
 
-    def _wishes(self) -> RunWishes:
+    def _run_options(self) -> RunWishes:
         holes = bool(self.job and self.job.holes)
         return RunWishes(
             from_hole=self.options.count("from-hole") if holes else None,
@@ -226,7 +228,7 @@ class MachineProgramPanel:
             alone=self.options.is_on("alone"),
         )
 
-    async def _with_program(self, action: Callable[[str, SendJob], Any]) -> Any:
+    async def _ask_with_program(self, action: Callable[[str, SendJob], Any]) -> Any:
         await self.draw()
         job = self.job
         if job is None:
@@ -234,22 +236,24 @@ class MachineProgramPanel:
             return None
         return await self.panel.ask(lambda key: action(key, job))
 
-    async def _check(self) -> None:
-        program = await self._with_program(lambda key, job: self.link.check(key, job, self._wishes()))
+    async def _check_program(self) -> None:
+        program = await self._ask_with_program(lambda key, job: self.link.check(key, job, self._run_options()))
         if program is not None:
             self._show_issues(self.told, program.told)
             self.panel.show_message(self.view.words("machine.checked"))
 
-    async def _frame(self) -> None:
-        await self._with_program(lambda key, job: self.link.frame(key, job, self._wishes(), self.panel.jog_feed()))
+    async def _trace_frame(self) -> None:
+        await self._ask_with_program(
+            lambda key, job: self.link.frame(key, job, self._run_options(), self.panel.jog_feed())
+        )
 
     async def _ask_to_start(self) -> None:
         if self._asking:
             return
         self._asking = True
         try:
-            wishes = self._wishes()
-            program = await self._with_program(lambda key, job: self.link.check(key, job, wishes))
+            wishes = self._run_options()
+            program = await self._ask_with_program(lambda key, job: self.link.check(key, job, wishes))
         except LeafcutError as problem:
             self.panel.show_message(str(problem), bad=True)
             return
@@ -258,17 +262,23 @@ class MachineProgramPanel:
         if program is None or self.job is None:
             return
         self._to_start = (self.job, wishes)
-        self._show_confirm(program)
+        self._open_confirm_dialog(program)
         self.confirm.run_method("showModal")
 
-    def _show_confirm(self, ready: ReadyProgram) -> None:
+    def _open_confirm_dialog(self, ready: ReadyProgram) -> None:
         w, job = self.view.words, ready.job
         self.confirm_name.set_text(w("machine.confirm_title", name=job.file))
         facts = {}
         if ready.box is not None:
             (x0, y0, z0), (x1, y1, z1) = ready.box
-            facts["box"] = w("machine.confirm_xy", x0=_mm(x0), x1=_mm(x1), y0=_mm(y0), y1=_mm(y1))
-            facts["z"] = w("machine.confirm_range", low=_mm(z0), high=_mm(z1))
+            facts["box"] = w(
+                "machine.confirm_xy",
+                x0=_rounded_millimetres(x0),
+                x1=_rounded_millimetres(x1),
+                y0=_rounded_millimetres(y0),
+                y1=_rounded_millimetres(y1),
+            )
+            facts["z"] = w("machine.confirm_range", low=_rounded_millimetres(z0), high=_rounded_millimetres(z1))
         if not job.laser:
             facts["tool"] = " → ".join(name or w("machine.confirm_no_tool") for name in ready.tools)
         if ready.line:
@@ -280,7 +290,7 @@ class MachineProgramPanel:
                 text("dd", words, id=f"machine-confirm-{key}", dir="auto")
         self._show_issues(self.confirm_issues, ready.told)
 
-    async def _start(self) -> None:
+    async def _start_program(self) -> None:
         if self._to_start is None:
             return
         (job, wishes), self._to_start = self._to_start, None
@@ -305,12 +315,12 @@ class MachineProgramPanel:
         ready = commands and self.job is not None and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
         ready = ready and state.status == "Idle"
         for action in (self.check, self.frame, self.start):
-            enable(action, ready)
+            set_button_enabled(action, ready)
         self._show_fields(state)
         self._show_drawing()
         self._show_progress(state, commands)
         self._show_question(state, commands)
-        self._show_place(state)
+        self._show_tool_position(state)
         if state.ended != self._ended:
             self._ended = state.ended
             if state.ended is not None:
@@ -352,8 +362,8 @@ class MachineProgramPanel:
                 self.figures[key].set_text(words)
         self.hold.set_visibility(not on_hold and not asked)
         self.resume.set_visibility(on_hold and not asked)
-        enable(self.hold, commands)
-        enable(self.resume, commands)
+        set_button_enabled(self.hold, commands)
+        set_button_enabled(self.resume, commands)
 
     def _show_question(self, state: MachineState, commands: bool) -> None:
         asked = state.question
@@ -369,7 +379,7 @@ class MachineProgramPanel:
             return
         with self.question:
             if asked.kind == "hole":
-                self._next_hole(asked.hole)
+                self._show_next_hole(asked.hole)
             else:
                 text("p", w.plain(asked.words), "large")
                 text("p", w("machine.at_pause"), "quiet small")
@@ -378,12 +388,12 @@ class MachineProgramPanel:
             with box("div", "ends"):
                 words = w("machine.drill", hole=asked.hole) if asked.kind == "hole" else w("machine.go_on")
                 go = button(words, lambda: self.panel.ask(self.link.answer, ""), "primary large", id="machine-go")
-                enable(go, commands)
+                set_button_enabled(go, commands)
                 if asked.kind == "hole":
                     to_end = button(w("machine.to_end"), lambda: self.panel.ask(self.link.answer, "all"), "")
-                    enable(to_end, commands)
+                    set_button_enabled(to_end, commands)
 
-    def _next_hole(self, number: int) -> None:
+    def _show_next_hole(self, number: int) -> None:
         w = self.view.words
         job = self._drawn
         text("h3", w("machine.next_hole", hole=number))
@@ -391,7 +401,7 @@ class MachineProgramPanel:
             return
         hole = job.holes[number - 1]
         with box("ol", "explained"):
-            for line, code, words in lines_of_hole(job, hole, w):
+            for line, code, words in explained_lines_of_hole(job, hole, w):
                 with box("li"):
                     text("span", str(line), "quiet n")
                     text("code", code)
@@ -399,16 +409,16 @@ class MachineProgramPanel:
         self._next = (hole.x, hole.y)
         self.canvas.show_line(hole.last)
 
-    def _show_place(self, state: MachineState) -> None:
+    def _show_tool_position(self, state: MachineState) -> None:
         place = state.work if state.open else None
         cuts = state.progress is not None and place is not None and place[2] < 0.0
         at = None if place is None or self._drawn is None else (round(place[0], 3), round(place[1], 3))
         if (at, cuts, self._next) != self._tool:
             self._tool = (at, cuts, self._next)
             self.canvas.set_tool(at, cuts=cuts, going_to=self._next)
-        self.canvas.set_placement(self._travel(state), movable=False)
+        self.canvas.set_placement(self._travel_in_program(state), movable=False)
 
-    def _travel(self, state: MachineState) -> dict[str, Any] | None:
+    def _travel_in_program(self, state: MachineState) -> dict[str, Any] | None:
         if state.travel is None or state.machine is None or state.work is None or not state.homing:
             return None
         zero = [round(a - b, 3) for a, b in zip(state.machine, state.work, strict=True)]
@@ -424,11 +434,11 @@ class MachineProgramPanel:
         return {"box": travel_box, "known": True, "fits": fits, "machine": name}
 
 
-def _mm(value: float) -> str:
+def _rounded_millimetres(value: float) -> str:
     return number_in_mm(round(value, 3))
 
 
-def _facts(job: SendJob, w: Any) -> str:
+def _program_facts(job: SendJob, w: Any) -> str:
     feed_s, other_s = job.seconds
     parts = [format_time(float(feed_s.sum() + other_s.sum())), w("machine.lines", number=job.steps[-1].number)]
     if job.holes:

@@ -123,12 +123,12 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
         if layer not in LAYERS:
             raise OptionError("the drawing has no layer '{}'; its layers are: {}", layer, ", ".join(LAYERS))
         if layer not in self._addresses:
-            self._addresses[layer] = self.serve(layer, lambda: self._bytes(layer))
+            self._addresses[layer] = self.serve(layer, lambda: self._scene_data(layer))
         self._scenes[layer] = scene
         self._numbers[layer] = self._numbers.get(layer, 0) + 1
         self._send_scenes()
 
-    def _bytes(self, layer: str) -> bytes | None:
+    def _scene_data(self, layer: str) -> bytes | None:
         scene = self._scenes.get(layer)
         return scene() if callable(scene) else scene
 

@@ -43,12 +43,14 @@ def differences_scene(differences: Sequence[Difference], original: Toolpath, new
     strokes: dict[Change, list[NDArray[np.float64]]] = {Change.MISSING: [], Change.ADDED: []}
     moves = {side: path.kind <= Kind.DRILL for side, path in zip(strokes, (original, new), strict=True)}
     for index, difference in enumerate(differences):
-        change = change_of(difference)
+        change = kind_of_change(difference)
         for pair in ((difference.original, difference.new), *difference.also)[:_MAX_MARKS]:
             for side, path, line in zip(strokes, (original, new), pair, strict=True):
                 if not line or change not in (side, Change.CHANGED):
                     continue
-                lines_drawn = [_way(path, row) for row in np.flatnonzero((path.line == line) & moves[side]).tolist()]
+                lines_drawn = [
+                    _points_of_move(path, row) for row in np.flatnonzero((path.line == line) & moves[side]).tolist()
+                ]
                 strokes[side] += [path_points for path_points in lines_drawn if len(path_points) > 1]
                 ends = [path_points[-1] for path_points in lines_drawn if len(path_points)]
                 if ends:
@@ -87,14 +89,14 @@ def differences_scene(differences: Sequence[Difference], original: Toolpath, new
     )
 
 
-def change_of(difference: Difference) -> Change:
+def kind_of_change(difference: Difference) -> Change:
     """Return whether the lines of a difference are missing, added or changed."""
     if difference.original and not difference.new:
         return Change.MISSING
     return Change.ADDED if difference.new and not difference.original else Change.CHANGED
 
 
-def _way(path: Toolpath, row: int) -> NDArray[np.float64]:
+def _points_of_move(path: Toolpath, row: int) -> NDArray[np.float64]:
     """Return the points of a toolpath row in plan view, float64[k, 2] mm.
 
     It has no points if the end of the move is unknown.

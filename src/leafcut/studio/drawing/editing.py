@@ -84,8 +84,8 @@ class UndoableState(Generic[State]):
 
     def take_plain(self, plain: Mapping[str, Any]) -> None:
         """Restore the result of `as_plain`. If a state is invalid or consists of different parts, nothing changes."""
-        steps = [_frozen(plain.get(name)) for name in ("before", "after")]
-        state = _frozen(plain.get("state"))
+        steps = [_as_tuples(plain.get(name)) for name in ("before", "after")]
+        state = _as_tuples(plain.get("state"))
         try:
             fits = all(self.parts(candidate) == self.parts(self.state) for candidate in (state, *steps[0], *steps[1]))
         except (TypeError, ValueError, KeyError):
@@ -101,13 +101,13 @@ class UndoableState(Generic[State]):
 
     def undo(self) -> bool:
         """Undo the last step. Return whether there was a step to undo."""
-        return self._go(self._before, self._after)
+        return self._move_step(self._before, self._after)
 
     def redo(self) -> bool:
         """Redo the last undone step. Return whether there was a step to redo."""
-        return self._go(self._after, self._before)
+        return self._move_step(self._after, self._before)
 
-    def _go(self, source: list[State], target: list[State]) -> bool:
+    def _move_step(self, source: list[State], target: list[State]) -> bool:
         if not source:
             return False
         target.append(self.state)
@@ -115,8 +115,8 @@ class UndoableState(Generic[State]):
         return True
 
 
-def _frozen(plain: Any) -> Any:
-    return tuple(_frozen(value) for value in plain) if isinstance(plain, list | tuple) else plain
+def _as_tuples(plain: Any) -> Any:
+    return tuple(_as_tuples(value) for value in plain) if isinstance(plain, list | tuple) else plain
 
 
 #: The holes of each operation in order, and the number of holes at the start whose order is fixed.

@@ -14,7 +14,7 @@ _SAME = 0.002
 _UNKNOWN = -(1 << 40)
 
 
-def line_pairs(before: Toolpath, after: Toolpath, original: str, new: str) -> NDArray[np.uint32]:
+def matching_lines(before: Toolpath, after: Toolpath, original: str, new: str) -> NDArray[np.uint32]:
     """Match the lines of an original program and a new program.
 
     Lines that do the same work are matched first. The lines next to them (travel moves, comments) are matched if their

@@ -48,7 +48,7 @@ Blocks of a ``toolpath``, one row per move or command in machining order:
 ==================== ======== =======================================================================================
 
 and the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → label),
-``which`` (``before``, ``after``), and ``cleared``, the width that a mill clears (mm, 0: unknown). If ``unitless`` is
+``which`` (``before``, ``after``), and ``cleared``, the width that a mill clears (mm, 0: unknown). If ``has_no_unit`` is
 true (a map or its tour), numbers have no unit.
 
 A ``path`` is the best order of a running search: ``point`` f4 × 2, in the order of visits. An order edited by hand
@@ -82,7 +82,7 @@ from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.pocket import Pocket
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.registry import report_of
-from leafcut.report.playback import Playback, outcome_playback, playback
+from leafcut.report.playback import Playback, outcome_playback, playback_of_path
 from leafcut.report.wording import replace_unprintable
 from leafcut.studio.drawing.editing import OrderStop
 
@@ -136,7 +136,7 @@ def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool 
         "extents": [*low, *high] if len(hole) + len(ends) + len(vertex) else None,
         "origin": origin.tolist(),
         "layers": [replace_unprintable(layer) for layer in layers.names],
-        "unitless": unitless(part),
+        "unitless": has_no_unit(part),
         "issues": _issues(part.issues),
         "missing": _missing(part.issues),
         "filled": filled,
@@ -168,7 +168,7 @@ class _LayerNumbers:
         return np.concatenate([self.of(part.contours), np.array(pockets, dtype=np.int64)])
 
 
-def unitless(part: Part) -> bool:
+def has_no_unit(part: Part) -> bool:
     """Return whether a part is a TSPLIB map. The coordinates of a map have no unit."""
     return part.edge_weight_type != ""
 
@@ -182,7 +182,7 @@ def nest_scene(nest: Nest, layout: Layout) -> bytes:
 def outcome_scene(outcome: Outcome, which: Which) -> bytes:
     """Create the scene of an outcome's toolpath. Raises `PlanError` if its drilling cycles contain too many moves."""
     shown = report_of(outcome)
-    before, _, after = shown.stated()
+    before, _, after = shown.compared_measures()
     measure = before if which == "before" else after
     header = {
         "name": replace_unprintable(outcome.part.name),
@@ -193,7 +193,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
         "cleared": shown.cleared,
     }
     return _toolpath(
-        outcome_playback(outcome, which), header, outcome.text if which == "after" else "", shown.plan(which)
+        outcome_playback(outcome, which), header, outcome.text if which == "after" else "", shown.cut_plan(which)
     )
 
 
@@ -244,12 +244,12 @@ def toolpath_scene(
         The drilling cycles contain too many moves.
     """
     return _toolpath(
-        playback(path, machine, beam, measured=measured),
+        playback_of_path(path, machine, beam, measured=measured),
         {
             "name": replace_unprintable(name),
             "which": "after",
-            "unitless": part is not None and unitless(part),
-            "untimed": untimed or (part is not None and unitless(part)),
+            "unitless": part is not None and has_no_unit(part),
+            "untimed": untimed or (part is not None and has_no_unit(part)),
             "cleared": cleared,
         },
         text,

@@ -56,7 +56,7 @@ from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.registry import report_of
-from leafcut.report.playback import Playback, outcome_playback, playback
+from leafcut.report.playback import Playback, outcome_playback, playback_of_path
 from leafcut.report.wording import replace_unprintable
 from leafcut.studio.drawing.scene import Columns, pack_scene
 
@@ -73,7 +73,7 @@ def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
 
     If the stock cannot be shown, the scenes explain why.
     """
-    stock = report_of(outcome).stock()
+    stock = report_of(outcome).shown_stock()
     return _scenes(
         _ShownRun(outcome.path_before, stock, lambda: outcome_playback(outcome, "before")),
         _ShownRun(outcome.path_after, stock, lambda: outcome_playback(outcome, "after")),
@@ -111,7 +111,7 @@ class _ShownRun(NamedTuple):
 
 
 def _shown_run(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> _ShownRun:
-    return _ShownRun(path, stock, lambda: playback(path, machine, measured=measured))
+    return _ShownRun(path, stock, lambda: playback_of_path(path, machine, measured=measured))
 
 
 def _refusal(problem: LeafcutError) -> bytes:

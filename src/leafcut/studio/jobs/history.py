@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError
-from leafcut.files.schemas import ANSWER, HISTORY, check_schema, numbered
+from leafcut.files.schemas import ANSWER, HISTORY, add_schema_number, check_schema
 from leafcut.files.whole_files import OutputError
 from leafcut.message import Message, messages_from_json, messages_to_json
 from leafcut.studio.jobs.task import Task
@@ -135,11 +135,11 @@ class History:
         except sqlite3.DatabaseError as problem:
             if isinstance(problem, sqlite3.OperationalError):
                 raise OutputError("{}: cannot open the history ({})", path, problem) from None
-            self._set_aside()
+            self._rename_damaged_file()
             self._connection = self._open()
 
     def _open(self) -> sqlite3.Connection:
-        self._keep_private()
+        self._create_private_file()
         connection = sqlite3.connect(self._path, check_same_thread=False, isolation_level=None, timeout=10.0)
         try:
             (schema,) = connection.execute("PRAGMA user_version").fetchone()
@@ -159,7 +159,7 @@ class History:
             raise
         return connection
 
-    def _keep_private(self) -> None:
+    def _create_private_file(self) -> None:
         """Create the file with owner-only permissions before SQLite opens it.
 
         SQLite copies the permissions to its companion files.
@@ -173,7 +173,7 @@ class History:
         except OSError as problem:
             raise OutputError("{}: cannot open the history ({})", self._path, problem.strerror) from None
 
-    def _set_aside(self) -> None:
+    def _rename_damaged_file(self) -> None:
         """Rename a damaged file and its companion files.
 
         Otherwise, SQLite would apply the companion files to the new file.
@@ -185,7 +185,7 @@ class History:
                 file.replace(file.with_name(f"{self._path.name}.{mark}{suffix}"))
 
     @contextmanager
-    def _writing(self) -> Iterator[sqlite3.Connection]:
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
         with self._lock:
             try:
                 self._connection.execute("BEGIN IMMEDIATE")
@@ -204,7 +204,7 @@ class History:
 
     def add(self, job: str, title: str, task: Task, created: float) -> None:
         """Add a job in the state ``waiting``."""
-        with self._writing() as connection:
+        with self._transaction() as connection:
             connection.execute(
                 "INSERT INTO job (id, title, task, state, created) VALUES (?, ?, ?, ?, ?)",
                 (job, title, task.as_json(), JobState.WAITING.value, created),
@@ -212,7 +212,7 @@ class History:
 
     def mark(self, job: str, state: JobState) -> None:
         """Store the state of a job."""
-        with self._writing() as connection:
+        with self._transaction() as connection:
             connection.execute("UPDATE job SET state = ? WHERE id = ?", (state.value, job))
 
     def finish(
@@ -227,25 +227,25 @@ class History:
         messages: Sequence[tuple[float, str]] = (),
     ) -> None:
         """Store the end of a job, with its state, answer, figures and files. `messages` contains (seconds, text)."""
-        document = None if answer is None else json.dumps(messages_to_json(numbered(ANSWER, answer)))
+        document = None if answer is None else json.dumps(messages_to_json(add_schema_number(ANSWER, answer)))
         packed = None if document is None else zlib.compress(document.encode(), _LEVEL)
         files = [
             (job, name, artefact.file_name, artefact.media_type, zlib.compress(artefact.data, _LEVEL))
             for name, artefact in (artefacts or {}).items()
         ]
-        with self._writing() as connection:
+        with self._transaction() as connection:
             connection.execute(
                 "UPDATE job SET state = ?, finished = ?, line = ?, line_parts = ?, figures = ?, answer = ?"
                 " WHERE id = ?",
-                (state.value, time.time(), line, _parts(line), json.dumps(figures or {}), packed, job),
+                (state.value, time.time(), line, _message_as_json(line), json.dumps(figures or {}), packed, job),
             )
             connection.executemany("INSERT OR REPLACE INTO artefact VALUES (?, ?, ?, ?, ?)", files)
-            rows = [(job, number, s, words, _parts(words)) for number, (s, words) in enumerate(messages)]
+            rows = [(job, number, s, words, _message_as_json(words)) for number, (s, words) in enumerate(messages)]
             connection.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?, ?)", rows)
 
     def interrupt(self) -> None:
         """Mark all unfinished jobs as interrupted. The studio calls this method when it starts."""
-        with self._writing() as connection:
+        with self._transaction() as connection:
             connection.execute(
                 "UPDATE job SET state = ?, finished = ? WHERE state IN (?, ?)",
                 (JobState.INTERRUPTED.value, time.time(), JobState.WAITING.value, JobState.RUNNING.value),
@@ -254,30 +254,31 @@ class History:
     def get(self, job: str) -> JobRecord | None:
         """Return a job, or None if it does not exist."""
         rows = self._read(f"SELECT {_COLUMNS} FROM job WHERE id = ?", (job,))
-        return _record(rows[0]) if rows else None
+        return _record_from_row(rows[0]) if rows else None
 
     def newest(self, limit: int = 200) -> list[JobRecord]:
         """Return the newest jobs, up to `limit`."""
         return [
-            _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (limit,))
+            _record_from_row(row)
+            for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (limit,))
         ]
 
     def find(self, terms: Sequence[SearchTerm], limit: int, skip: int = 0) -> list[JobRecord]:
         """Return up to `limit` jobs that match all terms, newest first. The first `skip` matches are left out."""
-        condition, values = _condition(terms)
+        condition, values = _where_clause(terms)
         query = f"SELECT {_COLUMNS} FROM job {condition} ORDER BY created DESC, rowid DESC LIMIT ? OFFSET ?"
-        return [_record(row) for row in self._read(query, (*values, limit, skip))]
+        return [_record_from_row(row) for row in self._read(query, (*values, limit, skip))]
 
     def count(self, terms: Sequence[SearchTerm] = ()) -> int:
         """Return the number of jobs that match all terms."""
-        condition, values = _condition(terms)
+        condition, values = _where_clause(terms)
         return int(self._read(f"SELECT COUNT(*) FROM job {condition}", values)[0][0])
 
     def of_sheets(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, newest first."""
         # The origin is compared again below, because LIKE treats an underscore as a wildcard.
         query = f"SELECT {_COLUMNS} FROM job WHERE task LIKE ? ORDER BY created DESC, rowid DESC"
-        records = [_record(row) for row in self._read(query, (f'%"origin": "{job}/%',))]
+        records = [_record_from_row(row) for row in self._read(query, (f'%"origin": "{job}/%',))]
         return [record for record in records if record.task.origin.startswith(f"{job}/")]
 
     def messages(self, job: str) -> list[tuple[float, str]]:
@@ -303,13 +304,13 @@ class History:
     def delete(self, job: str) -> set[str]:
         """Delete a job. Return the uploads that no other job uses."""
         record = self.get(job)
-        with self._writing() as connection:
+        with self._transaction() as connection:
             connection.execute("DELETE FROM job WHERE id = ?", (job,))
-        return files_of([record.task]) - self.inputs_in_use() if record else set()
+        return possible_upload_ids([record.task]) - self.inputs_in_use() if record else set()
 
     def inputs_in_use(self) -> set[str]:
         """Return the ids of all uploads that are used by jobs."""
-        return files_of(Task.from_json(row[0]) for row in self._read("SELECT task FROM job"))
+        return possible_upload_ids(Task.from_json(row[0]) for row in self._read("SELECT task FROM job"))
 
     def close(self) -> None:
         """Close the file."""
@@ -329,7 +330,7 @@ _PLACES = (
 _OPTIONS = "EXISTS (SELECT 1 FROM json_tree(task, '$.options') WHERE {})"
 
 
-def _condition(terms: Sequence[SearchTerm]) -> tuple[str, tuple[Any, ...]]:
+def _where_clause(terms: Sequence[SearchTerm]) -> tuple[str, tuple[Any, ...]]:
     parts: list[str] = []
     values: list[Any] = []
     for term in terms:
@@ -347,18 +348,18 @@ def _condition(terms: Sequence[SearchTerm]) -> tuple[str, tuple[Any, ...]]:
     return f"WHERE {' AND '.join(parts)}" if parts else "", tuple(values)
 
 
-def _record(row: tuple[Any, ...]) -> JobRecord:
+def _record_from_row(row: tuple[Any, ...]) -> JobRecord:
     job, title, task, state, created, finished, line, parts, figures = row
     line = messages_from_json(parts) or line
     return JobRecord(job, title, Task.from_json(task), JobState(state), created, finished, line, json.loads(figures))
 
 
-def _parts(text: str) -> str:
+def _message_as_json(text: str) -> str:
     """Return the template and the values of a message as JSON, or an empty JSON string for a plain text."""
     return json.dumps(messages_to_json(text) if isinstance(text, Message) else "")
 
 
-def files_of(tasks: Iterable[Task]) -> set[str]:
+def possible_upload_ids(tasks: Iterable[Task]) -> set[str]:
     """Return all strings in tasks that may be ids of uploads, such as inputs and files named by options."""
     words = (w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str))
     return {w.partition(":")[0] for w in words}  # a part of a nest is `id:quantity`

@@ -23,7 +23,7 @@ from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import History, JobRecord, JobState, SearchTerm
 from leafcut.studio.jobs.run_job import JobResult, run
 from leafcut.studio.jobs.search_watch import Picture, Watch
-from leafcut.studio.jobs.task import ReadyTask, Task, names_of, prepare, title_of
+from leafcut.studio.jobs.task import ReadyTask, Task, input_names, resolve_task, task_title
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers, WorkError
 
 #: Number of jobs that run at the same time. Even a single search uses all cores.
@@ -141,17 +141,17 @@ class Jobs:
         OutputError
             The history cannot be written, or the studio is closing.
         """
-        call = prepare(task, self.folder)
+        call = resolve_task(task, self.folder)
         if self.closed:
             raise OutputError("the studio is closing; no new jobs are started")
         work = StudioWork(self.workers)
-        live = LiveJob(secrets.token_urlsafe(9), call, names_of(task, self.folder), work, watch=watch or Watch())
+        live = LiveJob(secrets.token_urlsafe(9), call, input_names(task, self.folder), work, watch=watch or Watch())
         live.watch.connect(work.send)
-        self.history.add(live.id, title_of(task, self.folder), task, time.time())
+        self.history.add(live.id, task_title(task, self.folder), task, time.time())
         with self._lock:
             self._live[live.id] = live
             self._queue.append(live.id)
-        self._threads.submit(self._next)
+        self._threads.submit(self._start_next)
         return live.id
 
     def waiting(self) -> list[str]:
@@ -220,7 +220,7 @@ class Jobs:
             if waits:
                 self._queue.remove(job)
         if waits:
-            self._end(live, JobState.CANCELLED)
+            self._store_end(live, JobState.CANCELLED)
 
     def delete(self, job: str) -> None:
         """Delete a job and the uploads that only this job used. Uploads of open pages and recent files are kept."""
@@ -263,13 +263,13 @@ class Jobs:
                 live.state = JobState.INTERRUPTED
                 live.ended.set_result(None)
 
-    def _next(self) -> None:
+    def _start_next(self) -> None:
         with self._lock:
             live = self._live.get(self._queue.pop(0)) if self._queue and not self.closed else None
         if live is not None:
-            self._work(live)
+            self._run_to_end(live)
 
-    def _work(self, live: LiveJob) -> None:
+    def _run_to_end(self, live: LiveJob) -> None:
         """Run a job and wait until it ends. If it raises an exception, store the error as the state of the job."""
         live.state, live.began = JobState.RUNNING, time.perf_counter()
         try:
@@ -277,17 +277,17 @@ class Jobs:
             result = live.work.run(run, live.call, live.names, on_message=live.receive)
         except BaseException as problem:
             if live.dropped:
-                self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
+                self._store_end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
             else:
                 live.internal = is_internal(problem)
-                self._end(live, JobState.FAILED, line=self.folder.without_paths(line_of(problem)))
+                self._store_end(live, JobState.FAILED, line=self.folder.without_paths(error_line(problem)))
         else:
             if live.dropped:
-                self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
+                self._store_end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
             else:
-                self._end(live, JobState.STOPPED if live.stopped else JobState.DONE, result=result)
+                self._store_end(live, JobState.STOPPED if live.stopped else JobState.DONE, result=result)
 
-    def _end(self, live: LiveJob, state: JobState, *, line: str = "", result: JobResult | None = None) -> None:
+    def _store_end(self, live: LiveJob, state: JobState, *, line: str = "", result: JobResult | None = None) -> None:
         live.line, noted = line, True
         try:
             if result is None:
@@ -302,7 +302,7 @@ class Jobs:
                     messages=live.messages,
                 )
         except BaseException as problem:
-            live.line, state = self.folder.without_paths(line_of(problem)), JobState.FAILED
+            live.line, state = self.folder.without_paths(error_line(problem)), JobState.FAILED
             try:
                 self.history.finish(live.id, state, line=live.line, messages=live.messages)
             except LeafcutError:
@@ -329,7 +329,7 @@ def is_internal(problem: BaseException) -> bool:
     return not isinstance(problem, LeafcutError | MemoryError | OSError)
 
 
-def line_of(problem: BaseException) -> str:
+def error_line(problem: BaseException) -> str:
     """Return the message of an exception in one line. An unknown exception is reported as an internal error."""
     if isinstance(problem, LeafcutError):
         line = str(problem)

@@ -42,10 +42,10 @@ class WantedPart:
         """Decode a part from the string `word`. Raises `OptionError` if the quantity or an angle is invalid."""
         input_id, _, rest = word.partition(":")
         quantity, _, rotations = rest.partition(":")
-        return cls(input_id, quantity_of(quantity or "1"), rotations_of(rotations))
+        return cls(input_id, parse_quantity_field(quantity or "1"), parse_rotations(rotations))
 
 
-def quantity_of(typed: str) -> int:
+def parse_quantity_field(typed: str) -> int:
     """Parse the quantity that a user has typed. Raises `OptionError` if it is not a whole number or is out of range."""
     text = typed.strip()
     if not text.isdecimal() or not 1 <= int(text[:9]) <= MAX_PIECES or len(text) > 9:
@@ -53,7 +53,7 @@ def quantity_of(typed: str) -> int:
     return int(text)
 
 
-def rotations_of(typed: str) -> str:
+def parse_rotations(typed: str) -> str:
     """Return the angles that a user has typed, separated by spaces. If empty, the angles of the options apply.
 
     Raises `OptionError` if an angle is invalid.
@@ -77,7 +77,9 @@ def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
         raise OptionError("'parts' must be a JSON list with one object per drawing, in the same order")
     rows += [{}] * (len(inputs) - len(rows))
     return [
-        WantedPart(input_id, quantity_of(str(row.get("quantity", 1))), rotations_of(str(row.get("rotations", ""))))
+        WantedPart(
+            input_id, parse_quantity_field(str(row.get("quantity", 1))), parse_rotations(str(row.get("rotations", "")))
+        )
         for input_id, row in zip(inputs, rows, strict=True)
     ]
 
@@ -87,7 +89,7 @@ def needs_list(parts: Sequence[WantedPart]) -> bool:
     return any(part.rotations for part in parts)
 
 
-def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
+def parts_list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
     """Write the parts as a list for ``leafcut nest``. `files` contains the name of each part's drawing."""
     text = io.StringIO()
     writer = csv.writer(text, delimiter=";", lineterminator="\n")
@@ -97,7 +99,7 @@ def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
     return text.getvalue()
 
 
-def listed_parts(path: Path, opened: Mapping[str, str]) -> tuple[list[WantedPart], list[str]]:
+def read_parts_list(path: Path, opened: Mapping[str, str]) -> tuple[list[WantedPart], list[str]]:
     """Read a parts list. Return its parts, and the names of all drawings that are not open.
 
     `opened` maps displayed names to ids. The studio does not read other folders, so folder names in the list are

@@ -88,7 +88,7 @@ def read_preview(
     settings = collect_settings(options or {})
     format_, loaded = read_source(source, heartbeat_for_step(progress, Message("reading")))
     if format_.name == "gcode":
-        return _program(loaded, options or {}, progress)
+        return _preview_program(loaded, options or {}, progress)
     kinds = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
     kinds = registry.offered_works(kinds, format_.name)
     loaded = replace(loaded, cache={})
@@ -97,7 +97,7 @@ def read_preview(
     error, broken = "", True
     for kind in tried:
         try:
-            return replace(_drawing(loaded, format_.name, kind, settings, whole, progress), works=kinds)
+            return replace(_preview_drawing(loaded, format_.name, kind, settings, whole, progress), works=kinds)
         except LeafcutError as problem:
             error, broken = error or str(problem), broken and isinstance(problem, ReadError)
     pixels = None
@@ -108,31 +108,31 @@ def read_preview(
     return Preview(format_.name, kinds, error=error, broken=broken, whole=whole, pixels=pixels)
 
 
-def _drawing(
+def _preview_drawing(
     source: Source, name: str, work: str, settings: Settings, whole: WholeInput, progress: OnProgress | None
 ) -> Preview:
     from leafcut.report.json_answer import issues_as_json
-    from leafcut.studio.drawing.scene import part_scene, unitless
+    from leafcut.studio.drawing.scene import has_no_unit, part_scene
 
     part = registry.work(work).preview_part(source, settings)
     heartbeat_for_step(progress, Message("drawing the preview"))
     scenes = {"part": part_scene(part)}
     issues = tuple(issues_as_json(part.issues))
-    if unitless(part):
-        return Preview(name, (work,), _facts(part), issues, scenes, work=work)
+    if has_no_unit(part):
+        return Preview(name, (work,), _part_facts(part), issues, scenes, work=work)
     background, zero = whole.background(work, source, part, settings)
     if background is not None:
         scenes["whole"] = part_scene(background)
     travel = machine_travel_around(registry.work(work).with_defaults(settings), part.extents)
-    return Preview(name, (work,), _facts(part), issues, scenes, work=work, whole=whole, zero=zero, travel=travel)
+    return Preview(name, (work,), _part_facts(part), issues, scenes, work=work, whole=whole, zero=zero, travel=travel)
 
 
-def _facts(part: Part) -> tuple[tuple[str, str], ...]:
-    from leafcut.studio.drawing.scene import unitless
+def _part_facts(part: Part) -> tuple[tuple[str, str], ...]:
+    from leafcut.studio.drawing.scene import has_no_unit
 
     left, low, right, high = part.extents
     size = _size(right - left, high - low)
-    if unitless(part):
+    if has_no_unit(part):
         return (("points", f"{len(part.holes):,}"), ("size", size))
     counts = (
         ("holes", len(part.holes)),
@@ -155,14 +155,14 @@ def _size(width: float, height: float) -> str:
     return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
 
-def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | None) -> Preview:
+def _preview_program(source: Source, options: Mapping[str, Any], progress: OnProgress | None) -> Preview:
     from leafcut.files.whole_files import read_program
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import toolpath_scene
     from leafcut.units import format_length, format_time
 
     try:
-        simulation = api.simulate(source, progress=progress, **_used("simulate", options))
+        simulation = api.simulate(source, progress=progress, **_used_options("simulate", options))
         heartbeat_for_step(progress, Message("drawing the preview"))
         text = read_program(source)
         scene = toolpath_scene(
@@ -197,11 +197,11 @@ def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
     from leafcut.studio.drawing.solid import solid_scene
 
     _, loaded = read_source(source, heartbeat_for_step(link.report, Message("reading")))
-    simulation = api.simulate(loaded, progress=link.report, **_used("simulate", options))
-    stock = registry.command_function("shown_stock")(loaded, collect_settings(_used("stock", options)))
+    simulation = api.simulate(loaded, progress=link.report, **_used_options("simulate", options))
+    stock = registry.command_function("shown_stock")(loaded, collect_settings(_used_options("stock", options)))
     return solid_scene(simulation.run, simulation.machine, stock, simulation.measure)
 
 
-def _used(work: str, options: Mapping[str, Any]) -> dict[str, Any]:
+def _used_options(work: str, options: Mapping[str, Any]) -> dict[str, Any]:
     used = registry.work(work).used()
     return {name: value for name, value in options.items() if name in used}

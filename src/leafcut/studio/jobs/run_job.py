@@ -23,9 +23,9 @@ from leafcut.model.shown_stock import CUT_THROUGH
 from leafcut.model.snapshot import Observer
 from leafcut.model.study import Iteration, Study
 from leafcut.options.sheet_word import OFFERED
-from leafcut.studio.drawing.line_match import line_pairs
+from leafcut.studio.drawing.line_match import matching_lines
 from leafcut.studio.jobs.history import Artefact
-from leafcut.studio.jobs.nest_request import list_text, needs_list
+from leafcut.studio.jobs.nest_request import needs_list, parts_list_text
 from leafcut.studio.jobs.task import LIST, NEST, ReadyTask, program_name, unique_names
 
 if TYPE_CHECKING:
@@ -87,16 +87,16 @@ def _verify(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress) ->
     runs = [api.simulate(source, progress=on_progress, **shared_options) for source in call.sources]
     texts = [read_program(source) for source in call.sources]
     artefacts = {
-        f"scene-{layer}": _scene(toolpath_scene(run.run, run.machine, name=name, measured=run.measure))
+        f"scene-{layer}": _scene_artefact(toolpath_scene(run.run, run.machine, name=name, measured=run.measure))
         for layer, run, name in zip(_BOTH, runs, names, strict=True)
     }
-    artefacts |= _stocks(call, runs)
-    artefacts["scene-differences"] = _scene(differences_scene(proof.differences, *(run.run for run in runs)))
+    artefacts |= _solid_scene_artefacts(call, runs)
+    artefacts["scene-differences"] = _scene_artefact(differences_scene(proof.differences, *(run.run for run in runs)))
     artefacts["lines"] = _line_pairs_artefact(runs[0].path, runs[1].path, *texts)
     return JobResult(verification_as_json(proof), {"same": proof.same}, artefacts)
 
 
-def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
+def _solid_scene_artefacts(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
     from leafcut.processes import registry
     from leafcut.processes.settings import collect_settings
     from leafcut.studio.drawing.solid import compared_solid_scenes
@@ -109,11 +109,13 @@ def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
         return {}
     first, second = ((run.run, run.machine, stock) for run, stock in zip(runs, stocks, strict=True))
     scenes = compared_solid_scenes(first, second, (runs[0].measure, runs[1].measure))
-    return {f"scene-solid_{side}": _scene(scene) for side, scene in zip(_BOTH, scenes, strict=True)}
+    return {f"scene-solid_{side}": _scene_artefact(scene) for side, scene in zip(_BOTH, scenes, strict=True)}
 
 
 def _line_pairs_artefact(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefact:
-    return Artefact("", "application/octet-stream", zlib.compress(line_pairs(before, after, original, new).tobytes()))
+    return Artefact(
+        "", "application/octet-stream", zlib.compress(matching_lines(before, after, original, new).tobytes())
+    )
 
 
 def _optimize(
@@ -121,7 +123,7 @@ def _optimize(
 ) -> JobResult:
     from leafcut.processes.registry import report_of
     from leafcut.read.plan_file import plan_text
-    from leafcut.report.json_answer import as_json, overview_as_json
+    from leafcut.report.json_answer import program_as_json, studio_overview_as_json
 
     outcome = api.optimize(
         call.sources[0],
@@ -136,7 +138,7 @@ def _optimize(
     source = name if outcome.part.source else ""
     outcome = replace(outcome, output=output, part=replace(outcome.part, source=source))
     report = report_of(outcome)
-    answer = as_json(report)
+    answer = program_as_json(report)
     figures = {
         "before_s": answer["before"]["time_s"],
         "after_s": answer["after"]["time_s"],
@@ -149,22 +151,22 @@ def _optimize(
         **_report_artefacts(report, output),
     }
     searches = [
-        (report.search_name(n), o.solution.history, o.solution.lower_bound, o.solution.unit)
+        (report.operation_title(n), o.solution.history, o.solution.lower_bound, o.solution.unit)
         for n, o in enumerate(outcome.operations)
     ]
-    artefacts["search"] = _searches(searches, observe)
-    overview = json.dumps(messages_to_json(overview_as_json(report)))
+    artefacts["search"] = _search_charts_artefact(searches, observe)
+    overview = json.dumps(messages_to_json(studio_overview_as_json(report)))
     artefacts["figures"] = Artefact("", "application/json", overview.encode())
-    artefacts |= _order_files(outcome, output) | _plan_file_artefact(call)
+    artefacts |= _order_file_artefacts(outcome, output) | _plan_file_artefact(call)
     if outcome.part.format == "gcode":
         original = read_program(call.sources[0])
         artefacts["lines"] = _line_pairs_artefact(outcome.path_before, outcome.path_after, original, outcome.text)
-    plan = report.plan("after")
+    plan = report.cut_plan("after")
     # Plans with common lines cannot be saved.
     if plan is not None and not call.options.get("common_lines"):
         text = plan_text(plan.file).encode()
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.json", "application/json", text)
-    norms = report.norms()
+    norms = report.cycle_time_csv()
     if norms:
         artefacts["norms"] = Artefact(f"{Path(output).stem}_norms.csv", "text/csv", norms.encode())
     return JobResult(answer, figures, artefacts)
@@ -189,10 +191,10 @@ def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, canc
     }
     for v, nest in enumerate(outcome.nests, 1):
         for k, layout in enumerate(nest.layouts, 1):
-            artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(nest, layout))
+            artefacts[f"scene-{v}-{k}"] = _scene_artefact(nest_scene(nest, layout))
     if needs_list(call.parts):
         names = unique_names([Path(source).name for source in call.sources])  # names of all inputs, without the sheets
-        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
+        artefacts["list"] = Artefact(LIST, _CSV, parts_list_text(call.parts, names).encode())
     return JobResult(command_function("nest_answer")(outcome), _nest_figures(outcome), artefacts)
 
 
@@ -202,7 +204,7 @@ def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:
     return {"utilisation_of_used_percent": used, "sheets": best.n_sheets, "variants": len(outcome.nests)}
 
 
-def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
+def _order_file_artefacts(outcome: Outcome, output: str) -> dict[str, Artefact]:
     from leafcut.read.order_file import drawing_of, order_text
 
     drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
@@ -226,7 +228,7 @@ def _plan_file_artefact(call: ReadyTask) -> dict[str, Artefact]:
     return {"given": Artefact(file.name, "application/json", file.read_bytes())}
 
 
-def _searches(
+def _search_charts_artefact(
     searches: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer
 ) -> Artefact:
     """Return the chart data of each search: its name, history, lower bound and unit.
@@ -243,7 +245,7 @@ def _searches(
 
 
 def _report_artefacts(report: PathReport[Any], output: str) -> dict[str, Artefact]:
-    from leafcut.report.page import path_svg, write_page
+    from leafcut.report.page import path_svg, report_page_html
     from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene, toolpath_scene
     from leafcut.studio.drawing.solid import outcome_solid_scenes
 
@@ -251,18 +253,18 @@ def _report_artefacts(report: PathReport[Any], output: str) -> dict[str, Artefac
     pictures = {
         f"picture-{side}": Artefact(f"{stem}_{side}.svg", _SVG, path_svg(report, side).encode()) for side in _BOTH
     }
-    scenes = {f"scene-{side}": _scene(outcome_scene(outcome, side)) for side in _BOTH}
-    scenes["scene-part"] = _scene(outcome_part_scene(outcome))
-    if report.stock() != CUT_THROUGH:
+    scenes = {f"scene-{side}": _scene_artefact(outcome_scene(outcome, side)) for side in _BOTH}
+    scenes["scene-part"] = _scene_artefact(outcome_part_scene(outcome))
+    if report.shown_stock() != CUT_THROUGH:
         for side, solid in zip(_BOTH, outcome_solid_scenes(outcome), strict=True):
-            scenes[f"scene-solid_{side}"] = _scene(solid)
+            scenes[f"scene-solid_{side}"] = _scene_artefact(solid)
     for name, path in report.tried_paths():
         scene = toolpath_scene(path, outcome.machine, name=name, cleared=report.cleared, untimed=True)
-        scenes[f"way-{name}"] = _scene(scene)
-    return {**scenes, "report": Artefact(f"{stem}.html", _HTML, write_page(report).encode()), **pictures}
+        scenes[f"way-{name}"] = _scene_artefact(scene)
+    return {**scenes, "report": Artefact(f"{stem}.html", _HTML, report_page_html(report).encode()), **pictures}
 
 
-def _scene(data: bytes) -> Artefact:
+def _scene_artefact(data: bytes) -> Artefact:
     return Artefact("", "application/octet-stream", data)
 
 
@@ -270,16 +272,16 @@ def _solve(
     call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer
 ) -> JobResult:
     from leafcut.read.tsplib import tour_text
-    from leafcut.report.json_answer import solved_as_json
+    from leafcut.report.json_answer import tour_as_json
 
     solved = api.solve(call.sources[0], progress=on_progress, observe=observe, cancelled=cancelled, **call.options)
     part, solution = solved.part, solved.solution
     tour = tour_text(part.name, solution.nodes, every=part.grouping is None)
-    answer = solved_as_json(solved)
+    answer = tour_as_json(solved)
     figures = {key: answer[key] for key in ("length", "gap_percent")}
     artefacts = {
         "tour": Artefact(program_name(name, ".tour"), _TEXT, tour.encode()),
-        "search": _searches([(solution.algorithm, solution.history, solution.lower_bound, "")], observe),
+        "search": _search_charts_artefact([(solution.algorithm, solution.history, solution.lower_bound, "")], observe),
         **_tour_scenes(part, solution.nodes),
     }
     if isinstance(observe, Study):
@@ -308,4 +310,4 @@ def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
     for x, y in part.hole_xy[[*nodes, nodes[0]]].tolist():
         builder.rapid(x, y)
     path = toolpath_scene(builder.build(), load_machine(api.default_machine("solve")), name=part.name, part=part)
-    return {"scene-part": _scene(part_scene(part)), "scene-after": _scene(path)}
+    return {"scene-part": _scene_artefact(part_scene(part)), "scene-after": _scene_artefact(path)}

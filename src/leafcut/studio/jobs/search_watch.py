@@ -131,7 +131,7 @@ class PageObserver(Observer):
         now = time.perf_counter()
         on_hold = alone and (self._paused or self._speed is not None) and not self._released
         if now - self._looked < LOOKS_AWAY and (now >= self._next or (on_hold and self._paused)):
-            self._see(take, alone, now)
+            self._send_snapshot(take, alone, now)
         if on_hold:
             self._hold(take)
 
@@ -165,9 +165,9 @@ class PageObserver(Observer):
             self._released = True
             self._changed.notify_all()
 
-    def _see(self, take: Callable[[], Snapshot], can_hold: bool, now: float) -> None:
+    def _send_snapshot(self, take: Callable[[], Snapshot], can_hold: bool, now: float) -> None:
         snapshot = take()
-        iterations = thinned(self.study.iterations(), _MAX_ITERATIONS) if self.study is not None else []
+        iterations = evenly_spaced_rows(self.study.iterations(), _MAX_ITERATIONS) if self.study is not None else []
         self._send(Picture(snapshot, can_hold, iterations))
         self._number += 1
         duration = time.perf_counter() - now
@@ -175,13 +175,13 @@ class PageObserver(Observer):
 
     def _hold(self, take: Callable[[], Snapshot]) -> None:
         seen = self._number
-        while self._waits():
+        while self._wait_if_early():
             if self._number == seen and time.perf_counter() - self._looked < LOOKS_AWAY:
                 # A page was opened during the pause. Taking a snapshot of a large map lasts a second.
-                self._see(take, True, time.perf_counter())
+                self._send_snapshot(take, True, time.perf_counter())
         self._stepped = time.perf_counter()
 
-    def _waits(self) -> bool:
+    def _wait_if_early(self) -> bool:
         """If it is too early for the next step, wait briefly. Return whether it was necessary to wait."""
         with self._changed:
             if self._released or time.perf_counter() - self._looked >= LEFT_ALONE:
@@ -196,7 +196,7 @@ class PageObserver(Observer):
             return True
 
 
-def thinned(rows: list[Any], limit: int) -> list[Any]:
+def evenly_spaced_rows(rows: list[Any], limit: int) -> list[Any]:
     """Select about `limit` evenly spaced rows, including the last row."""
     kept = rows[:: len(rows) // limit + 1]
     return kept if not rows or kept[-1] is rows[-1] else [*kept, rows[-1]]

@@ -10,7 +10,7 @@ from leafcut.errors import OptionError
 from leafcut.processes.settings import collect_settings, group_of
 from leafcut.studio.jobs.history import History, JobRecord, JobState
 from leafcut.studio.jobs.jobs import Jobs
-from leafcut.studio.jobs.task import Task, prepare, set_options
+from leafcut.studio.jobs.task import Task, resolve_task, set_options
 
 #: States of jobs whose plans are not complete yet.
 GOING = (JobState.WAITING.value, JobState.RUNNING.value)
@@ -37,7 +37,7 @@ class SheetOfNest:
         return f"sheet-{self.variant}-{self.number}"
 
 
-def sheets_of(job: str, answer: Mapping[str, Any]) -> list[SheetOfNest]:
+def sheets_in_answer(job: str, answer: Mapping[str, Any]) -> list[SheetOfNest]:
     """Return the sheets of a nest, one variant after the other."""
     return [
         SheetOfNest(job, v, k, layout["sheets"], layout["file"])
@@ -46,13 +46,13 @@ def sheets_of(job: str, answer: Mapping[str, Any]) -> list[SheetOfNest]:
     ]
 
 
-def nest_of(history: History, job: str) -> list[SheetOfNest]:
+def sheets_of_nest(history: History, job: str) -> list[SheetOfNest]:
     """Return the sheets of a nesting job. Raises `OptionError` if the job is not a nest or has no result."""
     record = history.get(job)
     answer = history.answer(job) if record is not None and record.task.command == "nest" else None
     if answer is None:
         raise OptionError("this job has no nests; run a job with 'nest' first")
-    return sheets_of(job, answer)
+    return sheets_in_answer(job, answer)
 
 
 def upload_sheet(jobs: Jobs, sheet: SheetOfNest) -> str:
@@ -82,28 +82,28 @@ def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
     tasks = []
     asked = {"quantity": options.get("quantity")}
     batch = collect_settings(asked).of(group_of("quantity")).changed().get("quantity", 1)
-    for sheet in nest_of(jobs.history, job):
+    for sheet in sheets_of_nest(jobs.history, job):
         counted = {"quantity": batch * sheet.count} if batch * sheet.count > 1 else {}
         tasks.append(
             Task("optimize", (upload_sheet(jobs, sheet),), "cut", {**set_options(options), **counted}, sheet.origin)
         )
     for task in tasks:
-        prepare(task, jobs.folder)
+        resolve_task(task, jobs.folder)
     going = [record for record in jobs.of_sheets(job) if record.state.value in GOING]
     return [next((record.id for record in going if record.task == task), "") or jobs.start(task) for task in tasks]
 
 
-def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
+def compare_variants(jobs: Jobs, job: str) -> list[dict[str, Any]]:
     """Add up the planned cuts for each variant of a nest.
 
     Only cuts with the options of the newest job count, and unknown values are None. ``jobs`` contains the jobs for the
     sheets of the variant. ``quickest`` marks the fastest variant as soon as all variants are planned.
     """
-    sheets = nest_of(jobs.history, job)
-    newest = _newest(jobs.of_sheets(job))
+    sheets = sheets_of_nest(jobs.history, job)
+    newest = _newest_by_origin(jobs.of_sheets(job))
     rows = [
         _variant_row(jobs, variant, [(s, newest.get(s.origin)) for s in variant_sheets])
-        for variant, variant_sheets in _variants(sheets)
+        for variant, variant_sheets in _sheets_by_variant(sheets)
     ]
     timed = [row["time_s"] for row in rows if row["time_s"] is not None]
     finished = len(timed) > 1 and not any(row["state"] in GOING for row in rows)
@@ -112,12 +112,12 @@ def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
     return rows
 
 
-def _variants(sheets: list[SheetOfNest]) -> Iterator[tuple[int, list[SheetOfNest]]]:
+def _sheets_by_variant(sheets: list[SheetOfNest]) -> Iterator[tuple[int, list[SheetOfNest]]]:
     for variant in dict.fromkeys(sheet.variant for sheet in sheets):
         yield variant, [sheet for sheet in sheets if sheet.variant == variant]
 
 
-def _newest(records: list[JobRecord]) -> dict[str, JobRecord]:
+def _newest_by_origin(records: list[JobRecord]) -> dict[str, JobRecord]:
     """Return the newest job for each origin. Only jobs with the same options as the newest of all jobs count."""
     if not records:
         return {}

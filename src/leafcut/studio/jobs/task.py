@@ -86,7 +86,7 @@ class ReadyTask:
         return units.get(str(self.options.get("objective") or "time"), "") if self.command == "optimize" else ""
 
 
-def prepare(task: Task, folder: Folder) -> ReadyTask:
+def resolve_task(task: Task, folder: Folder) -> ReadyTask:
     """Check a task without reading its inputs, and replace its ids with paths.
 
     Raises `OptionError` if an option is invalid or names a file outside the studio.
@@ -95,7 +95,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
         raise OptionError("unknown command '{}'{}", task.command, name_suggestion(task.command, COMMANDS))
     if has_half_letter([task.inputs, task.options]):
         raise OptionError("the text contains an invalid character (\\ud800 to \\udfff)")
-    parts, drawn = parts_of(task), _drawn_sheets(task, folder)
+    parts, drawn = nested_parts(task), _uploads_of_sheets(task, folder)
     parts = tuple(part for part in parts if part.input not in drawn.values())
     if task.command == "nest" and not parts:
         raise OptionError("there are no parts to nest; open their drawings")
@@ -103,7 +103,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
         files = Message("one file") if COMMANDS[task.command] == 1 else Message("{} files", COMMANDS[task.command])
         raise OptionError("{} needs {}", task.command, files)
     registry.check_process_value(task.process)
-    options = {name: _resolved(name, value, folder) for name, value in set_options(task.options).items()}
+    options = {name: _resolve_option(name, value, folder) for name, value in set_options(task.options).items()}
     if drawn:
         options["sheet"] = tuple(
             _sheet_word(word, str(folder.input_path(drawn[word.name])) if word.size is None else word.name)
@@ -117,7 +117,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     return ReadyTask(task.command, tuple(sources), task.process, options, parts)
 
 
-def parts_of(task: Task) -> tuple[WantedPart, ...]:
+def nested_parts(task: Task) -> tuple[WantedPart, ...]:
     """Return the parts of a nest.
 
     Other tasks have no parts. Raises `OptionError` if a quantity or an angle is invalid.
@@ -125,7 +125,7 @@ def parts_of(task: Task) -> tuple[WantedPart, ...]:
     return tuple(WantedPart.of(word) for word in task.inputs) if task.command == "nest" else ()
 
 
-def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
+def _uploads_of_sheets(task: Task, folder: Folder) -> dict[str, str]:
     """Return the name and the upload id of each drawing that --sheet names.
 
     Raises `OptionError` if a drawing is not open.
@@ -133,7 +133,7 @@ def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
     sheet = set_options(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
         return {}
-    open_ = {folder.input_path(part.input).name: part.input for part in parts_of(task)}
+    open_ = {folder.input_path(part.input).name: part.input for part in nested_parts(task)}
     names = [word.name for word in map(parse_sheet, split_names(sheet)) if word.size is None]
     for name in names:
         if name not in open_:
@@ -151,7 +151,7 @@ def set_options(options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None and value != ""}
 
 
-def _resolved(name: str, value: Any, folder: Folder) -> Any:
+def _resolve_option(name: str, value: Any, folder: Folder) -> Any:
     spec = group_of(name).specs()[name]
     flag = flag_name(name)
     if spec.is_output:
@@ -170,16 +170,16 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
         raise OptionError("{}: choose a file opened in the studio, not a path", flag) from None
 
 
-def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
+def input_names(task: Task, folder: Folder) -> tuple[str, ...]:
     """Return the displayed names of the inputs."""
     if task.command == "nest":
-        return tuple(folder.input_path(part.input).name for part in parts_of(task))
+        return tuple(folder.input_path(part.input).name for part in nested_parts(task))
     return tuple(word if word.startswith(BUILT_IN) else folder.input_path(word).name for word in task.inputs)
 
 
 def _parts_by_name(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str, WantedPart]]:
-    sheets = _drawn_sheets(task, folder).values()
-    return [(name, part) for name, part in zip(names, parts_of(task), strict=True) if part.input not in sheets]
+    sheets = _uploads_of_sheets(task, folder).values()
+    return [(name, part) for name, part in zip(names, nested_parts(task), strict=True) if part.input not in sheets]
 
 
 def unique_names(names: Sequence[str]) -> tuple[str, ...]:
@@ -192,10 +192,10 @@ def display_name(word: str) -> str:
     return word.removeprefix("example:")
 
 
-def title_of(task: Task, folder: Folder) -> str:
+def task_title(task: Task, folder: Folder) -> str:
     """Return the title of a task for the history. If a file no longer exists, its name is ``?``."""
     try:
-        names = [display_name(name) for name in names_of(task, folder)]
+        names = [display_name(name) for name in input_names(task, folder)]
         if task.command == "nest":
             names = [f"{name} × {part.quantity}" for name, part in _parts_by_name(task, folder, names)]
         return " · ".join(names[:_MAX_NAMED]) + (" …" if len(names) > _MAX_NAMED else "")
@@ -212,9 +212,9 @@ def program_name(source: str, extension: str) -> str:
 
 def command_line(task: Task, folder: Folder, output: str = "") -> str:
     """Return the shell command that repeats a job. It contains the file names that the user sees."""
-    names = unique_names(names_of(task, folder))
+    names = unique_names(input_names(task, folder))
     if task.command == "nest":
-        parts = _parts_by_name(task, folder, names_of(task, folder))
+        parts = _parts_by_name(task, folder, input_names(task, folder))
         names = unique_names([name for name, _ in parts])
         counted = [f"{name}:{part.quantity}" for name, (_, part) in zip(names, parts, strict=True)]
         listed = needs_list(tuple(part for _, part in parts))
@@ -226,16 +226,16 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
         words += ["-o", output] if output else []
         words += ["--process", task.process] if task.process != "auto" else []
     for name, value in set_options(task.options).items():
-        words += _flag(name, value, folder)
+        words += _flag_words(name, value, folder)
     # The command contains all options of the page, including the user's defaults, so it must not load them again.
     return shlex.join([*words, *(["--no-defaults"] if has_defaults() else [])])
 
 
-def _flag(name: str, value: Any, folder: Folder) -> list[str]:
+def _flag_words(name: str, value: Any, folder: Folder) -> list[str]:
     spec = group_of(name).specs()[name]
     if spec.kind == "flag":
         return [flag_name(name if value else f"no_{name}")] if value != group_of(name).defaults()[name] else []
-    resolved = _resolved(name, value, folder)
+    resolved = _resolve_option(name, value, folder)
     if spec.kind == "path" or (spec.may_be_path and resolved != value):
         return [flag_name(name), Path(resolved).name]
     words = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)

@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 from leafcut.studio.jobs import run_job
-from leafcut.studio.jobs.jobs import is_internal, line_of
+from leafcut.studio.jobs.jobs import error_line, is_internal
 from leafcut.studio.jobs.link import Link
 from leafcut.studio.jobs.preview import READY, read_preview
 from leafcut.studio.jobs.task import ReadyTask
@@ -71,7 +71,7 @@ def _work(link: Link, send: Callable[[Any], None], function: Callable[..., Any],
     try:
         send(Done(function(link, *arguments)))
     except BaseException as problem:
-        send(Failed(line_of(problem), is_internal(problem)))
+        send(Failed(error_line(problem), is_internal(problem)))
 
 
 def _get_ready(busy: threading.Event) -> None:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.lab.description import Description
-from leafcut.lab.loading import shipped, shipped_names
+from leafcut.lab.loading import included_names, titles_of_included_experiments
 from leafcut.lab.own_experiment import OWN_PART, compared_option_values, comparison_experiment
-from leafcut.lab.results import Results, number
+from leafcut.lab.results import Results, five_digits
 from leafcut.lab.store import Row
 from leafcut.report.wording import time_words
-from leafcut.studio.jobs.jobs import line_of
-from leafcut.studio.jobs.task import prepare
+from leafcut.studio.jobs.jobs import error_line
+from leafcut.studio.jobs.task import resolve_task
 from leafcut.studio.lab.runs import LabRuns
 from leafcut.studio.page.elements import Form, box, button, link, table, text
 from leafcut.studio.page.forms import plain_field, plain_group
@@ -43,7 +43,7 @@ class LabPanel:
 
     def __init__(self, view: View, page: Page, runs: LabRuns) -> None:
         self.view, self.page, self.lab = view, page, runs
-        self.chosen, self.reduced = shipped_names()[0], False
+        self.chosen, self.reduced = included_names()[0], False
         self.runs = _RUNS
         #: Values of each option that the user has selected for comparison.
         self.ways = {option: set(names) for option, names in _USUAL.items()}
@@ -86,7 +86,7 @@ class LabPanel:
                     text("h2", w("lab.own"), "minor")
                     self._entry(OWN_PART, self.view.name or w("lab.no_part"), counts)
                     text("h2", w("lab.published"), "minor")
-                    for name, title in shipped().items():
+                    for name, title in titles_of_included_experiments().items():
                         self._entry(name, title, counts)
                 with box("section", "card", aria_label=self.chosen):
                     if self.chosen == OWN_PART:
@@ -167,13 +167,13 @@ class LabPanel:
         try:
             if not self.runs.isdecimal():
                 raise OptionError("{}: '{}' is not a whole number", words("lab.runs_of_each"), self.runs)
-            ready, command = prepare(view.task(), view.studio.folder), self._command()
+            ready, command = resolve_task(view.task(), view.studio.folder), self._command()
             option, names = compared_option_values(command)
             values = [name for name in names if name in self.ways[option]]
             options = {k: v for k, v in ready.options.items() if k != option}
             self._start(comparison_experiment(view.name, ready.sources[0], command, options, values, int(self.runs)))
         except Exception as problem:
-            self.page.show_message(view.studio.folder.without_paths(line_of(problem)), True)
+            self.page.show_message(view.studio.folder.without_paths(error_line(problem)), True)
 
     # -- both kinds of experiments -----------------------------------------------------------------------------------
 
@@ -238,7 +238,7 @@ class LabPanel:
         try:
             self._start(experiment)
         except Exception as problem:
-            self.page.show_message(line_of(problem), True)
+            self.page.show_message(error_line(problem), True)
 
     def _start(self, experiment: Description) -> None:
         self.lab.start(experiment)
@@ -265,7 +265,7 @@ class LabPanel:
             known = [values.get(cell, []) for values in figures]
             count = max(map(len, known), default=0)
             if count:
-                shown.append([*cell, str(count), *(number(fmean(values)) if values else "–" for values in known)])
+                shown.append([*cell, str(count), *(five_digits(fmean(values)) if values else "–" for values in known)])
         text("h3", w("lab.means"))
         table(head, shown, w("lab.means"))
 

@@ -18,8 +18,8 @@ def add_lab(routes: APIRouter, lab: LabRuns) -> None:
     def experiment(
         name: Annotated[str, Path(max_length=60)], file: Annotated[str, Path(max_length=20)], reduced: bool = False
     ) -> Response:
-        from leafcut.lab.page import rows_as_csv, write_page
-        from leafcut.lab.running import can_run
+        from leafcut.lab.page import experiment_page_html, rows_as_csv
+        from leafcut.lab.running import has_enough_cores
 
         if file not in ("report.html", "runs.csv"):
             raise HTTPException(404, "the file does not exist")
@@ -29,6 +29,6 @@ def add_lab(routes: APIRouter, lab: LabRuns) -> None:
         if file == "runs.csv":
             headers["content-disposition"] = f'attachment; filename="{description.name}.csv"'
             return Response(rows_as_csv(description, rows), media_type="text/csv; charset=utf-8", headers=headers)
-        n_possible = sum(can_run(description, plan) for plan in description.runs())
-        page = write_page(description, rows, n_possible, description.n_runs - n_possible)
+        n_possible = sum(has_enough_cores(description, plan) for plan in description.runs())
+        page = experiment_page_html(description, rows, n_possible, description.n_runs - n_possible)
         return Response(page, media_type="text/html; charset=utf-8", headers=headers)

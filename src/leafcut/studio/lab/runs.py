@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.lab.description import Description
-from leafcut.lab.loading import load, short_form
+from leafcut.lab.loading import load_experiment, reduced_experiment
 from leafcut.lab.own_experiment import OWN_PART
-from leafcut.lab.running import rows_of, run
+from leafcut.lab.running import execute_experiment, stored_rows
 from leafcut.lab.store import Row, Store
 from leafcut.model.heartbeat import Progress
 from leafcut.studio.folder import Folder
-from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.jobs.jobs import error_line
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class LabRuns:
             return self.own
         if name.endswith(".toml") or "/" in name or "\\" in name:
             raise OptionError("name an experiment that comes with leafcut")
-        return short_form(load(name)) if reduced else load(name)
+        return reduced_experiment(load_experiment(name)) if reduced else load_experiment(name)
 
     def start(self, description: Description) -> None:
         """Start the missing runs of an experiment. Raises `OptionError` if another experiment is running."""
@@ -126,17 +126,17 @@ class LabRuns:
         if not self.file.is_file():
             return []
         with Store(str(self.file), read_only=True) as store:
-            return rows_of(description, store)
+            return stored_rows(description, store)
 
     def _work(self, description: Description, cancel_event: threading.Event) -> None:
         line, failed = "", tuple[str, ...]()
         try:
             with Store(str(self.file)) as store:
-                failed = run(
+                failed = execute_experiment(
                     description, store, progress=self._record_progress, cancelled=cancel_event, mixed=True
                 ).failed
         except Exception as problem:
-            line = self.folder.without_paths(line_of(problem))
+            line = self.folder.without_paths(error_line(problem))
         lines = tuple(self.folder.without_paths(text) for text in failed)
         assert self.state is not None
         self.state = replace(self.state, running=False, doing="", line=line, failed=lines)

@@ -24,13 +24,13 @@ class Badge:
 
     def tick(self) -> None:
         """Send the state if it has changed."""
-        state = json.dumps(self._now(), ensure_ascii=False)
+        state = json.dumps(self._state(), ensure_ascii=False)
         if state != self._sent:
             self._sent = state
             self.place.props["data-job"] = state
             self.place.update()
 
-    def _now(self) -> dict[str, object]:
+    def _state(self) -> dict[str, object]:
         jobs = self.view.studio.jobs
         running = jobs.running()
         if self.view.job in running:
@@ -53,7 +53,7 @@ def job_badge(jobs: Jobs, job: str) -> dict[str, object]:
     return {"job": job, "name": name, "state": live.state.value, "share": 0 if live.state.over else share}
 
 
-def notice_switch(view: View) -> None:
+def add_notification_switch(view: View) -> None:
     """Add a switch for notifications at the end of each job."""
     with box("label", "notice"):
         box("input", "switch", type="checkbox", data_notice="")

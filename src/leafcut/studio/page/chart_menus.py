@@ -24,11 +24,11 @@ def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine
     If the chart is invalid, there are no menus.
     """
     try:
-        rows = _rows(_chart(values, folder))
+        rows = _read_chart(_chart_path(values, folder))
     except LeafcutError:
         return {}
     thickness, amps = (_number(values.get(name), unit) for name, unit in (("thickness", "mm"), ("amps", "")))
-    process = str(values.get("cut_process") or "") or _process_of(str(values.get("machine") or machine), folder)
+    process = str(values.get("cut_process") or "") or _cutting_process(str(values.get("machine") or machine), folder)
     choices = choices_of(rows, process, str(values.get("material") or "mild_steel"), thickness, amps)
     return {
         "cut_process": [(name, name) for name in choices.processes],
@@ -39,26 +39,26 @@ def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine
     }
 
 
-def chart_problem(values: Mapping[str, Any], folder: Folder) -> str:
+def chart_error(values: Mapping[str, Any], folder: Folder) -> str:
     """Return the error in an opened chart in one line, or an empty string if the chart is valid."""
     try:
-        _rows(_chart(values, folder))
+        _read_chart(_chart_path(values, folder))
     except LeafcutError as problem:
         return folder.without_paths(str(problem))
     return ""
 
 
-def _chart(values: Mapping[str, Any], folder: Folder) -> Path | None:
+def _chart_path(values: Mapping[str, Any], folder: Folder) -> Path | None:
     return folder.input_path(str(values["chart"])) if values.get("chart") else None
 
 
 @lru_cache(maxsize=8)
-def _rows(chart: Path | None) -> list[ChartRow]:
+def _read_chart(chart: Path | None) -> list[ChartRow]:
     """Return the rows of a chart. They are cached, because files that are open in the studio never change."""
     return load_chart(chart)
 
 
-def _process_of(machine: str, folder: Folder) -> str:
+def _cutting_process(machine: str, folder: Folder) -> str:
     profile = machine_of(machine, folder)
     return "" if profile is None else profile.cut_process or str(profile.head.method or "")
 

@@ -59,7 +59,7 @@ class SwitchedChart:
         self.by, self._draw = "iteration", (lambda by: ({}, ""))  # type: str, Callable[[str], tuple[ChartOptions, str]]
         with box("div", f"{classes} switched") as self.place:
             with box("div", "lc-switch", role="group", aria_label=words["axis"]):
-                self._buttons = {by: self._switch(words[by], by) for by in ("iteration", "time")}
+                self._buttons = {by: self._add_switch(words[by], by) for by in ("iteration", "time")}
             self._chart = Chart("echart")
 
     def show(self, draw: Callable[[str], tuple[ChartOptions, str]]) -> None:
@@ -70,7 +70,7 @@ class SwitchedChart:
         self._draw = draw
         self._choose(self.by)
 
-    def _switch(self, words: str, by: str) -> TextElement:
+    def _add_switch(self, words: str, by: str) -> TextElement:
         switch = text("button", words, "lc-mode", type="button")
         switch.on("click", lambda: self._choose(by))
         return switch
@@ -102,13 +102,15 @@ def convergence_chart(
     """
     best, last = history[-1][1], max(now, history[-1][0], 0.001)
     points = [*history, (last, best)]
-    line = _line(words["best"], points, "--accent", 2.2, step="end")
+    line = _line_series(words["best"], points, "--accent", 2.2, step="end")
     line["endLabel"] = {
         "show": True, "formatter": f"{best:,.2f} {unit}".strip(), "align": "right", "verticalAlign": "bottom",
         "offset": [0, -6], "color": "var(--ink)", "fontWeight": 600,
     }  # fmt: skip
-    line["markLine"] = _bound(bound, words)
-    options = _axes([line], [cost for _, cost in points], _horizontal([t for t, _ in points], "s"), bound, top=16)
+    line["markLine"] = _bound_line(bound, words)
+    options = _chart_with_axes(
+        [line], [cost for _, cost in points], _horizontal_axis([t for t, _ in points], "s"), bound, top=16
+    )
     return options, f"{words['best']} {best:,.2f} {unit}".strip()
 
 
@@ -120,7 +122,7 @@ def learning_chart(
     For each iteration, the chart shows the best, mean and worst cost, the best cost so far and the λ-branching factor.
     `rows` contains the fields of `model.study.Iteration`.
     """
-    at, axis = _axis_of(rows, by, words)
+    at, axis = _positions_and_axis(rows, by, words)
     last = rows[-1]
     rounds = [(x, *row[3:6]) for x, row in zip(at, rows, strict=True) if row[3] is not None]
     branching = [(x, row[6]) for x, row in zip(at, rows, strict=True) if row[6] is not None]
@@ -128,15 +130,15 @@ def learning_chart(
     series = []
     for k, name, colour in ((3, "worst", "--idle"), (2, "mean", "--ink-2"), (1, "round", "--t0")):
         if rounds:
-            series.append(_line(words[name], [(row[0], row[k]) for row in rounds], colour, 1.4))
-    series.append(_line(f"{words['shortest']} {last[2]:,.1f}", shortest, "--accent", 2.2, step="end"))
-    series[-1]["markLine"] = _bound(bound, words)
+            series.append(_line_series(words[name], [(row[0], row[k]) for row in rounds], colour, 1.4))
+    series.append(_line_series(f"{words['shortest']} {last[2]:,.1f}", shortest, "--accent", 2.2, step="end"))
+    series[-1]["markLine"] = _bound_line(bound, words)
     costs = [
         float(cost or 0.0) for points in (*(row[1:] for row in rounds), [row[2] for row in rows]) for cost in points
     ]
-    options = _axes(series, costs, axis, bound, top=44)
+    options = _chart_with_axes(series, costs, axis, bound, top=44)
     if branching:
-        series.append({**_line(words["branching"], branching, "--t1", 1.4, dashed=True), "yAxisIndex": 1})
+        series.append({**_line_series(words["branching"], branching, "--t1", 1.4, dashed=True), "yAxisIndex": 1})
         second = {"position": "right", "min": 0, "splitNumber": 2, "splitLine": {"show": False}}
         options["yAxis"] = [options["yAxis"], {**_Y, **second, "axisLabel": {"color": "var(--t1)"}}]
         options["grid"]["right"] = 34
@@ -182,7 +184,7 @@ def bar_chart(place: Element, rows: Iterable[tuple[str, float, str, bool]]) -> N
                 text("span", note, "lc-note")
 
 
-def _line(
+def _line_series(
     name: str, points: Sequence[Sequence[Any]], colour: str, width: float, *, step: str = "", dashed: bool = False
 ) -> ChartOptions:
     style = {"color": f"var({colour})", "width": width, "type": "dashed" if dashed else "solid", "join": "round"}
@@ -193,7 +195,7 @@ def _line(
     return {**line, "step": step} if step else line
 
 
-def _bound(bound: float | None, words: ChartWords) -> ChartOptions:
+def _bound_line(bound: float | None, words: ChartWords) -> ChartOptions:
     data = [] if bound is None else [{"yAxis": bound}]
     label = {"position": "insideStartTop", "color": "var(--ink-2)", "fontSize": 11}
     return {
@@ -203,13 +205,13 @@ def _bound(bound: float | None, words: ChartWords) -> ChartOptions:
     }  # fmt: skip
 
 
-def _axis_of(rows: ChartRows, by: str, words: ChartWords) -> tuple[list[float], ChartOptions]:
+def _positions_and_axis(rows: ChartRows, by: str, words: ChartWords) -> tuple[list[float], ChartOptions]:
     """Return the horizontal position of each row, and the options of the horizontal axis."""
     at = [float(row[0 if by == "iteration" else 1] or 0.0) for row in rows]
-    return at, _horizontal(at, words["iterationAxis"] if by == "iteration" else "s")
+    return at, _horizontal_axis(at, words["iterationAxis"] if by == "iteration" else "s")
 
 
-def _horizontal(values: Sequence[float], name: str) -> ChartOptions:
+def _horizontal_axis(values: Sequence[float], name: str) -> ChartOptions:
     last = max(values)
     first = min((v for v in values if v > 0.0), default=last)
     log = last > _LOG_FROM * first > 0.0
@@ -228,7 +230,7 @@ _Y: ChartOptions = {
 }  # fmt: skip
 
 
-def _axes(
+def _chart_with_axes(
     series: list[ChartOptions],
     values: Sequence[float],
     horizontal: ChartOptions,

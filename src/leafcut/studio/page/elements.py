@@ -19,7 +19,7 @@ _PATIENCE = 20.0
 _FORM_TEXTS = ("choose", "remove", "help", "open", "find", "none_found", "found")
 
 
-def _answer(element: Element, event: GenericEventArguments, act: Callable[..., Any], *names: str) -> Any:
+def _handle_and_confirm(element: Element, event: GenericEventArguments, act: Callable[..., Any], *names: str) -> Any:
     """Call the handler of a changed field, then confirm the change.
 
     Until then, the browser shows the text that was typed.
@@ -59,8 +59,8 @@ class Form(Element, component="../static/form.js"):
         texts = {name: words(f"form.{name}") for name in _FORM_TEXTS}
         self.props.update(groups=list(groups), words=texts, values={}, shown={}, errors={}, searchable=searchable)
         self.props.update(fixed=fixed, answered=0)
-        self.on("change", lambda e: _answer(self, e, on_change, "name", "value", "shown"))
-        self.on("refused", lambda e: on_refused(_refusal_of(e.args)))
+        self.on("change", lambda e: _handle_and_confirm(self, e, on_change, "name", "value", "shown"))
+        self.on("refused", lambda e: on_refused(_upload_error(e.args)))
 
     def show(
         self,
@@ -81,7 +81,7 @@ class Form(Element, component="../static/form.js"):
         self.update()
 
 
-def _refusal_of(answer: dict[str, Any]) -> str:
+def _upload_error(answer: dict[str, Any]) -> str:
     """Return the error of a refused upload. It is a `Message` if the server has sent a template and values."""
     message = messages_from_json(json.dumps(answer.get("parts")))
     return message if isinstance(message, Message) else str(answer["line"])
@@ -100,7 +100,7 @@ class Opener(Element, component="../static/opener.js"):
         super().__init__()
         self.props.update(words=words, largest=largest, several=False)
         self.on("opened", lambda e: on_opened(e.args))
-        self.on("refused", lambda e: on_refused(_refusal_of(e.args)))
+        self.on("refused", lambda e: on_refused(_upload_error(e.args)))
 
     def set_several(self, several: bool) -> None:
         """Set whether the user may open several files at once. If not, only the first file is accepted."""
@@ -129,7 +129,7 @@ class PartsTable(Element, component="../static/parts.js"):
     ) -> None:
         super().__init__()
         self.props.update(words=words, rows=[], rotations="", answered=0)
-        self.on("change", lambda e: _answer(self, e, on_change, "id", "key", "value"))
+        self.on("change", lambda e: _handle_and_confirm(self, e, on_change, "id", "key", "value"))
         self.on("remove", lambda e: on_remove(e.args["id"]))
         self.on("look", lambda e: on_look(e.args["id"]))
 
@@ -142,13 +142,13 @@ class PartsTable(Element, component="../static/parts.js"):
 def box(tag: str = "div", classes: str = "", **attributes: str) -> Element:
     """Create a container element. A ``_`` in the name of an attribute becomes ``-``."""
     element = Element(tag)
-    return _with(element, classes, attributes)
+    return _add_attributes(element, classes, attributes)
 
 
 def text(tag: str, words: str, classes: str = "", **attributes: str) -> TextElement:
     """Create an element with text, which is never interpreted as HTML."""
     element = TextElement(tag=tag, text=words)
-    _with(element, classes, attributes)
+    _add_attributes(element, classes, attributes)
     return element
 
 
@@ -165,7 +165,7 @@ def link(words: str, address: str, classes: str = "", **attributes: str) -> Text
     return text("a", words, classes, href=address, **attributes)
 
 
-def _with(element: Element, classes: str, attributes: dict[str, str]) -> Element:
+def _add_attributes(element: Element, classes: str, attributes: dict[str, str]) -> Element:
     if classes:
         element.classes(classes)
     for name, value in attributes.items():
@@ -234,13 +234,13 @@ class BrowserState(Element, component="../static/browser_state.js"):
 
     async def read(self) -> str:
         """Return the choices of the current step, or an empty string."""
-        return await self._answer("read")
+        return await self._call_browser("read")
 
     async def read_last(self) -> str:
         """Return the choices of the page that was closed last, or an empty string."""
-        return await self._answer("readLast")
+        return await self._call_browser("readLast")
 
-    async def _answer(self, method: str) -> str:
+    async def _call_browser(self, method: str) -> str:
         """Return the browser's answer, or an empty string if the page was closed before the browser answered."""
         try:
             return str(await self.run_method(method, timeout=_PATIENCE) or "")

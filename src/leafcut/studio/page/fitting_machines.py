@@ -16,7 +16,7 @@ from leafcut.studio.wording import Words
 
 
 @cache
-def _machines() -> dict[str, Machine]:
+def _included_machines() -> dict[str, Machine]:
     machines = {}
     for name in machine_names():
         with suppress(LeafcutError):
@@ -30,14 +30,14 @@ def machine_of(name: str, folder: Folder) -> Machine | None:
     For a user's own machine, read its current profile.
     """
     if not name.startswith(OWN):
-        return _machines().get(name)
+        return _included_machines().get(name)
     try:
         return load_machine(str(folder.own_path("machines", name.removeprefix(OWN))))
     except LeafcutError:
         return None
 
 
-def head_of(name: str, folder: Folder) -> Head | None:
+def machine_head(name: str, folder: Folder) -> Head | None:
     """Return a machine's kind of head, or None if the machine is unknown."""
     machine = machine_of(name, folder)
     return None if machine is None else machine.head
@@ -45,7 +45,7 @@ def head_of(name: str, folder: Folder) -> Head | None:
 
 def is_suitable(name: str, work: str, folder: Folder) -> bool:
     """Return whether a machine is suitable for a kind of work. If this is unknown, return True."""
-    head = head_of(name, folder)
+    head = machine_head(name, folder)
     return head is None or registry.machine_can_do(work, head)
 
 
@@ -61,7 +61,7 @@ def unsuitable_reason(name: str, work: str, folder: Folder, words: Words) -> str
     """
     if not name or is_suitable(name, work, folder):
         return ""
-    head = head_of(name, folder)
+    head = machine_head(name, folder)
     needed = words("choose.or").join(words(f"head.{head_name}") for head_name in registry.work(work).heads)
     machine_name, head_text = name.removeprefix(OWN), words(f"head.{head}") if head else ""
     return words("choose.unfit", machine=machine_name, has=head_text, needs=needed)

@@ -27,7 +27,7 @@ _MAX_LETTERS = 16
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
 
 
-def works() -> tuple[str, ...]:
+def works_with_form() -> tuple[str, ...]:
     """Return the kinds of work that have a form, in the order in which they are shown. Processes come first."""
     return tuple(work.name for work in registry.works() if work.form)
 
@@ -49,7 +49,7 @@ def program_processes() -> tuple[str, ...]:
     return ("auto", *names)
 
 
-def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
+def option_groups(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Return the option groups for a kind of work and an algorithm.
 
     Each group has the key of its title and its options.
@@ -62,9 +62,9 @@ def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, 
     return groups
 
 
-def options_of(work: str, values: Mapping[str, Any]) -> set[str]:
+def applicable_options(work: str, values: Mapping[str, Any]) -> set[str]:
     """Return the options for a kind of work, including the parameters of the algorithm that `values` selects."""
-    return {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
+    return {name for _, names in option_groups(work, str(values.get("algorithm") or "auto")) for name in names}
 
 
 def form(
@@ -93,10 +93,10 @@ def form(
     kept
         Options that have been carried over from an earlier input.
     """
-    own_choices = _own_choices(machines, work, tools)
+    own_choices = _machine_and_tool_choices(machines, work, tools)
     groups = [
-        _group(key, names, values, words, work, own_choices, menus)
-        for key, names in names_of(work, str(values.get("algorithm") or "auto"))
+        _form_group(key, names, values, words, work, own_choices, menus)
+        for key, names in option_groups(work, str(values.get("algorithm") or "auto"))
     ]
     for field in (member for group in groups for member in group["fields"] if member["name"] in (usual or {})):
         field["usual"] = words("form.usual", place=(usual or {})[field["name"]])
@@ -105,18 +105,20 @@ def form(
     return groups
 
 
-def form_of(
+def single_group_form(
     key: str, names: Iterable[str], words: Words, work: str, machines: Mapping[str, str], menus: Menus | None = None
 ) -> list[dict[str, Any]]:
     """Return a form that has a single group of options."""
-    return [_group(key, tuple(names), {}, words, work, _own_choices(machines, work), menus)]
+    return [_form_group(key, tuple(names), {}, words, work, _machine_and_tool_choices(machines, work), menus)]
 
 
-def _own_choices(machines: Mapping[str, str], work: str, tools: Iterable[str] = ()) -> dict[str, list[tuple[str, str]]]:
+def _machine_and_tool_choices(
+    machines: Mapping[str, str], work: str, tools: Iterable[str] = ()
+) -> dict[str, list[tuple[str, str]]]:
     return {"machine": list(machines.items()), "tools": [(OWN + name, name) for name in tools]}
 
 
-def _group(
+def _form_group(
     key: str,
     names: tuple[str, ...],
     values: Mapping[str, Any],
@@ -131,7 +133,8 @@ def _group(
         "folded": key not in ("main", "search", "cuts"),
         "changed": sum(1 for name in names if values.get(name) not in (None, "")),
         "fields": [
-            _field(name, words, work, own_choices.get(name)) | {"offers": (menus or {}).get(name, [])} for name in names
+            _form_field(name, words, work, own_choices.get(name)) | {"offers": (menus or {}).get(name, [])}
+            for name in names
         ],
     }
 
@@ -154,20 +157,20 @@ def default_of(name: str, work: str = "") -> Any:
     return group_of(name).defaults()[name]
 
 
-def _field(name: str, words: Words, work: str, own_choices: list[tuple[str, str]] | None) -> dict[str, Any]:
+def _form_field(name: str, words: Words, work: str, own_choices: list[tuple[str, str]] | None) -> dict[str, Any]:
     spec, default = group_of(name).specs()[name], default_of(name, work)
     choices: list[tuple[str, str]] = [(word, word) for word in spec.all_choices]
     if own_choices is not None:
         choices = own_choices
-    default_text, unit = default_words(name, default, words, work), _unit(spec)
-    short = _short(default_text, _MAX_LETTERS - (len(unit) + 2 if unit else 0))
+    default_text, unit = default_words(name, default, words, work), _unit_symbol(spec)
+    short = _shorten_default(default_text, _MAX_LETTERS - (len(unit) + 2 if unit else 0))
     return {
         "name": name,
         "label": words.option(name),
         "flag": flag_name(name),
         "kind": spec.kind,
         "unit": unit,
-        "help": words.plain(words.help(name, _own_texts(name, work)[0] or spec.help, work)),
+        "help": words.plain(words.help(name, _texts_for_work(name, work)[0] or spec.help, work)),
         "choices": [list(pair) for pair in choices],
         "default": short,
         "rule": "" if short == default_text else words("form.otherwise", rule=default_text),
@@ -176,12 +179,12 @@ def _field(name: str, words: Words, work: str, own_choices: list[tuple[str, str]
     }
 
 
-def _own_texts(name: str, work: str) -> tuple[str, str]:
+def _texts_for_work(name: str, work: str) -> tuple[str, str]:
     """Return the help text and the default text that a kind of work uses for an option, or "" if it has no own text."""
     return registry.work(work).helps.get(name, ("", "")) if work else ("", "")
 
 
-def _unit(spec: OptionSpec) -> str:
+def _unit_symbol(spec: OptionSpec) -> str:
     if spec.kind == "percent":
         return "%"
     return BARE_UNIT.get(spec.unit, "") if spec.kind == "quantity" else "mm" if spec.kind == "point" else ""
@@ -190,7 +193,7 @@ def _unit(spec: OptionSpec) -> str:
 def default_words(name: str, default: Any, words: Words, work: str = "") -> str:
     """Describe the default of an option that has no value. Without a description, return `default` itself."""
     spec = group_of(name).specs()[name]
-    own = _own_texts(name, work)[1]
+    own = _texts_for_work(name, work)[1]
     if own or spec.default_words:
         return words.plain(words.default(name, own or spec.default_words, work))
     if default in (None, (), ""):
@@ -198,11 +201,11 @@ def default_words(name: str, default: Any, words: Words, work: str = "") -> str:
     if spec.kind == "flag":
         return words("form.on" if default else "form.off")
     text = typed_text(spec, default)
-    bare = text.removesuffix(_unit(spec))
+    bare = text.removesuffix(_unit_symbol(spec))
     return bare if spec.kind in ("quantity", "percent") else text
 
 
-def _short(text: str, limit: int) -> str:
+def _shorten_default(text: str, limit: int) -> str:
     """Shorten a default to `limit` characters. Keep its first part (``auto`` of ``auto: as …``), or its first words."""
     head = text if len(text) <= limit else text.replace(";", ":").partition(":")[0]
     if len(head) <= limit:
@@ -210,7 +213,7 @@ def _short(text: str, limit: int) -> str:
     return (head[:limit].rpartition(" ")[0] or head[: limit - 1]).rstrip(",") + "…"
 
 
-def problem_with(name: str, value: Any) -> str:
+def value_error(name: str, value: Any) -> str:
     """Check a value that the user has typed. Return an error message that starts with the flag of the option.
 
     The message is empty if the value is valid. Files and machines are only checked when they are used.
@@ -244,7 +247,7 @@ def changed_values(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def values_of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the changed values of all options that apply to a kind of work."""
-    known = options_of(work, values)
+    known = applicable_options(work, values)
     return {name: value for name, value in changed_values(values).items() if name in known}
 
 
@@ -258,7 +261,7 @@ def value_words(name: str, value: Any, words: Words, folder: Folder, work: str =
     if spec.kind == "flag":
         return words("form.on" if (default if value in (None, "") else value) is True else "form.off")
     if value in (None, ""):
-        value = _short(default_words(name, default, words), _MAX_LETTERS)
+        value = _shorten_default(default_words(name, default, words), _MAX_LETTERS)
     text = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value).removeprefix(OWN)
     figure = _FIGURE.fullmatch(text.strip())
-    return f"{figure[1]}\u00a0{figure[2] or _unit(spec)}".strip() if figure else text
+    return f"{figure[1]}\u00a0{figure[2] or _unit_symbol(spec)}".strip() if figure else text

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from leafcut.studio.jobs.history import JobRecord
-from leafcut.studio.page.job_words import figures_of
+from leafcut.studio.page.job_words import result_words
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
@@ -30,9 +30,11 @@ def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
     seconds = (answer["before"]["time_s"] or 0.0) - (answer["after"]["time_s"] or 0.0)
     if format_time(abs(seconds)) == format_time(0.0):
         return Headline(
-            _why_same(answer, words), words("result.stays", time=format_time(answer["after"]["time_s"])), "same"
+            _explain_no_saving(answer, words),
+            words("result.stays", time=format_time(answer["after"]["time_s"])),
+            "same",
         )
-    time, other = format_time(answer["after"]["time_s"]), compared_strategy(answer)
+    time, other = format_time(answer["after"]["time_s"]), compared_strategies(answer)
     figures = {"time": format_time(abs(seconds)), "percent": f"{abs(answer['saved_percent'] or 0.0):.1f}"}
     if seconds < 0:
         return Headline(time, words("result.longer", **figures), "worse")
@@ -40,12 +42,12 @@ def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
     return Headline(time, small)
 
 
-def compared_strategy(answer: dict[str, Any]) -> str:
+def compared_strategies(answer: dict[str, Any]) -> str:
     """Return the strategies that a pocketing program is compared with. The result is empty for all other programs."""
     return " + ".join(row["strategy"] for row in answer.get("strategies", ()) if row.get("usual"))
 
 
-def _why_same(answer: dict[str, Any], words: Words) -> str:
+def _explain_no_saving(answer: dict[str, Any], words: Words) -> str:
     """Explain why a program did not get faster. Either its tasks are fixed, or no better order exists."""
     groups = answer.get("staying", [])
     n_kept, n_tasks = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
@@ -87,4 +89,4 @@ def _summary(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
         return f"{used:.1f} %, {words('nest.used')}" + (f". {missing}." if missing else "")
     if command == "simulate":
         return f"{format_time(answer['time_s'])}, {words('result.on', machine=answer['machine'])}"
-    return figures_of(record, words)
+    return result_words(record, words)

@@ -15,7 +15,7 @@ from leafcut.units import format_time
 _MAX_WORDS = 8
 
 
-def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
+def machine_and_changed_options(task: Task, folder: Folder, words: Words) -> list[str]:
     """Return the machine and the changed options. They distinguish a job from other jobs with the same file."""
     options = changed_values(task.options)
     machine = str(options.pop("machine", "") or default_machine(task.process)).removeprefix(OWN)
@@ -35,7 +35,7 @@ def change_words(saved: float) -> str:
     return f"{sign}{abs(percent):.1f}\u00a0%"
 
 
-def figures_of(record: JobRecord, words: Words) -> str:
+def result_words(record: JobRecord, words: Words) -> str:
     """Describe the result of a job in a few words, or return its error."""
     figures = record.figures
     if "after_s" in figures and figures["before_s"] is not None:

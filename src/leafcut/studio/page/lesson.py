@@ -12,25 +12,25 @@ from leafcut.studio.wording import Words
 TAU, ETA, CHANCE = sub("τ", "ij"), sub("η", "ij"), sub("p", "ij")
 
 
-def lesson(step: SearchStep, words: Words) -> str:
+def explain_step(step: SearchStep, words: Words) -> str:
     """Explain a step in HTML with headings, sentences and formulas."""
-    blocks = _swarm(step, words) if step.algorithm == "firefly" else _ants(step, words)
+    blocks = _firefly_blocks(step, words) if step.algorithm == "firefly" else _ant_blocks(step, words)
     return "".join(blocks)
 
 
-def _ants(step: SearchStep, words: Words) -> Iterator[str]:
+def _ant_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     yield _title(words("lesson.construction"))
-    yield from _rule(step, words)
-    yield from _example(step, words)
+    yield from _choice_rule_blocks(step, words)
+    yield from _choice_example_blocks(step, words)
     if step.algorithm == "acs":
-        yield from _local(step, words)
+        yield from _local_update_blocks(step, words)
     yield _title(words("lesson.learning"))
     yield from _LEARNING[step.algorithm](step, words)
     yield _title(words("lesson.agreement"))
     yield _paragraph(words("lesson.branching", factor=f"{step.values['lambda']:.2f}"))
 
 
-def _rule(step: SearchStep, words: Words) -> Iterator[str]:
+def _choice_rule_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield _paragraph(words("lesson.rule", ants=plain(v["m"])))
 
@@ -45,7 +45,7 @@ def _rule(step: SearchStep, words: Words) -> Iterator[str]:
         yield _paragraph(words("lesson.greedy", percent=share))
 
 
-def _example(step: SearchStep, words: Words) -> Iterator[str]:
+def _choice_example_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     if not step.choices:
         return
     heads = "".join(
@@ -62,21 +62,21 @@ def _example(step: SearchStep, words: Words) -> Iterator[str]:
     yield f"<table><caption>{title}</caption><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
 
 
-def _local(step: SearchStep, words: Words) -> Iterator[str]:
+def _local_update_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield _paragraph(words("lesson.local"))
     yield formula(TAU, "←", "(", 1, "−", "ξ", ")", TAU, "+", "ξ", "·", sub("τ", "0"))
     yield formula(TAU, "←", 1.0 - v["xi"], TAU, "+", v["xi"], "·", v["tau_0"])
 
 
-def _evaporation(step: SearchStep, words: Words) -> Iterator[str]:
+def _evaporation_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     yield _paragraph(words("lesson.evaporation"))
     yield formula(TAU, "←", "(", 1, "−", "ρ", ")", TAU, "=", 1.0 - step.values["rho"], TAU)
 
 
-def _ant_system(step: SearchStep, words: Words) -> Iterator[str]:
+def _ant_system_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
-    yield from _evaporation(step, words)
+    yield from _evaporation_blocks(step, words)
     yield _paragraph(words("lesson.all_ants", ants=plain(v["m"])))
     yield formula(TAU, "←", TAU, "+", total("k", frac(1, sub("C", "k"))))
     if "c_iteration" in v:
@@ -85,51 +85,52 @@ def _ant_system(step: SearchStep, words: Words) -> Iterator[str]:
         yield formula(frac(1, "C"), "=", frac(1, best), "=", 1.0 / best)
 
 
-def _elitist(step: SearchStep, words: Words) -> Iterator[str]:
+def _elitist_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
-    yield from _ant_system(step, words)
+    yield from _ant_system_blocks(step, words)
     yield _paragraph(words("lesson.elite", weight=plain(v["e"])))
-    yield formula(TAU, "←", TAU, "+", frac("e", _best()), "=", TAU, "+", v["e"] / v["c_best"])
+    yield formula(TAU, "←", TAU, "+", frac("e", _cost_of_best()), "=", TAU, "+", v["e"] / v["c_best"])
 
 
-def _rank_based(step: SearchStep, words: Words) -> Iterator[str]:
+def _rank_based_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
-    yield from _evaporation(step, words)
+    yield from _evaporation_blocks(step, words)
     yield _paragraph(words("lesson.ranks", ranks=plain(v["w"] - 1), weight=plain(v["w"])))
     by_rank = total("r", frac(row("w", "−", "r"), sub("C", "r")))
-    yield formula(TAU, "←", TAU, "+", by_rank, "+", frac("w", _best()))
-    yield formula(frac("w", _best()), "=", frac(v["w"], v["c_best"]), "=", v["w"] / v["c_best"])
+    yield formula(TAU, "←", TAU, "+", by_rank, "+", frac("w", _cost_of_best()))
+    yield formula(frac("w", _cost_of_best()), "=", frac(v["w"], v["c_best"]), "=", v["w"] / v["c_best"])
 
 
-def _max_min(step: SearchStep, words: Words) -> Iterator[str]:
+def _max_min_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     if step.depositor == "restart":
         yield _paragraph(words("lesson.restart"))
         yield formula(TAU, "←", sub("τ", "max"), "=", v["tau_max"])
         return
-    yield from _evaporation(step, words)
+    yield from _evaporation_blocks(step, words)
     now = step.depositor == "iteration" and "c_iteration" in v
     length = v["c_iteration"] if now else v["c_best"]
     yield _paragraph(words("lesson.one_now" if now else "lesson.one_best"))
     yield formula(TAU, "←", TAU, "+", frac(1, "C"), ",", frac(1, "C"), "=", frac(1, length), "=", 1.0 / length)
     yield _paragraph(words("lesson.limits"))
-    yield formula(sub("τ", "max"), "=", frac(1, row("ρ", "·", _best())), "=", v["tau_max"])
+    yield formula(sub("τ", "max"), "=", frac(1, row("ρ", "·", _cost_of_best())), "=", v["tau_max"])
     yield formula(sub("τ", "min"), "=", v["tau_min"])
 
 
-def _colony_system(step: SearchStep, words: Words) -> Iterator[str]:
+def _colony_system_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield _paragraph(words("lesson.best_only"))
-    yield formula(TAU, "←", "(", 1, "−", "ρ", ")", TAU, "+", frac("ρ", _best()))
+    yield formula(TAU, "←", "(", 1, "−", "ρ", ")", TAU, "+", frac("ρ", _cost_of_best()))
     yield formula(TAU, "←", 1.0 - v["rho"], TAU, "+", v["rho"] / v["c_best"])
 
 
 _LEARNING = {
-    "as": _ant_system, "eas": _elitist, "asrank": _rank_based, "mmas": _max_min, "acs": _colony_system,
+    "as": _ant_system_blocks, "eas": _elitist_blocks, "asrank": _rank_based_blocks, "mmas": _max_min_blocks,
+    "acs": _colony_system_blocks,
 }  # fmt: skip
 
 
-def _swarm(step: SearchStep, words: Words) -> Iterator[str]:
+def _firefly_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield _title(words("lesson.attraction"))
     yield _paragraph(words("lesson.dark", number=plain(v["dark"]), count=plain(v["n"]), length=plain(v["c_dark"])))
@@ -148,7 +149,7 @@ def _swarm(step: SearchStep, words: Words) -> Iterator[str]:
     yield _paragraph(words("lesson.moves", moves=plain(v["moves"]), longest=plain(v["longest"])))
 
 
-def _best() -> str:
+def _cost_of_best() -> str:
     return sub("C", "best")
 
 

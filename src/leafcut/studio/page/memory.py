@@ -50,7 +50,7 @@ class Memory:
         self, page: Page, client: Client, on_went: Callable[[dict[str, Any], KeptState | None], Awaitable[None]]
     ) -> None:
         self._page, self._on_went = page, on_went
-        self.browser = BrowserState(self._follow)
+        self.browser = BrowserState(self._go_to_step)
         self.is_open: Callable[[], bool] = lambda: client.has_socket_connection
         self._rename(secrets.token_urlsafe(9))
         #: Whether the choices have been read from the browser. They must not be overwritten before.
@@ -98,7 +98,7 @@ class Memory:
         """Store the page's state if it has changed, unless another input is being opened."""
         if self._loaded and not self._opening:
             late, self._late_step = self._late_step, False
-            self._send("pushState" if late else "replaceState")
+            self._send_step("pushState" if late else "replaceState")
 
     def prepare_step(self) -> None:
         """Store the state in this step. Another input may be opened soon, which adds a step."""
@@ -127,11 +127,11 @@ class Memory:
     def push(self) -> None:
         """Store the state as a new step."""
         if self._loaded:
-            self._send("pushState")
+            self._send_step("pushState")
         else:
             self._late_step = True
 
-    async def _follow(self, address: dict[str, Any], state: str, newest: bool) -> None:
+    async def _go_to_step(self, address: dict[str, Any], state: str, newest: bool) -> None:
         """Respond to Back or Forward.
 
         `newest` is set if the browser has recorded all steps. Otherwise, the browser adds the missing step later, and
@@ -149,7 +149,7 @@ class Memory:
             self._sent = ("", "")
         self.save()
 
-    def _send(self, step: str) -> None:
+    def _send_step(self, step: str) -> None:
         state = self._page.state()
         text = json.dumps({**state, "page": self.name})
         if len(text) > MAX_CHARACTERS:
@@ -191,9 +191,9 @@ def restore(view: View, plain: Mapping[str, Any]) -> None:
     """
     for name in ("source", "name", "second", "second_name", "origin"):
         setattr(view, name, str(plain.get(name, "")))
-    view.work = _one_of(plain.get("work"), forms.works(), "drill")
-    view.process = _one_of(plain.get("process"), forms.program_processes(), "auto")
-    view.pace = _one_of(plain.get("pace"), PACES, "full")
+    view.work = _known_or_default(plain.get("work"), forms.works_with_form(), "drill")
+    view.process = _known_or_default(plain.get("process"), forms.program_processes(), "auto")
+    view.pace = _known_or_default(plain.get("pace"), PACES, "full")
     view.table = FormValues.of_plain(plain.get("table"))
     names = plain.get("part_names")
     view.part_names = {k: str(v) for k, v in names.items()} if isinstance(names, dict) else {}
@@ -202,7 +202,7 @@ def restore(view: View, plain: Mapping[str, Any]) -> None:
     view.job = job if _JOB.fullmatch(job) and view.studio.jobs.record(job) is not None else None
 
 
-def _one_of(word: Any, known: Iterable[str], default: str) -> str:
+def _known_or_default(word: Any, known: Iterable[str], default: str) -> str:
     return word if isinstance(word, str) and word in set(known) else default
 
 

@@ -17,11 +17,11 @@ from leafcut.processes.settings import all_options, group_of, read_options_file
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.preview import Preview, preview, stock_scene
-from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
+from leafcut.studio.jobs.task import Task, command_line, program_name, resolve_task
 from leafcut.studio.jobs.whole import Zero
 from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page import fitting_machines, forms
-from leafcut.studio.page.chart_menus import Menus, chart_menus, chart_problem
+from leafcut.studio.page.chart_menus import Menus, chart_error, chart_menus
 from leafcut.studio.page.form_values import FormValues, Setter
 from leafcut.studio.page.own_defaults import own_defaults, without_idle
 from leafcut.studio.wording import Words
@@ -84,8 +84,8 @@ class View:
     def errors(self) -> dict[str, str]:
         """Errors of single values. Each message starts with the flag of its option."""
         values = self.values
-        lines = {name: forms.problem_with(name, value) for name, value in values.items()}
-        if line := chart_problem(values, self.studio.folder) if "chart" in values else "":
+        lines = {name: forms.value_error(name, value) for name, value in values.items()}
+        if line := chart_error(values, self.studio.folder) if "chart" in values else "":
             lines["chart"] = Message("{}: {}", flag_name("chart"), line)
         return {name: line for name, line in lines.items() if line}
 
@@ -99,15 +99,15 @@ class View:
             known = forms.values_of_work(work, values) if work else forms.changed_values(values)
             errors = self.errors
             options = {n: v for n, v in known.items() if n in OF_READING and n not in errors}
-            call = prepare(Task("simulate", (self.source,), "auto", options), self.studio.folder)
+            call = resolve_task(Task("simulate", (self.source,), "auto", options), self.studio.folder)
             seen: Preview = reading.run(preview, call.sources[0], work, call.options, on_message=on_message)
         except LeafcutError as problem:
             raise LeafcutError(self.studio.folder.without_paths(str(problem))) from None
         has_stock = seen.format == "gcode" and not seen.error
-        stock = partial(self._stock, call.sources[0], call.options) if has_stock else None
+        stock = partial(self._stock_scene, call.sources[0], call.options) if has_stock else None
         return replace(seen, error=self.studio.folder.without_paths(seen.error), stock=stock)
 
-    def _stock(self, source: str, options: dict[str, Any]) -> bytes:
+    def _stock_scene(self, source: str, options: dict[str, Any]) -> bytes:
         try:
             scene: bytes = StudioWork(self.studio.workers).run(stock_scene, source, options)
         except LeafcutError as problem:
@@ -116,7 +116,7 @@ class View:
 
     def works(self) -> tuple[str, ...]:
         """Return the kinds of work that suit the input. Without an input, return all kinds."""
-        known = self.seen.works if self.seen is not None else forms.works()
+        known = self.seen.works if self.seen is not None else forms.works_with_form()
         return (*known, "nest") if self.parts and "nest" not in known else known
 
     @property
@@ -216,7 +216,7 @@ class View:
             self.words,
             machines=machines,
             tools=tools,
-            menus=self._menus(self.work),
+            menus=self._chart_menus(self.work),
             usual=self.table.places,
             kept=self.table.set_by(Setter.EARLIER),
         )
@@ -224,10 +224,10 @@ class View:
     def cut_form(self) -> list[dict[str, Any]]:
         """Return the form with the options for cutting nested sheets."""
         machines = fitting_machines.offered_machines(self._machines(), "cut", "", self.studio.folder)
-        return forms.form_of("cuts", forms.CUT_OF_NEST, self.words, "cut", machines, self._menus("cut"))
+        return forms.single_group_form("cuts", forms.CUT_OF_NEST, self.words, "cut", machines, self._chart_menus("cut"))
 
-    def _menus(self, work: str) -> Menus:
-        if "cut_process" not in forms.options_of(work, {}):
+    def _chart_menus(self, work: str) -> Menus:
+        if "cut_process" not in forms.applicable_options(work, {}):
             return {}
         return chart_menus(self.values, self.studio.folder, self.words, str(forms.default_of("machine", work)))
 
@@ -247,7 +247,7 @@ class View:
     @property
     def zero(self) -> Zero:
         """Position of program zero in the drawing, mm, or None if the kind of work has no such option."""
-        return self.seen.zero if self.seen is not None and "origin" in forms.options_of(self.work, {}) else None
+        return self.seen.zero if self.seen is not None and "origin" in forms.applicable_options(self.work, {}) else None
 
     @property
     def ready(self) -> bool:
@@ -282,7 +282,7 @@ class View:
     def _output(self, task: Task) -> str:
         if task.command != "optimize":
             return ""
-        call = prepare(task, self.studio.folder)
+        call = resolve_task(task, self.studio.folder)
         return program_name(self.name, api.program_extension(api.dialect_of(call.options, task.process)))
 
 

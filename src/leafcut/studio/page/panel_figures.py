@@ -14,7 +14,7 @@ _NORM_COLUMNS = ("part", "perimeter", "quantity", "total_perimeter", "hours", "m
 
 
 def draw_figures(overview: dict[str, Any], words: Words) -> None:
-    """Show the result of `report.json_answer.overview_as_json` in the current container."""
+    """Show the result of `report.json_answer.studio_overview_as_json` in the current container."""
     kinds = {kind["class"]: words.translate(kind["words"]) for kind in overview["times"]["kinds"]}
     rows = [(words.translate(row["name"]), row["seconds"], row["total"]) for row in overview["times"]["rows"]]
     # Results of earlier versions lack the counts.

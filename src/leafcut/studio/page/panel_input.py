@@ -13,12 +13,12 @@ from nicegui import run, ui
 from nicegui.element import Element
 
 from leafcut.errors import LeafcutError
-from leafcut.options.removed import why_removed
+from leafcut.options.removed import removal_message
 from leafcut.studio.folder import BUILT_IN, LARGEST_UPLOAD
-from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.jobs.jobs import error_line
 from leafcut.studio.jobs.preview import Preview
 from leafcut.studio.jobs.sheets import SheetOfNest, upload_sheet
-from leafcut.studio.jobs.task import Task, display_name, parts_of
+from leafcut.studio.jobs.task import Task, display_name, nested_parts
 from leafcut.studio.page import forms
 from leafcut.studio.page.elements import Form, Opener, box, button, link, text
 from leafcut.studio.page.form_values import Setter
@@ -389,19 +389,19 @@ class InputPanel:
     async def restore(self, task: Task) -> bool:
         """Show the input and the choices of a task. Return False if another input was read in the meantime."""
         view = self.view
-        names = [self._named(word) for word in task.inputs]
+        names = [self._display_name(word) for word in task.inputs]
         view.source, view.name, view.seen = task.inputs[0].partition(":")[0], names[0], None
         if task.inputs[0].startswith(BUILT_IN):
             view.source = task.inputs[0]
         view.second, view.second_name = (task.inputs[1], names[1]) if task.command == "verify" else ("", "")
         if task.command == "nest":
-            view.parts = list(parts_of(task))
+            view.parts = list(nested_parts(task))
             view.part_names = {part.input: name for part, name in zip(view.parts, names, strict=True)}
         view.origin = task.origin
-        view.process, view.work = task.process, work_of(task, view.name)
-        removed = {name: line for name in task.options if (line := why_removed(name))}
+        view.process, view.work = task.process, work_of_task(task, view.name)
+        removed = {name: line for name in task.options if (line := removal_message(name))}
         options = {name: value for name, value in task.options.items() if name not in removed}
-        shown = {name: self._named(value) for name, value in options.items() if isinstance(value, str)}
+        shown = {name: self._display_name(value) for name, value in options.items() if isinstance(value, str)}
         view.table.take_job(options, shown, of_input=("plan", "quantity") if task.origin else ("plan",))
         newest = await self.resume()
         if removed:
@@ -423,7 +423,7 @@ class InputPanel:
         self.draw()
         return True
 
-    def _named(self, word: str) -> str:
+    def _display_name(self, word: str) -> str:
         if word.startswith(BUILT_IN):
             return display_name(word)
         try:
@@ -435,7 +435,7 @@ class InputPanel:
         """Show the input and the choices."""
         view, w = self.view, self.view.words
         kinds_of_work = view.works() if view.work in view.works() else (*view.works(), view.work)
-        self.works.show(cards(kinds_of_work, view.seen, w), view.work, why_suggested(view.seen, w))
+        self.works.show(work_cards(kinds_of_work, view.seen, w), view.work, suggestion_words(view.seen, w))
         fields = []
         if view.work == "program":
             kinds = [[process, w.named("process", process)] for process in forms.program_processes()]
@@ -522,13 +522,13 @@ class InputPanel:
             self._run_wanted = True
             self.page.show_message(w("run.when_read", name=view.name), stays=True)
         elif not view.ready:
-            self.page.show_message(w(self._missing()))
+            self.page.show_message(w(self._missing_input_text()))
         elif view.edited:  # run the visible order
             self.page.run.edit.run_edited_order()
         else:
             self.page.run.start()
 
-    def _missing(self) -> str:
+    def _missing_input_text(self) -> str:
         view = self.view
         if view.work == "nest":
             return "parts.none"
@@ -539,14 +539,14 @@ def _read(view: View, work: str, reading: PreviewReading) -> tuple[Preview | Non
     try:
         return view.read_preview(work, reading.work, reading.record_progress), ""
     except Exception as problem:
-        return None, line_of(problem)
+        return None, error_line(problem)
 
 
-def work_of(task: Task, name: str) -> str:
+def work_of_task(task: Task, name: str) -> str:
     """Return the kind of work that a task belongs to."""
     if task.command != "optimize":
         return "solve" if task.command == "study" else task.command  # leafcut 0.2 had studies
-    if task.process in forms.works() and task.process != "drill":
+    if task.process in forms.works_with_form() and task.process != "drill":
         return task.process
     from leafcut.read.registry import BUILT_IN as FORMATS
 
@@ -569,13 +569,13 @@ class WorkChoice(Element, component="../static/works.js"):
         self.update()
 
 
-def cards(kinds: tuple[str, ...], seen: Preview | None, words: Words) -> list[dict[str, Any]]:
+def work_cards(kinds: tuple[str, ...], seen: Preview | None, words: Words) -> list[dict[str, Any]]:
     """Return a card for each kind of work. Its thumbnail emphasizes the objects that this kind of work machines."""
     pictures = seen.whole.pictures if seen is not None else {}
     return [{"name": work, "title": words.named("work", work), "picture": pictures.get(work)} for work in kinds]
 
 
-def why_suggested(seen: Preview | None, words: Words) -> str:
+def suggestion_words(seen: Preview | None, words: Words) -> str:
     """Explain which kind of work is suggested for a drawing, and why. The text is empty if there is only one."""
     if seen is None or len(seen.whole.suits) < 2:
         return ""

@@ -11,13 +11,13 @@ from nicegui.elements.mixins.text_element import TextElement
 from leafcut.processes.settings import all_options
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobRecord, JobState
-from leafcut.studio.jobs.jobs import Jobs, line_of
-from leafcut.studio.page.badge import notice_switch
+from leafcut.studio.jobs.jobs import Jobs, error_line
+from leafcut.studio.page.badge import add_notification_switch
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.forms import changed_values, value_words
-from leafcut.studio.page.job_words import choices_of, figures_of, search_terms
+from leafcut.studio.page.job_words import machine_and_changed_options, result_words, search_terms
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_input import work_of
+from leafcut.studio.page.panel_input import work_of_task
 from leafcut.studio.wording import Words, day_and_time
 from leafcut.units import format_length, format_time
 
@@ -56,7 +56,7 @@ class JobsPanel:
                 with box("div", "find", role="search"), box("span", "box"):
                     find = box("input", "", id="jobs-find", type="search", autocomplete="off", spellcheck="false")
                     find.props.update({"placeholder": w("jobs.find"), "aria-label": w("jobs.find")})
-            notice_switch(view)
+            add_notification_switch(view)
             self.queue = QueueCard(w, view.studio.jobs, page.open_job, self.draw)
             self.compared = box("section", "card compare", aria_label=w("compare.title"))
             self.place = box("div", "found")
@@ -76,16 +76,16 @@ class JobsPanel:
 
     def _find(self, event: Any) -> None:
         self._wanted, self._skip = str(event.args), 0
-        self._list()
+        self._draw_list()
 
     def draw(self) -> None:
         """Show the current jobs."""
         self._drawn = self._states()
         self.queue.draw()
         self._compare()
-        self._list()
+        self._draw_list()
 
-    def _list(self) -> None:
+    def _draw_list(self) -> None:
         """Show one page of matching jobs.
 
         Rows are reused, because a button might otherwise disappear while it is pressed.
@@ -94,10 +94,10 @@ class JobsPanel:
         records, count = self.view.studio.jobs.find(search_terms(self._wanted, w), MAX_ROWS, self._skip)
         if not records and self._skip:  # the last job of a page was deleted
             self._skip = max(self._skip - MAX_ROWS, 0)
-            return self._list()
+            return self._draw_list()
         if self._rows and (list(self._rows), self._count) == ([record.id for record in records], count):
             for record in records:
-                self._show(record)
+                self._update_row(record)
             return None
         self._rows, self._count = {}, count
         self.place.clear()
@@ -105,7 +105,7 @@ class JobsPanel:
             if not records:
                 text("p", w("jobs.none_found" if self._wanted.strip() else "jobs.none"), "quiet", role="status")
                 return None
-            self._pager(len(records), count)
+            self._draw_pager(len(records), count)
             with box("div", "scroll card"), box("table", "jobs", aria_label=w("top.jobs")):
                 with box("thead"), box("tr"):
                     text("td", "")
@@ -116,7 +116,7 @@ class JobsPanel:
                         self._row(record)
         return None
 
-    def _pager(self, shown: int, count: int) -> None:
+    def _draw_pager(self, shown: int, count: int) -> None:
         w = self.view.words
         with box("div", "pager"):
             span = w("jobs.shown", first=f"{self._skip + 1:,}", last=f"{self._skip + shown:,}", count=f"{count:,}")
@@ -131,7 +131,7 @@ class JobsPanel:
     def _turn(self, target: int, count: int) -> None:
         if 0 <= target < count:
             self._skip = target
-            self._list()
+            self._draw_list()
 
     def _row(self, record: JobRecord) -> None:
         w = self.view.words
@@ -140,33 +140,35 @@ class JobsPanel:
                 pick = box("input", "", type="checkbox", aria_label=w("jobs.compare", name=record.title))
                 pick.props["checked"] = record.id in self._picked
                 pick.on(
-                    "change", lambda e: self._pick(record.id, bool(e.args)), js_handler="(e) => emit(e.target.checked)"
+                    "change",
+                    lambda e: self._select_for_comparison(record.id, bool(e.args)),
+                    js_handler="(e) => emit(e.target.checked)",
                 )
             text("td", day_and_time(record.created), "keep quiet")
             with box("th", "", scope="row"):
                 text("span", record.title, "", dir="auto")
-                chosen = choices_of(record.task, self.view.studio.folder, w)
+                chosen = machine_and_changed_options(record.task, self.view.studio.folder, w)
                 text("small", " · ".join(chosen), "chosen quiet", title=" · ".join(chosen), dir="auto")
-            text("td", w.named("work", work_of(record.task, record.title)), "quiet")
+            text("td", w.named("work", work_of_task(record.task, record.title)), "quiet")
             with box("td"):
                 tag = text("span", "", "tag")
             self._rows[record.id] = _ShownJob(tag, text("td", "", "n"))
-            self._show(record)
+            self._update_row(record)
             with box("td", "keep"):
                 button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")
                 button(w("jobs.again"), lambda: self._run_again(record), "small")
                 button(w("jobs.delete"), lambda: self._delete(record), "small plain", data_sure=w("jobs.sure"))
 
-    def _show(self, record: JobRecord) -> None:
+    def _update_row(self, record: JobRecord) -> None:
         w, row = self.view.words, self._rows[record.id]
         row.tag.set_text(w(f"state.{record.state.value}"))
         row.tag.classes(replace=f"tag {record.state.value}")
         if row.tag.props.get("title") != (line := w.plain(record.line)):
             row.tag.props["title"] = line
             row.tag.update()
-        row.figures.set_text(figures_of(record, w))
+        row.figures.set_text(result_words(record, w))
 
-    def _pick(self, job: str, picked: bool) -> None:
+    def _select_for_comparison(self, job: str, picked: bool) -> None:
         """Select a job for comparison. If two jobs are already selected, the new job replaces the first."""
         remaining = [picked_job for picked_job in self._picked if picked_job != job]
         dropped = len(remaining) > 1 and picked
@@ -174,7 +176,7 @@ class JobsPanel:
         self._compare()
         if dropped:
             self._rows = {}
-            self._list()
+            self._draw_list()
 
     def _compare(self) -> None:
         w, jobs = self.view.words, self.view.studio.jobs
@@ -230,7 +232,7 @@ class JobsPanel:
         try:
             job = self.view.studio.jobs.start(record.task)
         except Exception as problem:
-            self.page.show_message(line_of(problem), True)
+            self.page.show_message(error_line(problem), True)
             return
         await self.page.open_job(job)
 

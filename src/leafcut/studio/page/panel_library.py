@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.errors import DataError, LeafcutError, OptionError
-from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.jobs.jobs import error_line
 from leafcut.studio.page import library, profile_form
 from leafcut.studio.page.elements import Editor, Form, box, button, text
 from leafcut.studio.page.page_state import View
@@ -55,14 +55,14 @@ class LibraryPanel:
                     if own_names:
                         text("h2", w("library.own"), "minor")
                     for name in own_names:
-                        self._entry(name, True)
+                        self._add_list_button(name, True)
                     text("h2", w("library.shipped"), "minor")
                     for name in library.shipped_names(self.kind):
-                        self._entry(name, False)
+                        self._add_list_button(name, False)
                 with box("section", "card", aria_label=self.chosen):
-                    self._detail()
+                    self._draw_profile()
 
-    def _entry(self, name: str, own: bool) -> None:
+    def _add_list_button(self, name: str, own: bool) -> None:
         current = "true" if (name, own) == (self.chosen, self.own) else "false"
         button(name, lambda: self.choose(name, own), "entry", aria_current=current)
 
@@ -99,12 +99,12 @@ class LibraryPanel:
         self.draw()
         return False
 
-    def _detail(self) -> None:
+    def _draw_profile(self) -> None:
         w = self.view.words
         try:
             self._read()
         except Exception as problem:
-            text("p", w.plain(line_of(problem)), "error")
+            text("p", w.plain(error_line(problem)), "error")
             return
         with box("div", "title"):
             text("h2", self.chosen)
@@ -114,13 +114,13 @@ class LibraryPanel:
             if self.own:
                 button(w("library.delete"), self._delete, "small plain", data_sure=w("jobs.sure"))
         if self.own:
-            self._save_bar()
+            self._draw_save_bar()
         with box("div", "tabs", role="tablist", aria_label=self.chosen):
             for tab in _TABS:
                 is_current = tab == self.tab
                 button(
                     w(f"library.{tab}"),
-                    lambda tab=tab: self._show(tab),
+                    lambda tab=tab: self._show_tab(tab),
                     "tab",
                     role="tab",
                     id=f"{self.kind}-{tab}",
@@ -129,10 +129,10 @@ class LibraryPanel:
                     tabindex="0" if is_current else "-1",
                 )
         with box("div", "", role="tabpanel", id=f"{self.kind}-panel", aria_labelledby=f"{self.kind}-{self.tab}"):
-            self._body()
+            self._draw_tab()
         self._check()
 
-    def _save_bar(self) -> None:
+    def _draw_save_bar(self) -> None:
         w, field = self.view.words, f"editor-name-{self.kind}"
         with box("form", "editor-bar") as form:
             text("label", w("library.name"), for_=field)
@@ -153,11 +153,11 @@ class LibraryPanel:
             if line:
                 button(self.view.words("library.to_line", line=line), self._go_to_line, "plain small")
 
-    def _show(self, tab: str) -> None:
+    def _show_tab(self, tab: str) -> None:
         self.tab = tab
         self.draw()
 
-    def _body(self) -> None:
+    def _draw_tab(self) -> None:
         w, self.form, self.editor = self.view.words, None, None
         data = profile_form.parse_profile(self.now)
         if self.tab == "toml":
@@ -165,25 +165,25 @@ class LibraryPanel:
         elif data is None:
             text("p", w("library.no_form"), "quiet")
         elif self.kind == "tools":
-            self._tools(data)
+            self._draw_tool_form(data)
         else:
             self._draw_form(data, data)
 
     def _draw_form(self, data: dict[str, Any], table: Any) -> None:
-        groups = self._groups(data, table)
+        groups = self._form_groups(data, table)
         form = self.form = Form(self.view.words, self._put, groups, fixed=not self.own)
         form.classes("profile")
         form.show(profile_form.form_values(self.array, table))
 
-    def _groups(self, data: dict[str, Any], table: Any) -> list[dict[str, Any]]:
-        groups = profile_form.groups(self.view.words, self.array, data)
+    def _form_groups(self, data: dict[str, Any], table: Any) -> list[dict[str, Any]]:
+        groups = profile_form.form_groups(self.view.words, self.array, data)
         if self.array:
             groups[0]["title"] = profile_form.entry_title(self.array, table)
         return groups
 
-    def _tools(self, data: dict[str, Any]) -> None:
+    def _draw_tool_form(self, data: dict[str, Any]) -> None:
         w = self.view.words
-        entries = {array: profile_form.entries_of(data, array) for array in profile_form.ARRAYS}
+        entries = {array: profile_form.array_entries(data, array) for array in profile_form.ARRAYS}
         if self.entry >= len(entries[self.array]):
             self.array, self.entry = "tool", 0
         with box("div", "tool-form"):
@@ -205,22 +205,27 @@ class LibraryPanel:
     def _entry_button(self, array: str, number: int, title: str) -> None:
         is_current = (array, number) == (self.array, self.entry)
         entry_button = button(
-            title, lambda: self._pick(array, number), "entry small", aria_current="true" if is_current else "false"
+            title,
+            lambda: self._choose_entry(array, number),
+            "entry small",
+            aria_current="true" if is_current else "false",
         )
         if is_current:
             self._title = entry_button
 
-    def _pick(self, array: str, number: int) -> None:
+    def _choose_entry(self, array: str, number: int) -> None:
         self.array, self.entry = array, number
         self.draw()
 
     def _add(self, array: str) -> None:
         if self._edit(lambda words: profile_form.add_entry(words, array)):
-            self._pick(array, len(profile_form.entries_of(profile_form.parse_profile(self.now) or {}, array)) - 1)
+            self._choose_entry(
+                array, len(profile_form.array_entries(profile_form.parse_profile(self.now) or {}, array)) - 1
+            )
 
     def _remove(self) -> None:
         if self._edit(lambda words: profile_form.remove_entry(words, self.array, self.entry)):
-            self._pick(self.array, max(self.entry - 1, 0))
+            self._choose_entry(self.array, max(self.entry - 1, 0))
 
     def _edit(self, change: Callable[[str], str]) -> bool:
         if not self._ensure_current():
@@ -238,12 +243,12 @@ class LibraryPanel:
         if not self._edit(lambda words: profile_form.set_value(words, self.array, self.entry, name, value)):
             return
         data = profile_form.parse_profile(self.now) or {}
-        rows = profile_form.entries_of(data, self.array) if self.array else [data]
+        rows = profile_form.array_entries(data, self.array) if self.array else [data]
         if self.form is not None and self.entry < len(rows):
             row = rows[self.entry]
             if self.array and self._title is not None:
                 self._title.set_text(profile_form.entry_title(self.array, row))
-            self.form.show(profile_form.form_values(self.array, row), groups=self._groups(data, row))
+            self.form.show(profile_form.form_values(self.array, row), groups=self._form_groups(data, row))
         self._check()
 
     def _typed(self, words: str) -> None:
@@ -283,7 +288,7 @@ class LibraryPanel:
 
     def _go_to_line(self) -> None:
         if self.tab != "toml":
-            self._show("toml")
+            self._show_tab("toml")
         if self.editor is not None:
             self.editor.run_method("go")
 
@@ -292,9 +297,9 @@ class LibraryPanel:
         base = f"my-{self.chosen.removeprefix('my-')}"
         names = [base, *(f"{base}-{number}" for number in range(2, 1000))]
         name = next(name for name in names if name not in taken)
-        self._keep(name, self._renamed(words, self.chosen, name))
+        self._write_profile(name, self._rename_in_text(words, self.chosen, name))
 
-    def _renamed(self, words: str, shown: str, name: str) -> str:
+    def _rename_in_text(self, words: str, shown: str, name: str) -> str:
         """Rename a profile if it is a machine. Otherwise, return the profile unchanged."""
         return profile_form.rename_profile(words, shown, name) if self.kind == "machines" else words
 
@@ -306,15 +311,15 @@ class LibraryPanel:
             self._asked = name
             self.page.show_message(self.view.words("library.taken", name=name), True)
             return
-        words = self.now if name == shown else self._renamed(self.now, shown, name)
-        if self._keep(name, words):
+        words = self.now if name == shown else self._rename_in_text(self.now, shown, name)
+        if self._write_profile(name, words):
             self._drop_draft(shown)
 
-    def _keep(self, name: str, words: str) -> bool:
+    def _write_profile(self, name: str, words: str) -> bool:
         try:
             library.save_profile(self.view.studio.folder, self.kind, name, words)
         except Exception as problem:
-            self.page.show_message(line_of(problem), True)
+            self.page.show_message(error_line(problem), True)
             return False
         self.page.show_message(self.view.words("library.saved", name=name))
         self._drop_draft(name)

@@ -24,7 +24,7 @@ from leafcut.studio.page.charts import (
 )
 from leafcut.studio.page.elements import Form, box, button, text
 from leafcut.studio.page.forms import plain_field, plain_group
-from leafcut.studio.page.lesson import lesson
+from leafcut.studio.page.lesson import explain_step
 from leafcut.studio.page.page_state import View
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
@@ -242,4 +242,4 @@ class LessonPanel:
         self._shown = (snapshot, now)
         self.place.set_visibility(True)
         self.title.set_text(self.words("lesson.step", number=f"{snapshot.iteration:,}"))
-        self.content.set_content(lesson(snapshot.step, self.words))
+        self.content.set_content(explain_step(snapshot.step, self.words))

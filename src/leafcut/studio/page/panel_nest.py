@@ -6,8 +6,8 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from leafcut.studio.jobs.history import JobRecord, JobState
-from leafcut.studio.jobs.jobs import line_of
-from leafcut.studio.jobs.sheets import GOING, SheetOfNest, comparison, plan_cuts, sheets_of
+from leafcut.studio.jobs.jobs import error_line
+from leafcut.studio.jobs.sheets import GOING, SheetOfNest, compare_variants, plan_cuts, sheets_in_answer
 from leafcut.studio.page import headline
 from leafcut.studio.page.elements import Form, box, button, link, text
 from leafcut.studio.page.page_state import View
@@ -38,8 +38,8 @@ class NestPanel:
     def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
         """Show the result of a nest in the current container."""
         w = self.view.words
-        self._record, self._answer, self._sheets = record, answer, sheets_of(record.id, answer)
-        self._rows = comparison(self.view.studio.jobs, record.id)
+        self._record, self._answer, self._sheets = record, answer, sheets_in_answer(record.id, answer)
+        self._rows = compare_variants(self.view.studio.jobs, record.id)
         best = answer["variants"][0]
         text("p", f"{best['utilisation_of_used_percent']:.1f} %", "headline")
         text("p", w("nest.used"), "under")
@@ -72,7 +72,7 @@ class NestPanel:
         self._next = time.monotonic() + _PACE
         if not any(row["state"] in GOING for row in self._rows):
             return
-        rows = comparison(self.view.studio.jobs, self._record.id)
+        rows = compare_variants(self.view.studio.jobs, self._record.id)
         if rows != self._rows:
             self._rows = rows
             self._draw_variants()
@@ -187,8 +187,8 @@ class NestPanel:
         try:
             plan_cuts(view.studio.jobs, self._record.id, view.cut_options())
         except Exception as problem:
-            self.page.show_message(line_of(problem), True)
+            self.page.show_message(error_line(problem), True)
             return
         self.page.show_message("")
-        self._rows = comparison(view.studio.jobs, self._record.id)
+        self._rows = compare_variants(view.studio.jobs, self._record.id)
         self._draw_variants()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import LeafcutError
 from leafcut.studio.folder import BUILT_IN
-from leafcut.studio.jobs.nest_request import WantedPart, listed_parts, quantity_of, rotations_of
+from leafcut.studio.jobs.nest_request import WantedPart, parse_quantity_field, parse_rotations, read_parts_list
 from leafcut.studio.page.elements import PartsTable, box, text
 from leafcut.studio.page.page_state import View
 
@@ -119,7 +119,7 @@ class PartsPanel:
             return
         try:
             opened = {view.part_names[part.input]: part.input for part in view.parts}
-            parts, missing = listed_parts(view.studio.folder.input_path(self._list), opened)
+            parts, missing = read_parts_list(view.studio.folder.input_path(self._list), opened)
         except LeafcutError as problem:
             self._list = ""
             self.page.show_message(view.studio.folder.without_paths(str(problem)), True)
@@ -144,7 +144,11 @@ class PartsPanel:
         if index is None:
             return
         try:
-            changes = {"quantity": quantity_of(typed)} if key == "quantity" else {"rotations": rotations_of(typed)}
+            changes = (
+                {"quantity": parse_quantity_field(typed)}
+                if key == "quantity"
+                else {"rotations": parse_rotations(typed)}
+            )
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
             return

@@ -25,32 +25,32 @@ def is_program(view: View) -> bool:
     return bool(view.source) and view.seen is not None and view.seen.format == "gcode"
 
 
-def show_opened(view: View, drawing: Canvas) -> None:
+def show_opened_program(view: View, drawing: Canvas) -> None:
     """Show the open program. If the program cannot be drawn, show only its text."""
     source = view.source
     drawn = view.seen is not None and "after" in view.seen.scenes
     folder = view.studio.folder
-    _show(view, drawing, None if drawn else lambda: program_scene(_text(folder, source)))
+    _add_program_text(view, drawing, None if drawn else lambda: program_scene(_text(folder, source)))
 
 
-def show_made(view: View, drawing: Canvas, record: JobRecord, answer: dict[str, Any]) -> bool:
+def show_created_program(view: View, drawing: Canvas, record: JobRecord, answer: dict[str, Any]) -> bool:
     """Show the program of a finished run. Return False if the run has no program."""
     studio, command = view.studio, record.task.command
     names = studio.history.artefacts(record.id)
     if command in ("optimize", "verify") and "lines" in names:
-        _show(view, drawing, lambda: _compared(studio, record, answer))
+        _add_program_text(view, drawing, lambda: _compared(studio, record, answer))
     elif command == "optimize":
-        _show(view, drawing, None)
+        _add_program_text(view, drawing, None)
     elif command == "solve" and "tour" in names:
-        _show(view, drawing, lambda: program_scene(_artefact_text(studio, record, "tour")))
+        _add_program_text(view, drawing, lambda: program_scene(_artefact_text(studio, record, "tour")))
     elif command in ("simulate", "verify"):
-        _show(view, drawing, lambda: program_scene(_text(studio.folder, record.task.inputs[-1])))
+        _add_program_text(view, drawing, lambda: program_scene(_text(studio.folder, record.task.inputs[-1])))
     else:
         return False
     return True
 
 
-def _show(view: View, drawing: Canvas, source: Callable[[], bytes] | None) -> None:
+def _add_program_text(view: View, drawing: Canvas, source: Callable[[], bytes] | None) -> None:
     ProgramText(drawing, view.words.section("canvas"), source).classes("code")
 
 

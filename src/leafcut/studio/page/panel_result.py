@@ -9,10 +9,10 @@ from leafcut.message import messages_from_json
 from leafcut.model.issue import LIMITS
 from leafcut.model.kinds import Head
 from leafcut.model.study import Iteration
-from leafcut.report.chart import time_kinds
+from leafcut.report.chart import names_of_time_kinds
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.jobs import LiveJob
-from leafcut.studio.jobs.search_watch import thinned
+from leafcut.studio.jobs.search_watch import evenly_spaced_rows
 from leafcut.studio.page import headline
 from leafcut.studio.page.charts import Chart, SwitchedChart, bar_chart, convergence_chart, learning_chart
 from leafcut.studio.page.elements import box, button, link, table, text
@@ -20,7 +20,7 @@ from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_edit import can_be_edited
 from leafcut.studio.page.panel_figures import draw_figures, draw_times
 from leafcut.studio.page.panel_nest import NestPanel
-from leafcut.studio.page.panel_program import is_program, show_made, show_opened
+from leafcut.studio.page.panel_program import is_program, show_created_program, show_opened_program
 from leafcut.studio.page.panel_strategies import StrategiesPanel
 from leafcut.studio.page.stale_mark import StaleMark
 from leafcut.studio.wording import Words
@@ -123,14 +123,14 @@ class ResultPanel:
         self.place.clear()
         with self.place:
             if record is None or not over:
-                self._before(record)
+                self._draw_without_result(record)
                 return
             answer = view.studio.history.answer(record.id) or {}
-            self._tabs(_TABS, answer)
+            self._draw_tabs(_TABS, answer)
             self.mark.draw(record)
-            with self._panel():
+            with self._tab_panel():
                 getattr(self, f"_{self.tab}")(record, answer)
-            self._files(record)
+            self._draw_downloads(record)
         self.mark.refresh()
 
     def show_input(self) -> None:
@@ -146,27 +146,27 @@ class ResultPanel:
         if self.tried is not None:
             self.tried.tick()
 
-    def _panel(self) -> Element:
+    def _tab_panel(self) -> Element:
         return box(
             "div", "scrolls", role="tabpanel", id="result-panel", tabindex="0", aria_labelledby=f"tab-{self.tab}"
         )
 
-    def _before(self, record: JobRecord | None) -> None:
+    def _draw_without_result(self, record: JobRecord | None) -> None:
         view = self.view
         if not is_program(view):
             messages = view.words("result.messages")
             with box("div", "scrolls", tabindex="0", role="region", aria_label=messages):
                 text("h2", view.words("right.title"))
-                self._nothing(record)
+                self._draw_state_of_job(record)
             return
-        self._tabs(("summary", "program"), {})
-        with self._panel():
+        self._draw_tabs(("summary", "program"), {})
+        with self._tab_panel():
             if self.tab == "program":
-                show_opened(view, self.page.run.canvas)
+                show_opened_program(view, self.page.run.canvas)
             else:
-                self._nothing(record)
+                self._draw_state_of_job(record)
 
-    def _nothing(self, record: JobRecord | None) -> None:
+    def _draw_state_of_job(self, record: JobRecord | None) -> None:
         w = self.view.words
         live = None if record is None else self.view.studio.jobs.live(record.id)
         if live is None or live.state.over:
@@ -176,9 +176,9 @@ class ResultPanel:
         if live is not None and not live.state.over and live.call.command in _TRYING:
             self.tried = TriedPanel(w, live)
         if record is not None:
-            self._messages(record.id)
+            self._draw_messages(record.id)
 
-    def _messages(self, job: str) -> None:
+    def _draw_messages(self, job: str) -> None:
         w = self.view.words
         messages = self.view.studio.jobs.messages(job)
         text("h3", w("result.messages"))
@@ -187,7 +187,7 @@ class ResultPanel:
         else:
             text("p", w("result.no_messages"), "quiet")
 
-    def _tabs(self, tabs: tuple[str, ...], answer: dict[str, Any]) -> None:
+    def _draw_tabs(self, tabs: tuple[str, ...], answer: dict[str, Any]) -> None:
         w = self.view.words
         if self.tab not in tabs:
             self.tab = "summary"
@@ -208,44 +208,44 @@ class ResultPanel:
                     tabindex="0" if tab == self.tab else "-1",
                 )
 
-    def _summary(self, record: JobRecord, answer: dict[str, Any]) -> None:
+    def _draw_summary(self, record: JobRecord, answer: dict[str, Any]) -> None:
         command = record.task.command
         if command == "verify":
-            self._verdict(answer)
-        self._warning_list(answer)
+            self._draw_verdict(answer)
+        self._draw_worst_issues(answer)
         if command == "nest":
             self.nest.draw(record, answer)
         elif command == "optimize":
-            self._nest_link(record)
-            self._saved(record, answer)
+            self._draw_nest_link(record)
+            self._draw_saving(record, answer)
         elif command == "solve":
-            self._tour(answer)
+            self._draw_tour_length(answer)
         elif command == "verify":
-            self._verified(answer)
+            self._draw_differences(answer)
         elif command == "simulate":
-            self._times(answer)
+            self._draw_simulated_time(answer)
         else:  # a command of an earlier version
             text("p", self.view.words("result.unknown"), "quiet")
 
-    def _nest_link(self, record: JobRecord) -> None:
+    def _draw_nest_link(self, record: JobRecord) -> None:
         job, _, place = record.task.origin.partition("/")
         if job and self.view.studio.jobs.record(job) is not None:
             variant, number = (int(word) for word in place.split("/"))
             words = self.view.words("nest.back", variant=variant, number=number)
             button(f"‹ {words}", lambda: self.page.open_job(job, (variant, number)), "plain small back")
 
-    def _warning_list(self, answer: dict[str, Any]) -> None:
+    def _draw_worst_issues(self, answer: dict[str, Any]) -> None:
         """Show the most important messages first. These are missing work, dangers, and the first few warnings."""
         worst = [issue for issue in _warnings(answer) if issue["severity"] != "warning"]
         worst.sort(key=lambda issue: issue["severity"] != "danger")
-        self._list_of_warnings(worst, "warnings worst", _MAX_ISSUES)
+        self._draw_issue_list(worst, "warnings worst", _MAX_ISSUES)
         warnings = [issue for issue in _warnings(answer) if issue["severity"] == "warning"]
         # Assumptions are never folded.
         warnings.sort(key=lambda issue: issue["code"] not in LIMITS)
         limit = max(_MAX_WARNINGS, sum(issue["code"] in LIMITS for issue in warnings))
-        self._list_of_warnings(warnings, "warnings", limit)
+        self._draw_issue_list(warnings, "warnings", limit)
 
-    def _list_of_warnings(self, issues: list[dict[str, str]], classes: str, limit: int) -> None:
+    def _draw_issue_list(self, issues: list[dict[str, str]], classes: str, limit: int) -> None:
         if not issues:
             return
         with box("ul", classes):
@@ -259,23 +259,23 @@ class ResultPanel:
             if len(issues) > limit:
                 text("li", self.view.words("open.more", number=len(issues) - limit))
 
-    def _saved(self, record: JobRecord, answer: dict[str, Any]) -> None:
+    def _draw_saving(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
         saving = headline.saving_headline(answer, w)
         text("p", saving.large, saving.classes)
         text("p", saving.small, "under")
         if answer["gap_percent"] is not None:
-            text("p", _gap(answer["gap_percent"], w), "quiet")
+            text("p", _gap_sentence(answer["gap_percent"], w), "quiet")
         if missing := headline.missing_words(answer, w):
             self.mark.add_badge(text("p", missing, "badge no"))
-        self._badge(answer["verified"], answer.get("certificate"))
-        other = headline.compared_strategy(answer)
+        self._draw_verified_badge(answer["verified"], answer.get("certificate"))
+        other = headline.compared_strategies(answer)
         rows = [
             [
                 (name == "before" and other) or w(f"result.{name}"),
-                _seconds(m["time_s"]),
-                _metres(m["travel_mm"]),
-                _metres(m["cut_mm"]),
+                _time_or_dash(m["time_s"]),
+                _length_or_dash(m["travel_mm"]),
+                _length_or_dash(m["cut_mm"]),
             ]
             for name in ("before", "nearest", "after")
             if (m := answer[name]) is not None
@@ -288,8 +288,8 @@ class ResultPanel:
         kept = self.view.studio.history.artefact(record.id, "figures")
         if kept is not None:
             draw_figures(messages_from_json(kept.data), w)
-        self._staying(answer)
-        self._tools(answer)
+        self._draw_staying_tasks(answer)
+        self._draw_tool_table(answer)
         with box("dl", "facts"):
             # A pocket has only the algorithm of its strategy. A program with a single possible order has none.
             searched = ("algorithm", "seed") if answer["algorithm"] and "strategies" not in answer else ()
@@ -303,7 +303,7 @@ class ResultPanel:
                 text("dt", w("result.searching"))
                 text("dd", format_time(answer["search_seconds"]))
 
-    def _badge(self, good: bool, certificate: dict[str, Any] | None) -> None:
+    def _draw_verified_badge(self, good: bool, certificate: dict[str, Any] | None) -> None:
         w = self.view.words
         self.mark.add_badge(
             text("p", w("result.verified" if good else "result.unverified"), "badge" if good else "badge no")
@@ -314,7 +314,7 @@ class ResultPanel:
             )
             text("p", w("result.certificate", counted=counted), "quiet small")
 
-    def _staying(self, answer: dict[str, Any]) -> None:
+    def _draw_staying_tasks(self, answer: dict[str, Any]) -> None:
         w, groups = self.view.words, answer.get("staying", [])
         if not groups:
             return
@@ -326,7 +326,7 @@ class ResultPanel:
                 line = w("stays.line", line=group["first_line"])
                 text("li", f"{group['count']:,} × {reasons} ({line}{': ' if group['word'] else ''}{group['word']})")
 
-    def _tools(self, answer: dict[str, Any]) -> None:
+    def _draw_tool_table(self, answer: dict[str, Any]) -> None:
         w = self.view.words
         rows = [
             [
@@ -342,7 +342,7 @@ class ResultPanel:
             keys = (("tool", ""), ("kind", ""), ("diameter", _NUMBER), ("cycle", ""), ("number", _NUMBER))
             table([(w(f"result.{key}"), classes) for key, classes in keys], rows, w("result.tools"))
 
-    def _tour(self, answer: dict[str, Any]) -> None:
+    def _draw_tour_length(self, answer: dict[str, Any]) -> None:
         w = self.view.words
         text("p", f"{answer['length']:,.10g}", "headline")
         text("p", w("result.length", number=f"{answer['n']:,}"), "under")
@@ -357,13 +357,13 @@ class ResultPanel:
             text("dt", w("result.computing"))
             text("dd", format_time(answer["seconds"]))
 
-    def _verdict(self, answer: dict[str, Any]) -> None:
+    def _draw_verdict(self, answer: dict[str, Any]) -> None:
         same, w = answer["same"], self.view.words
         self.mark.add_badge(
             text("p", w("result.same" if same else "result.differs"), "badge verdict" if same else "badge verdict no")
         )
 
-    def _verified(self, answer: dict[str, Any]) -> None:
+    def _draw_differences(self, answer: dict[str, Any]) -> None:
         w = self.view.words
         if answer["differences"]:
             with box("ul", "plain-list differences"):
@@ -372,7 +372,7 @@ class ResultPanel:
                         show = lambda number=number: self.page.run.canvas.select_difference(number)  # noqa: E731
                         button(w.plain(row["words"]), show, "plain small", title=w("result.show_place"))
 
-    def _times(self, answer: dict[str, Any]) -> None:
+    def _draw_simulated_time(self, answer: dict[str, Any]) -> None:
         w = self.view.words
         text("p", format_time(answer["time_s"]), "headline")
         text("p", w("result.on", machine=answer["machine"]), "under")
@@ -382,7 +382,7 @@ class ResultPanel:
         ]
         table([("", ""), (w("result.length_of"), _NUMBER)], rows, w("result.times"))
         # Answers of earlier versions lack the head.
-        names = time_kinds(Head(answer.get("head", Head.SPINDLE)).method)
+        names = names_of_time_kinds(Head(answer.get("head", Head.SPINDLE)).method)
         kinds = {kind.replace("_", "-"): w.translate(name) for kind, name in names.items()}
         draw_times([("", answer["by_kind"], format_time(answer["time_s"]))], w, kinds)
         limits = [
@@ -407,11 +407,11 @@ class ResultPanel:
                 with box("ul", "issue-list"):
                     for code, alike in by_code.items():
                         with box("li", severity):
-                            self._issues_of_code(code, alike)
+                            self._draw_issue_group(code, alike)
         if len(issues) > _MAX_ISSUES:
             text("p", w("open.more", number=len(issues) - _MAX_ISSUES), "quiet small")
 
-    def _issues_of_code(self, code: str, issues: list[dict[str, str]]) -> None:
+    def _draw_issue_group(self, code: str, issues: list[dict[str, str]]) -> None:
         """Show all issues with the same code and severity.
 
         If there are many warnings or notes, expand only the first few.
@@ -424,29 +424,29 @@ class ResultPanel:
             foldable = len(issues) > _UNFOLDED + 1 and issues[0]["severity"] in ("warning", "note")
             limit = _UNFOLDED if foldable else len(issues)
             for issue in issues[:limit]:
-                self._issue(issue)
+                self._draw_issue(issue)
             if issues[limit:]:
                 with box("details", "issues"):
                     text("summary", w("open.more", number=len(issues) - limit))
                     for issue in issues[limit:]:
-                        self._issue(issue)
+                        self._draw_issue(issue)
 
-    def _issue(self, issue: dict[str, str]) -> None:
+    def _draw_issue(self, issue: dict[str, str]) -> None:
         w = self.view.words
         with box("p"):
             text("span", w.plain(issue["message"]), dir="auto", lang=w.language_of(issue["message"]))
             if issue["place"]:
                 text("span", w.plain(issue["place"]), "quiet small")
 
-    def _program(self, record: JobRecord, answer: dict[str, Any]) -> None:
-        if not show_made(self.view, self.page.run.canvas, record, answer):
+    def _draw_program(self, record: JobRecord, answer: dict[str, Any]) -> None:
+        if not show_created_program(self.view, self.page.run.canvas, record, answer):
             text("p", self.view.words("result.no_program"), "quiet")
 
-    def _search(self, record: JobRecord, answer: dict[str, Any]) -> None:
+    def _draw_search(self, record: JobRecord, answer: dict[str, Any]) -> None:
         draw_searches(self.view, record, answer)
-        self._messages(record.id)
+        self._draw_messages(record.id)
 
-    def _files(self, record: JobRecord) -> None:
+    def _draw_downloads(self, record: JobRecord) -> None:
         w = self.view.words
         files = self.view.studio.history.artefacts(record.id)
         job = f"/api/jobs/{record.id}"
@@ -487,15 +487,15 @@ def _warnings(answer: dict[str, Any]) -> list[dict[str, str]]:
     return [issue for issue in _issues(answer) if issue["severity"] != "note"]
 
 
-def _seconds(value: float | None) -> str:
+def _time_or_dash(value: float | None) -> str:
     return "–" if value is None else format_time(value)
 
 
-def _metres(value: float | None) -> str:
+def _length_or_dash(value: float | None) -> str:
     return "–" if value is None else format_length(value)
 
 
-def _gap(percent: float, words: Words) -> str:
+def _gap_sentence(percent: float, words: Words) -> str:
     shown = f"{percent:.2f}"
     return words("result.least") if shown == "0.00" else words("result.gap", percent=shown)
 
@@ -524,11 +524,11 @@ class TriedPanel:
                 for name, figure, cost in rows:
                     first = best is not None and cost == best
                     with box("li", "best" if first else "" if figure else "going"):
-                        text("span", self._named(name))
+                        text("span", self._trial_label(name))
                         text("span", w("run.best"), "tag done") if first else None
                         text("b", figure or w("run.trying"), "figure")
 
-    def _named(self, name: str) -> str:
+    def _trial_label(self, name: str) -> str:
         """Return the label of a trial, such as ``by shapes · 3`` for the third variant of a nest by shapes."""
         method, _, number = name.partition(" ")
         known = self.words.table.get(f"nest.{method}")
@@ -540,16 +540,16 @@ def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None
     kept = view.studio.history.artefact(record.id, "search")
     for search in json.loads(kept.data) if kept is not None else []:
         if search.get("iterations"):
-            _learning(view, record, search)
+            _draw_learning_chart(view, record, search)
             continue
         text("h3", search["name"])
         if search["history"]:
             words = view.words.section("chart")
             Chart("chart tall").show(*convergence_chart(search["history"], search["bound"], search["unit"], words))
-    _workers(view, answer)
+    _draw_worker_table(view, answer)
 
 
-def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
+def _draw_learning_chart(view: View, record: JobRecord, search: dict[str, Any]) -> None:
     w = view.words
     with box("section"):
         with box("div", "chart-head"):
@@ -559,7 +559,7 @@ def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
             if "iterations" in files:
                 address = f"/api/jobs/{record.id}/files/iterations"
                 link("CSV", address, "button small plain", download=files["iterations"], title=files["iterations"])
-        rows, words = thinned(search["iterations"], _MAX_POINTS), w.section("chart")
+        rows, words = evenly_spaced_rows(search["iterations"], _MAX_POINTS), w.section("chart")
         SwitchedChart(words, "chart learned").show(
             lambda by: learning_chart(rows, search["bound"], search["unit"], words, by)
         )
@@ -568,7 +568,7 @@ def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
         text("p", w("lesson.branching", factor=f"{last.branching:.2f}"), "quiet small")
 
 
-def _workers(view: View, answer: dict[str, Any]) -> None:
+def _draw_worker_table(view: View, answer: dict[str, Any]) -> None:
     w = view.words
     workers = [row for row in answer.get("workers", []) if row["ants"]][:_MAX_WORKERS]
     if not workers:

@@ -12,7 +12,7 @@ from leafcut.errors import OptionError
 from leafcut.studio.drawing.canvas import LAYERS, SOLIDS, Canvas, Shown
 from leafcut.studio.drawing.solid import translate_refusal
 from leafcut.studio.jobs.history import JobRecord, JobState
-from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.jobs.jobs import error_line
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_edit import EditPanel
@@ -47,7 +47,10 @@ class RunPanel:
         self._n_announced = 0
         with box("div", "frame") as self.frame:
             self.canvas = Canvas(
-                words=w.section("canvas"), on_select=self._select, on_drag=self._drag, on_origin=self._move_zero
+                words=w.section("canvas"),
+                on_select=self._forward_selection,
+                on_drag=self._forward_drag,
+                on_origin=self._move_zero,
             )
             self.empty = box("div", "empty")
         with page.progress_place:
@@ -73,16 +76,16 @@ class RunPanel:
         self.empty.clear()
         with self.empty:
             if not unseen[0]:
-                self._invite()
+                self._draw_suggestions()
                 return
             if view.seen is not None and view.seen.pixels is not None:
-                self._ask_for_width(*view.seen.pixels)
+                self._draw_width_question(*view.seen.pixels)
                 return
             with box("div", "inviting"):
                 text("h2", view.words("empty.unseen", name=unseen[0]), "", dir="auto")
                 text("p", view.words.plain(unseen[1]), "quiet")
 
-    def _ask_for_width(self, width: int, height: int) -> None:
+    def _draw_width_question(self, width: int, height: int) -> None:
         w = self.view.words
         with box("div", "inviting"):
             text("h2", w("empty.how_wide"))
@@ -101,7 +104,7 @@ class RunPanel:
                 js_handler="(e) => { e.preventDefault(); emit(e.target.querySelector('input').value); }",
             )
 
-    def _invite(self) -> None:
+    def _draw_suggestions(self) -> None:
         w = self.view.words
         with box("div", "inviting"):
             ui.html(_SHEET, sanitize=False)
@@ -116,10 +119,10 @@ class RunPanel:
         RecentPanel(self.view, self.page).draw_short()
         text("p", w("empty.text"), "quiet small")
 
-    def _select(self, event: GenericEventArguments) -> None:
+    def _forward_selection(self, event: GenericEventArguments) -> None:
         self.edit.select(event)
 
-    def _drag(self, event: GenericEventArguments) -> None:
+    def _forward_drag(self, event: GenericEventArguments) -> None:
         self.edit.drag(event)
 
     def _move_zero(self, event: GenericEventArguments) -> Any:
@@ -140,7 +143,7 @@ class RunPanel:
                 raise OptionError(next(iter(view.invalid_values.values())))
             view.job = view.studio.jobs.start(view.task(), watch_of(view.pace if view.studied else "full"))
         except Exception as problem:
-            self.page.show_message(line_of(problem), True)
+            self.page.show_message(error_line(problem), True)
             return
         self.page.show_message("")
         self.page.remember()
@@ -239,7 +242,7 @@ class RunPanel:
             else:
                 self.canvas.hide(layer)
 
-    def _background(self) -> dict[str, bytes]:
+    def _background_layer(self) -> dict[str, bytes]:
         """Return the layer that shows the entire drawing of the job's input.
 
         There is no such layer if the page has a different input, or if the drawing has been moved since the run.
@@ -269,7 +272,7 @@ class RunPanel:
             for layer in SOLIDS:
                 if (artefact := kept[layer]) is not None:
                     scenes[layer] = translate_refusal(artefact.data, view.words.plain)
-            background = self._background()
+            background = self._background_layer()
             return f"{view.job}{'/whole' if background else ''}", scenes | background
         seen = view.seen
         if seen is None:

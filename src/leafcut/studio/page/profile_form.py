@@ -14,7 +14,7 @@ from leafcut.errors import OptionError
 from leafcut.read.machine_keys import PROFILE_KEYS, ProfileKey
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from leafcut.studio.wording import Words
-from leafcut.units import BARE_UNIT, with_unit
+from leafcut.units import BARE_UNIT, add_default_unit
 
 #: Arrays in a tool library, with the keys of their entries.
 ARRAYS: dict[str, tuple[ProfileKey, ...]] = {"tool": TOOL_KEYS, "hole": HOLE_KEYS}
@@ -24,7 +24,7 @@ BY_HAND = "set by hand"
 _NEW: dict[str, dict[str, Any]] = {"tool": {"diameter": "6 mm"}, "hole": {"diameter": "6 mm"}}
 
 
-def keys_of(array: str) -> tuple[ProfileKey, ...]:
+def profile_keys(array: str) -> tuple[ProfileKey, ...]:
     """Return the keys of an array's entries. If `array` is empty, return the keys of a machine."""
     return ARRAYS[array] if array else PROFILE_KEYS
 
@@ -37,10 +37,10 @@ def parse_profile(text: str) -> dict[str, Any] | None:
         return None
 
 
-def groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, Any]]:
+def form_groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the fields of a machine by table, or the fields of an entry in an array, as required by `Form`."""
     stem = f"{array}." if array else ""
-    tables = dict.fromkeys(key.table for key in keys_of(array))
+    tables = dict.fromkeys(key.table for key in profile_keys(array))
     sources = data.get("sources")
     return [
         {
@@ -49,8 +49,8 @@ def groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, 
             "folded": False,
             "changed": 0,
             "fields": [
-                _field(key, stem, words, sources if isinstance(sources, dict) else {})
-                for key in keys_of(array)
+                _form_field(key, stem, words, sources if isinstance(sources, dict) else {})
+                for key in profile_keys(array)
                 if key.table == table
             ],
         }
@@ -58,7 +58,7 @@ def groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, 
     ]
 
 
-def _field(key: ProfileKey, stem: str, words: Words, sources: Mapping[str, Any]) -> dict[str, Any]:
+def _form_field(key: ProfileKey, stem: str, words: Words, sources: Mapping[str, Any]) -> dict[str, Any]:
     name = stem + key.name
     reason = words.translation("profile_why", name, key.why)
     bounds = words.translation("profile_bounds", name, key.bounds)
@@ -96,14 +96,14 @@ def _shown_default(key: ProfileKey) -> str:
 def form_values(array: str, table: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values for the fields of a machine or an entry in an array."""
     by_name = {}
-    for key in keys_of(array):
+    for key in profile_keys(array):
         inner = table.get(key.table, {}) if key.table else table
         if isinstance(inner, Mapping) and key.key in inner:
-            by_name[key.name] = _typed(key, inner[key.key])
+            by_name[key.name] = _shown_value(key, inner[key.key])
     return by_name
 
 
-def _typed(key: ProfileKey, value: Any) -> Any:
+def _shown_value(key: ProfileKey, value: Any) -> Any:
     if key.kind == "flag" and isinstance(value, bool):
         return value
     if key.kind == "axes":
@@ -118,7 +118,7 @@ def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
     is not valid TOML, if the entry does not exist, or if the text has a different value in place of the key's table.
     """
     document = _document(text)
-    key = next(key for key in keys_of(array) if key.name == name)
+    key = next(key for key in profile_keys(array) if key.name == name)
     table: Any = document
     if array:
         listed, place = _place(document, array, number)
@@ -129,7 +129,7 @@ def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
         table = table[key.table]
         if not isinstance(table, Mapping):
             raise OptionError("'{}' is not a table; write [{}]", key.table, key.table)
-    written = _value(key, value)
+    written = _value_to_write(key, value)
     if written is None:
         table.pop(key.key, None)
         if key.table and not table:
@@ -142,7 +142,7 @@ def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
     return tomlkit.dumps(document)
 
 
-def _value(key: ProfileKey, value: Any) -> Any:
+def _value_to_write(key: ProfileKey, value: Any) -> Any:
     """Convert a typed value to TOML. Invalid text is kept, because the reader will report it later."""
     if isinstance(value, bool):
         return value
@@ -152,26 +152,26 @@ def _value(key: ProfileKey, value: Any) -> Any:
         if not given:
             return None
         if len(given) == 1 and parts[0]:
-            return _with_unit(given[0], key.unit)
-        return [_with_unit(part, key.unit) for part in parts]
+            return _with_unit_if_number(given[0], key.unit)
+        return [_with_unit_if_number(part, key.unit) for part in parts]
     text = str(value).strip()
     if not text:
         return None
     if key.kind == "quantity":
-        return _with_unit(text, key.unit)
+        return _with_unit_if_number(text, key.unit)
     if key.kind == "wholes":
-        return [_number(part.strip()) for part in text.split(",") if part.strip()]
-    return _number(text) if key.kind in ("number", "whole") else text
+        return [_number_or_text(part.strip()) for part in text.split(",") if part.strip()]
+    return _number_or_text(text) if key.kind in ("number", "whole") else text
 
 
-def _with_unit(text: str, unit: str) -> str:
+def _with_unit_if_number(text: str, unit: str) -> str:
     try:
-        return with_unit(text, unit)
+        return add_default_unit(text, unit)
     except OptionError:
         return text
 
 
-def _number(text: str) -> int | float | str:
+def _number_or_text(text: str) -> int | float | str:
     for kind in (int, float):
         try:
             return kind(text)
@@ -180,7 +180,7 @@ def _number(text: str) -> int | float | str:
     return text
 
 
-def entries_of(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
+def array_entries(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
     """Return the entries of an array of a tool library."""
     items = data.get(array, [])
     return [item for item in items if isinstance(item, Mapping)] if isinstance(items, list) else []
@@ -199,7 +199,7 @@ def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[A
 def add_entry(text: str, array: str) -> str:
     """Add a new tool or a new recipe, and return the new text. Raises `OptionError` if the text is invalid."""
     document = _document(text)
-    numbers = [tool.get("number") for tool in entries_of(document.unwrap(), "tool")]
+    numbers = [tool.get("number") for tool in array_entries(document.unwrap(), "tool")]
     known = [number for number in numbers if isinstance(number, int)]
     entry_table = tomlkit.table()
     for key, value in _NEW[array].items():

@@ -14,11 +14,11 @@ from leafcut.processes.settings import group_of
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.nest_request import WantedPart
-from leafcut.studio.jobs.task import OWN_KINDS, Task, display_name, parts_of
+from leafcut.studio.jobs.task import OWN_KINDS, Task, display_name, nested_parts
 from leafcut.studio.page import forms
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_input import work_of
+from leafcut.studio.page.panel_input import work_of_task
 from leafcut.studio.wording import Words
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ class ChangedChoice:
 def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
     """Compare the choices on the page with the choices of a job. The most important differences come first."""
     task, w = record.task, view.words
-    work = work_of(task, record.title)
+    work = work_of_task(task, record.title)
     return [
         *_changed_work(task, work, view),
         *_inputs(task, view),
@@ -151,7 +151,7 @@ def _changed_work(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
 def _inputs(task: Task, view: View) -> Iterator[ChangedChoice]:
     w, folder = view.words, view.studio.folder
     if task.command == "nest" and view.work == "nest":
-        yield from _parts({part.input: part for part in parts_of(task)}, view)
+        yield from _parts({part.input: part for part in nested_parts(task)}, view)
     elif task.command != "nest" and task.inputs[0] != view.source:
         yield ChangedChoice(w("open.title"), _called(task.inputs[0], folder), _called(view.source, folder))
     if task.command == "verify" and view.work == "verify" and task.inputs[1] != view.second:
@@ -178,7 +178,7 @@ def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
     before, after = forms.values_of_work(work, task.options), forms.values_of_work(view.work, view.values)
     names = dict.fromkeys([*before, *after])
     if work != view.work:  # options of only one kind of work are not listed in addition to the changed work
-        shared = forms.options_of(work, task.options) & forms.options_of(view.work, view.values)
+        shared = forms.applicable_options(work, task.options) & forms.applicable_options(view.work, view.values)
         names = dict.fromkeys(name for name in names if name in shared)
     for name in names:
         if not _is_equal(name, before.get(name), after.get(name)):

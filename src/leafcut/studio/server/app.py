@@ -48,7 +48,7 @@ def open_with_rooms(root: Path, port: int = PORT, workers: StudioWorkers | None 
     return studio
 
 
-def make_api(studio: Studio) -> FastAPI:
+def build_api(studio: Studio) -> FastAPI:
     """Create the application with the JSON API, but without pages and access control."""
     from fastapi import FastAPI
     from fastapi.exceptions import RequestValidationError
@@ -71,12 +71,12 @@ def make_api(studio: Studio) -> FastAPI:
         openapi_url="/api/openapi.json",
         lifespan=lifespan,
     )
-    app.include_router(routes.router(studio))
+    app.include_router(routes.api_router(studio))
     routes.add_static(app)
-    app.add_exception_handler(LeafcutError, routes.refuse)
-    app.add_exception_handler(Exception, routes.refuse)
-    app.add_exception_handler(HTTPException, routes.refuse_http)
-    app.add_exception_handler(RequestValidationError, routes.refuse_invalid)
+    app.add_exception_handler(LeafcutError, routes.error_response)
+    app.add_exception_handler(Exception, routes.error_response)
+    app.add_exception_handler(HTTPException, routes.http_error_response)
+    app.add_exception_handler(RequestValidationError, routes.invalid_request_response)
     return app
 
 
@@ -128,7 +128,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
     folder = root or data_folder()
     with _listen(port) as listening, lock_folder(folder, "http://{}:{}".format(*listening.getsockname())):
         studio = open_with_rooms(folder, listening.getsockname()[1])
-        app = make_api(studio)
+        app = build_api(studio)
         add_pages(app, studio)
         door = _Entrance(studio)
         config = uvicorn.Config(
@@ -140,7 +140,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
             timeout_graceful_shutdown=_PATIENCE,
             ws_max_size=1 << 20,
         )
-        server = _server(config, studio)
+        server = _create_server(config, studio)
         _write_keys(studio)
         door.print_address("leafcut studio:")
         print("leafcut: Ctrl-C ends it", file=sys.stderr, flush=True)
@@ -167,7 +167,7 @@ def _write_keys(studio: Studio) -> None:
         raise OutputError("{}: cannot be written ({})", studio.folder.root, problem.strerror) from None
 
 
-def _server(config: Any, studio: Studio) -> Any:
+def _create_server(config: Any, studio: Studio) -> Any:
     """Create a server that ends all jobs during shutdown before it waits for open connections.
 
     Some connections wait for a job and would otherwise block the shutdown.
@@ -230,11 +230,11 @@ def lock_folder(root: Path, address: str) -> Iterator[None]:
     a second studio shows in its error message. Raises `OutputError` if another studio holds the lock, or if the folder
     cannot be written.
     """
-    with closing(_locked(root, address)):
+    with closing(_open_locked_database(root, address)):
         yield
 
 
-def _locked(root: Path, address: str) -> sqlite3.Connection:
+def _open_locked_database(root: Path, address: str) -> sqlite3.Connection:
     """Open a connection to an empty database and lock it, so that no other process can lock it."""
     try:
         root.mkdir(mode=0o700, parents=True, exist_ok=True)

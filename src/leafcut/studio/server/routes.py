@@ -20,15 +20,15 @@ from pydantic import BaseModel
 from starlette.staticfiles import StaticFiles
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.files.schemas import ANSWER, numbered
+from leafcut.files.schemas import ANSWER, add_schema_number
 from leafcut.message import Message, messages_to_json
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.studio.folder import Folder
-from leafcut.studio.jobs.history import JobRecord, files_of
-from leafcut.studio.jobs.jobs import Jobs, line_of
+from leafcut.studio.jobs.history import JobRecord, possible_upload_ids
+from leafcut.studio.jobs.jobs import Jobs, error_line
 from leafcut.studio.jobs.nest_request import wanted_parts
-from leafcut.studio.jobs.sheets import comparison, plan_cuts, sheets_of
+from leafcut.studio.jobs.sheets import compare_variants, plan_cuts, sheets_in_answer
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.studio import STILL_POLICY, Studio
 
@@ -83,7 +83,7 @@ class _JsonAnswer(JSONResponse):
     """A JSON object with the number of its schema."""
 
     def render(self, content: Any) -> bytes:
-        return super().render(numbered(ANSWER, content))
+        return super().render(add_schema_number(ANSWER, content))
 
 
 class Refusal(BaseModel):
@@ -110,17 +110,17 @@ _BINARY = {"type": "string", "format": "binary"}
 _BODY = {"required": True, "content": {"application/octet-stream": {"schema": _BINARY}}}
 
 
-def router(studio: Studio) -> APIRouter:
+def api_router(studio: Studio) -> APIRouter:
     """Create the routes of a studio under ``/api``."""
     token = HTTPBearer(auto_error=False, description="the token in the studio's folder")  # checked by the guard
     routes = APIRouter(
         prefix="/api", responses=_REFUSED, dependencies=[Security(token)], default_response_class=_JsonAnswer
     )
-    _add_commands(routes, studio.folder, studio.jobs)
-    _add_files(routes, studio.folder)
-    _add_jobs(routes, studio.jobs)
-    _add_lists(routes)
-    _add_points(routes, studio.folder)
+    _add_command_routes(routes, studio.folder, studio.jobs)
+    _add_upload_route(routes, studio.folder)
+    _add_job_routes(routes, studio.jobs)
+    _add_list_routes(routes)
+    _add_points_route(routes, studio.folder)
     for room in studio.rooms.values():
         room.add_routes(routes, studio)
 
@@ -132,26 +132,26 @@ def router(studio: Studio) -> APIRouter:
     return routes
 
 
-def refuse(_: Request, problem: Exception) -> JSONResponse:
+def error_response(_: Request, problem: Exception) -> JSONResponse:
     """Create the response to an error in leafcut or to an internal error."""
     status = 400 if isinstance(problem, OptionError) else 422 if isinstance(problem, LeafcutError) else 500
-    return _refusal(line_of(problem), status)
+    return _json_error(error_line(problem), status)
 
 
-def _refusal(line: str, status: int) -> JSONResponse:
+def _json_error(line: str, status: int) -> JSONResponse:
     message = {"message": messages_to_json(line)} if isinstance(line, Message) else {}
     return JSONResponse({"error": line, **message}, status)
 
 
-def refuse_http(_: Request, problem: Exception) -> JSONResponse:
+def http_error_response(_: Request, problem: Exception) -> JSONResponse:
     """Create the response to an error that a route has raised."""
     status, detail = getattr(problem, "status_code", 400), getattr(problem, "detail", "")
     if str(detail).startswith("Part exceeded"):  # message of the form parser
         detail = "a field of this request is larger than 1 MiB; only files may be"
-    return _refusal(str(detail) or "this request is malformed", status)
+    return _json_error(str(detail) or "this request is malformed", status)
 
 
-def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:
+def invalid_request_response(_: Request, problem: Exception) -> JSONResponse:
     """Create the response to a request whose fields are missing or invalid."""
     first: dict[str, Any] = next(iter(getattr(problem, "errors", list)()), {})
     place = " ".join(str(word) for word in first.get("loc", ())[1:])
@@ -167,7 +167,7 @@ async def _store_upload(folder: Folder, file: UploadFile) -> str:
     return input_id
 
 
-async def _input(folder: Folder, file: UploadFile | None, named: str) -> str:
+async def _uploaded_or_named_input(folder: Folder, file: UploadFile | None, named: str) -> str:
     if file is not None:
         return await _store_upload(folder, file)
     if not named:
@@ -175,7 +175,7 @@ async def _input(folder: Folder, file: UploadFile | None, named: str) -> str:
     return named
 
 
-def _options(text: str) -> dict[str, Any]:
+def _parse_options(text: str) -> dict[str, Any]:
     try:
         options = json.loads(text or "{}")
     except (ValueError, RecursionError):
@@ -185,7 +185,7 @@ def _options(text: str) -> dict[str, Any]:
     return options
 
 
-async def _finished_job(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
+async def _run_to_end(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
     """Run a task and wait until it ends.
 
     If the task is refused, its uploads are deleted. An existing upload that the request has `named` is kept.
@@ -193,7 +193,7 @@ async def _finished_job(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRec
     try:
         job = jobs.start(task)
     except BaseException:
-        jobs.folder.drop_inputs(files_of([replace(task, options={})]) - {named})
+        jobs.folder.drop_inputs(possible_upload_ids([replace(task, options={})]) - {named})
         raise
     await jobs.over(job)
     record = jobs.record(job)
@@ -204,29 +204,29 @@ async def _finished_job(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRec
     return record, jobs.history.answer(job) or {}
 
 
-def _text(jobs: Jobs, job: str, name: str) -> str:
+def _artefact_text(jobs: Jobs, job: str, name: str) -> str:
     artefact = jobs.history.artefact(job, name)
     return "" if artefact is None else artefact.text
 
 
-def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
+def _add_command_routes(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
     @routes.post("/optimize", summary="A verified program from a drawing, or from another CAM's program")
     async def optimize(
         file: Upload = None, source: Named = "", process: Annotated[str, Form()] = "auto", options: Options = "{}"
     ) -> _JsonAnswer:
         """Return the answer of ``leafcut optimize --json``, the program as ``text``, and the job's id as ``job``."""
-        given = _options(options)
-        task = Task("optimize", (await _input(folder, file, source),), process, given)
-        record, answer = await _finished_job(jobs, task, "" if file is not None else source)
-        return _JsonAnswer({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
+        given = _parse_options(options)
+        task = Task("optimize", (await _uploaded_or_named_input(folder, file, source),), process, given)
+        record, answer = await _run_to_end(jobs, task, "" if file is not None else source)
+        return _JsonAnswer({**answer, "text": _artefact_text(jobs, record.id, "program"), "job": record.id})
 
     @routes.post("/solve", summary="A short closed tour through the points of a map")
     async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> _JsonAnswer:
         """Return the answer of ``leafcut solve --json``, the TSPLIB tour as ``text``, and the job's id as ``job``."""
-        given = _options(options)
-        task = Task("solve", (await _input(folder, file, source),), "auto", given)
-        record, answer = await _finished_job(jobs, task, "" if file is not None else source)
-        return _JsonAnswer({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
+        given = _parse_options(options)
+        task = Task("solve", (await _uploaded_or_named_input(folder, file, source),), "auto", given)
+        record, answer = await _run_to_end(jobs, task, "" if file is not None else source)
+        return _JsonAnswer({**answer, "text": _artefact_text(jobs, record.id, "tour"), "job": record.id})
 
     @routes.post("/nest", summary="Nest parts with quantities on sheets, in several variants")
     async def nest(
@@ -237,23 +237,23 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
         options: Options = "{}",
     ) -> _JsonAnswer:
         """Return the answer of ``leafcut nest --json``, the drawings by name as ``texts``, and the id as ``job``."""
-        given, parts_wanted = _options(options), wanted_parts([""] * len(files), parts)
+        given, parts_wanted = _parse_options(options), wanted_parts([""] * len(files), parts)
         words = [
             replace(part, input=await _store_upload(folder, file)).word
             for part, file in zip(parts_wanted, files, strict=True)
         ]
         task = Task("nest", tuple(words), "auto", given)
-        record, answer = await _finished_job(jobs, task)
-        sheets = sheets_of(record.id, answer)
-        texts = {sheet.file: _text(jobs, record.id, sheet.drawing) for sheet in sheets}
+        record, answer = await _run_to_end(jobs, task)
+        sheets = sheets_in_answer(record.id, answer)
+        texts = {sheet.file: _artefact_text(jobs, record.id, sheet.drawing) for sheet in sheets}
         return _JsonAnswer({**answer, "texts": texts, "job": record.id})
 
     @routes.post("/simulate", summary="Time and cost of a program on a machine, and its dangers")
     async def simulate(file: Upload = None, options: Options = "{}") -> _JsonAnswer:
         """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
-        given = _options(options)
-        task = Task("simulate", (await _input(folder, file, ""),), "auto", given)
-        record, answer = await _finished_job(jobs, task)
+        given = _parse_options(options)
+        task = Task("simulate", (await _uploaded_or_named_input(folder, file, ""),), "auto", given)
+        record, answer = await _run_to_end(jobs, task)
         return _JsonAnswer({**answer, "job": record.id})
 
     @routes.post("/verify", summary="Whether two programs do the same work, and their differences")
@@ -263,13 +263,13 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
         options: Options = "{}",
     ) -> _JsonAnswer:
         """Return the answer of ``leafcut verify --json``, and the job's id as ``job``."""
-        given = _options(options)
+        given = _parse_options(options)
         files = (await _store_upload(folder, original), await _store_upload(folder, new))
-        record, answer = await _finished_job(jobs, Task("verify", files, "auto", given))
+        record, answer = await _run_to_end(jobs, Task("verify", files, "auto", given))
         return _JsonAnswer({**answer, "job": record.id})
 
 
-def _add_files(routes: APIRouter, folder: Folder) -> None:
+def _add_upload_route(routes: APIRouter, folder: Folder) -> None:
     @routes.post("/files", summary="Open a file in the studio", openapi_extra={"requestBody": _BODY})
     async def open_file(request: Request, name: Annotated[str, Query(max_length=1000)]) -> dict[str, Any]:
         """Store the body of the request as a file; return its ``id``, its ``name`` and its ``size`` in bytes."""
@@ -286,7 +286,7 @@ def _add_files(routes: APIRouter, folder: Folder) -> None:
         return {"id": input_id, "name": path.name, "size": size}
 
 
-def _add_points(routes: APIRouter, folder: Folder) -> None:
+def _add_points_route(routes: APIRouter, folder: Folder) -> None:
     @routes.get("/points.csv", summary="The points of a map, such as random:200:1, or of a file that is open")
     def points(source: Annotated[str, Query(max_length=200)]) -> Response:
         from leafcut.read import read
@@ -322,39 +322,39 @@ def _job_answer(jobs: Jobs, record: JobRecord) -> dict[str, Any]:
     }
 
 
-def _record_of(jobs: Jobs, job: str) -> JobRecord:
+def _existing_record(jobs: Jobs, job: str) -> JobRecord:
     record = jobs.record(job)
     if record is None:
         raise HTTPException(404, "there is no such job")
     return record
 
 
-def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
+def _add_job_routes(routes: APIRouter, jobs: Jobs) -> None:
     @routes.get("/jobs", summary="The last jobs, the newest first")
     def every(most: Annotated[int, Query(ge=1, le=1000)] = 100) -> dict[str, Any]:
         return {"jobs": [_job_answer(jobs, record) for record in jobs.newest(most)]}
 
     @routes.get("/jobs/{job}", summary="State of a job, and its answer when it is done")
     def one(job: JobId) -> dict[str, Any]:
-        return {**_job_answer(jobs, _record_of(jobs, job)), "answer": jobs.history.answer(job)}
+        return {**_job_answer(jobs, _existing_record(jobs, job)), "answer": jobs.history.answer(job)}
 
     @routes.post("/jobs/{job}/stop", summary="Stop a job and keep its best result")
     def stop(job: JobId) -> dict[str, Any]:
-        _record_of(jobs, job)
+        _existing_record(jobs, job)
         jobs.stop(job)
-        return _job_answer(jobs, _record_of(jobs, job))
+        return _job_answer(jobs, _existing_record(jobs, job))
 
     @routes.post("/jobs/{job}/cancel", summary="Stop a job and discard its result")
     def cancel(job: JobId) -> dict[str, Any]:
-        _record_of(jobs, job)
+        _existing_record(jobs, job)
         jobs.cancel(job)
-        return _job_answer(jobs, _record_of(jobs, job))
+        return _job_answer(jobs, _existing_record(jobs, job))
 
     @routes.get(
         "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
     )
     def answer(job: JobId) -> _JsonAnswer:
-        stored = jobs.history.answer(_record_of(jobs, job).id)
+        stored = jobs.history.answer(_existing_record(jobs, job).id)
         if stored is None:
             raise HTTPException(404, "this job has no answer")
         return _JsonAnswer(stored)
@@ -362,19 +362,19 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
     @routes.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
     async def plan(job: JobId, options: Options = "{}") -> dict[str, Any]:
         """Plan the cuts, and return their time and cost for every variant. The jobs contain the programs."""
-        _record_of(jobs, job)
-        for cut_job in plan_cuts(jobs, job, _options(options)):
+        _existing_record(jobs, job)
+        for cut_job in plan_cuts(jobs, job, _parse_options(options)):
             await jobs.over(cut_job)
-        return {"variants": comparison(jobs, job)}
+        return {"variants": compare_variants(jobs, job)}
 
     @routes.get("/jobs/{job}/cuts", summary="Time and cost of the cuts of a nest's variants that are planned already")
     def cuts(job: JobId) -> dict[str, Any]:
-        _record_of(jobs, job)
-        return {"variants": comparison(jobs, job)}
+        _existing_record(jobs, job)
+        return {"variants": compare_variants(jobs, job)}
 
     @routes.delete("/jobs/{job}", summary="Delete a job and the files that only it used")
     def delete(job: JobId) -> dict[str, str]:
-        _record_of(jobs, job)
+        _existing_record(jobs, job)
         jobs.delete(job)
         return {"deleted": job}
 
@@ -394,7 +394,7 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
         return Response(stored.data, media_type=stored.media_type, headers=headers)
 
 
-def _add_lists(routes: APIRouter) -> None:
+def _add_list_routes(routes: APIRouter) -> None:
     @routes.get("/machines", summary="The machines that leafcut knows")
     def machines() -> dict[str, Any]:
         from leafcut.read.machine import machine_list

@@ -92,24 +92,24 @@ class Guard:
             return
         scope["headers"] = [(k, v) for k, v in scope["headers"] if not k.startswith(b"x-forwarded-")]
         asked = _RequestHead(scope)
-        refusal = self._refusal(asked)
+        refusal = self._reason_to_refuse(asked)
         if scope["type"] == "websocket":
-            if refusal or not self._known(asked):
+            if refusal or not self._is_authorised(asked):
                 await send({"type": "websocket.close", "code": 1008, "reason": ""})
             else:
                 await self.app(scope, receive, send)
             return
         if refusal:
-            await _refused(asked, 403, refusal)(scope, receive, send)
+            await _refusal_response(asked, 403, refusal)(scope, receive, send)
         elif asked.token is not None:
-            await self._enter(asked, scope, receive, send)
-        elif self._known(asked):
-            await self._pass(asked, scope, receive, send)
+            await self._exchange_key_for_cookie(asked, scope, receive, send)
+        elif self._is_authorised(asked):
+            await self._forward_request(asked, scope, receive, send)
         else:
             line = "Open the address that leafcut studio printed last: it contains the key to this page."
-            await _refused(asked, 401, line)(scope, receive, send)
+            await _refusal_response(asked, 401, line)(scope, receive, send)
 
-    def _refusal(self, asked: _RequestHead) -> str:
+    def _reason_to_refuse(self, asked: _RequestHead) -> str:
         """Return why a request is refused regardless of its key, or an empty string if it is permitted."""
         if asked.host not in self.hosts:
             return "This address is not the studio's: use 127.0.0.1 and the port that it printed."
@@ -117,31 +117,31 @@ class Guard:
         if asked.origin is not None and asked.origin != own_origin:
             return "A page of another origin must not access the studio."
         # Without a key, the missing key is reported instead.
-        if asked.changes and asked.origin is None and self._known(asked) and not self._bearer(asked):
+        if asked.changes and asked.origin is None and self._is_authorised(asked) and not self._has_token(asked):
             return "A request that changes something needs its origin, or the token in an Authorization header."
         if asked.site in ("cross-site", "same-site") and asked.mode != "navigate":
             return "A page of another origin may not load from the studio."
         return ""
 
-    def _known(self, asked: _RequestHead) -> bool:
-        return self._bearer(asked) or self._has_cookie(asked)
+    def _is_authorised(self, asked: _RequestHead) -> bool:
+        return self._has_token(asked) or self._has_cookie(asked)
 
     def _has_cookie(self, asked: _RequestHead) -> bool:
         return self.keys.is_cookie(asked.cookies.get(self.cookie, ""))
 
-    def _bearer(self, asked: _RequestHead) -> bool:
+    def _has_token(self, asked: _RequestHead) -> bool:
         return self.keys.is_token(asked.bearer)
 
-    async def _enter(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
+    async def _exchange_key_for_cookie(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
         """Replace the key in the address with a cookie that scripts cannot read."""
         key = asked.token or ""
         if self.keys.redeem_entry(key):
             self.on_entry(key)
         elif not self._has_cookie(asked):
             line = "This address was used already, or its studio has ended: open the one that leafcut printed last."
-            await _refused(asked, 401, line)(scope, receive, send)
+            await _refusal_response(asked, 401, line)(scope, receive, send)
             return
-        answer = _with_headers(RedirectResponse("/", 303))
+        answer = _add_headers(RedirectResponse("/", 303))
         self._set_cookie(answer.headers)
         await answer(scope, receive, send)
 
@@ -151,15 +151,15 @@ class Guard:
             "set-cookie", f"{self.cookie}={value}; Path=/; Max-Age={COOKIE_SECONDS}; HttpOnly; SameSite=Strict"
         )
 
-    async def _pass(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
+    async def _forward_request(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
         limit = self.largest if asked.path.startswith(UPLOADS) else min(self.largest, LARGEST_REQUEST)
-        too_large = _refused(asked, 413, f"This is larger than {limit >> 20} MiB, the studio's limit.")
+        too_large = _refusal_response(asked, 413, f"This is larger than {limit >> 20} MiB, the studio's limit.")
         if asked.length > limit:
             await too_large(scope, receive, send)
             return
         exchange = _Exchange(receive, send, asked, limit)
         # Reloading the page renews its cookie, so that active users remain logged in.
-        if asked.path == "/" and not self._bearer(asked):
+        if asked.path == "/" and not self._has_token(asked):
             exchange.on_headers = self._set_cookie
         with suppress(RequestRefused):
             await self.app(scope, exchange.receive, exchange.send)
@@ -238,14 +238,14 @@ class _Exchange:
         await self._send(message)
 
 
-def _refused(asked: _RequestHead, status: int, line: str) -> Response:
+def _refusal_response(asked: _RequestHead, status: int, line: str) -> Response:
     """Create a response of the guard itself. It is a line of text, or a JSON error for routes of the API."""
     if asked.path.startswith(UPLOADS):
-        return _with_headers(JSONResponse({"error": line}, status))
-    return _with_headers(PlainTextResponse(line, status))
+        return _add_headers(JSONResponse({"error": line}, status))
+    return _add_headers(PlainTextResponse(line, status))
 
 
-def _with_headers(answer: Response) -> Response:
+def _add_headers(answer: Response) -> Response:
     policy = "default-src 'none'; frame-ancestors 'none'"
     own = {"content-security-policy": policy, "cache-control": "no-store", "connection": "close"}
     answer.headers.update({**_FIXED, **own})

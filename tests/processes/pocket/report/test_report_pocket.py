@@ -33,8 +33,8 @@ from leafcut.processes.pocket.report.pocket_report import (
     unfinished_shapes,
 )
 from leafcut.processes.registry import report_of
-from leafcut.report.json_answer import as_json
-from leafcut.report.page import path_svg, write_page
+from leafcut.report.json_answer import program_as_json
+from leafcut.report.page import path_svg, report_page_html
 from leafcut.report.summary import print_summary
 from page_parser import Page
 
@@ -111,7 +111,7 @@ def test_the_written_and_the_usual_strategy_have_the_times_of_their_programs(poc
     before, after = (
         replace(measure, time_s=time_s) for measure, time_s in ((pocketed.before, 91.0), (pocketed.after, 77.0))
     )
-    rows = as_json(report_of(replace(pocketed, before=before, after=after)))["strategies"]
+    rows = program_as_json(report_of(replace(pocketed, before=before, after=after)))["strategies"]
     times = {row["strategy"]: row.get("time_s") for row in rows}
     chosen = next(row["strategy"] for row in rows if row["chosen"])
     usual = pocketed.detail.plans[0].usual.strategy
@@ -131,7 +131,7 @@ def test_a_program_is_compared_with_the_faster_of_the_plain_strategies() -> None
 
 
 def test_json_has_the_way_over_one_level_and_every_strategy(pocketed: Outcome) -> None:
-    answer = as_json(report_of(pocketed))
+    answer = program_as_json(report_of(pocketed))
     pocket = answer["pocket"]
     assert (pocket["feed_mm"], pocket["rapid_mm"], pocket["retracts"]) == (175.0, 0.0, 0)
     assert (pocket["uncovered_percent"], pocket["gouge_mm2"], pocket["max_step_over"]) == (0.0, 0.0, 6.0)
@@ -147,11 +147,11 @@ def test_json_has_the_way_over_one_level_and_every_strategy(pocketed: Outcome) -
 
 
 def test_other_work_has_no_pocket_in_its_answer(empty_outcome: Outcome) -> None:
-    assert "pocket" not in as_json(report_of(empty_outcome))
+    assert "pocket" not in program_as_json(report_of(empty_outcome))
 
 
 def test_the_page_is_whole_and_what_files_say_is_harmless(pocketed: Outcome) -> None:
-    html = write_page(report_of(pocketed))
+    html = report_page_html(report_of(pocketed))
     page = Page(html)
     assert "not possible: no <limit> is given" in page.words
     assert all(words in page.words for words in ("zigzag", "contour", "written", "Never lifted".lower(), "simulated"))

@@ -16,8 +16,8 @@ from leafcut.errors import LeafcutError, OptionError
 from leafcut.model.cutting import CutMeasures, CutTimes, PartTimes
 from leafcut.processes.registry import report_of
 from leafcut.processes.sheet.report.norms import cycle_time_rows, cycle_times_csv
-from leafcut.report.json_answer import as_json
-from leafcut.report.page import write_page
+from leafcut.report.json_answer import program_as_json
+from leafcut.report.page import report_page_html
 
 SHEET = Path(__file__).parents[4] / "examples" / "sheet.dxf"
 CHART = """\
@@ -34,7 +34,7 @@ def outcome(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def test_rows_add_up_to_the_sheet_and_sheets_to_the_batch(outcome: Any) -> None:
-    cutting = as_json(report_of(outcome))["cutting"]
+    cutting = program_as_json(report_of(outcome))["cutting"]
     *parts, sheet, batch = cutting["norms"]
     assert [row["of"] for row in (*parts[-1:], sheet, batch)] == ["part", "sheet", "batch"]
     assert sum(row["quantity"] for row in parts) == len(cutting["parts"])
@@ -63,7 +63,7 @@ def test_the_table_that_is_written_says_the_same(tmp_path: Path) -> None:
         bound=False,
     )
     rows = list(csv.DictReader(io.StringIO(table.read_text())))
-    answer = as_json(report_of(made))["cutting"]["norms"]
+    answer = program_as_json(report_of(made))["cutting"]["norms"]
     assert [row["name"] for row in rows] == [row["name"] for row in answer]
     assert [float(row["gas_l"]) for row in rows] == pytest.approx([row["gas_l"] for row in answer])
     assert {(row["nozzle"], row["gas"], row["material"], row["abrasive_kg"]) for row in rows} == {
@@ -98,7 +98,7 @@ def test_no_name_of_a_drawing_is_a_formula_of_a_spreadsheet(outcome: Any) -> Non
 
 
 def test_the_page_has_the_table_and_says_what_the_chart_does_not(outcome: Any) -> None:
-    page = write_page(report_of(outcome))
+    page = report_page_html(report_of(outcome))
     table = page[page.index('<table class="norms"') :]
     table = table[: table.index("</section>")]
     assert ">air</th>" in table

@@ -24,8 +24,8 @@ from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import clock, contour_words, cut_title, name_words, size_words
 from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, part_window, path_sections, sheet_drawing
 from leafcut.processes.sheet.report.sheet_report import cut_detail, detailed_cuts
-from leafcut.report.json_answer import as_json
-from leafcut.report.page import path_svg, write_page
+from leafcut.report.json_answer import program_as_json
+from leafcut.report.page import path_svg, report_page_html
 from leafcut.report.summary import print_summary
 from leafcut.report.svg import STEPS
 from leafcut.report.wording import money_words
@@ -153,7 +153,7 @@ def area(points: np.ndarray) -> float:
 
 def test_a_part_is_drawn_as_its_area_without_its_holes(sheet_outcome):
     """100 × 60 mm with a hole of 20 mm: two closed outlines, and what is between them is 6000 − 100π mm²."""
-    html = write_page(report_of(sheet_outcome()))
+    html = report_page_html(report_of(sheet_outcome()))
     scale = build_sheet_scene([sheet_outcome().detail.plan]).frame.scale
     (data,) = re.findall(r'<path id="part-1" d="([^"]*)"', html)
     plate, hole = outlines(data)
@@ -166,9 +166,9 @@ def test_a_part_is_drawn_as_its_area_without_its_holes(sheet_outcome):
 def test_every_pierce_is_one_dot_where_the_torch_pierces(sheet_outcome):
     outcome = sheet_outcome()
     frame = build_sheet_scene([outcome.detail.plan]).frame
-    for svg in drawings(write_page(report_of(outcome))):
+    for svg in drawings(report_page_html(report_of(outcome))):
         dots = re.findall(r'<circle cx="([^"]*)" cy="([^"]*)" r="[^"]*" class="begin pierce">', svg)
-        expected = frame.place(np.array([(46.0, 40.0), (5.0, 10.0), (127.0, 20.0)]))
+        expected = frame.to_user_units(np.array([(46.0, 40.0), (5.0, 10.0), (127.0, 20.0)]))
         assert np.array(sorted(dots), dtype=float) == pytest.approx(
             np.array(sorted(expected.tolist(), key=lambda p: f"{p[0]:.2f}".rstrip("0"))), abs=0.01
         )
@@ -185,10 +185,10 @@ def test_a_start_at_the_edge_is_no_pierce(sheet_outcome):
 def test_up_in_the_drawing_is_up_on_the_sheet_and_both_have_one_scale(sheet_outcome):
     outcome = sheet_outcome()
     frame = build_sheet_scene([p for p in outcome.detail.plans if p]).frame
-    (x0, y0), (x1, y1) = frame.place(np.array([(0.0, 0.0), (200.0, 100.0)]))
+    (x0, y0), (x1, y1) = frame.to_user_units(np.array([(0.0, 0.0), (200.0, 100.0)]))
     assert y1 < y0
     assert x1 - x0 == pytest.approx(2.0 * (y0 - y1))
-    before, after = drawings(write_page(report_of(outcome)))
+    before, after = drawings(report_page_html(report_of(outcome)))
     assert before.split(" class")[0] == after.split(" class")[0]  # one view box
     assert '<use href="#sheet-parts">' in after
 
@@ -240,7 +240,7 @@ def test_a_run_over_several_contours_is_one_cut_with_one_dot(sheet_outcome):
 
 
 def test_pointing_at_a_cut_says_part_contour_length_and_seconds(sheet_outcome):
-    html = write_page(report_of(sheet_outcome()))
+    html = report_page_html(report_of(sheet_outcome()))
     assert "<title>1: part 1, hole · 70.8 mm · cutting 2.00 s, piercing 0.70 s</title>" in html
     assert "<title>part 1 · 2 contours · 6 min 23 s</title>" in html
 
@@ -259,7 +259,7 @@ def test_of_many_cuts_every_so_manieth_has_its_number(cuts, every):
 
 
 def test_the_table_has_the_figures_of_every_part_of_the_sheet_and_of_the_batch(sheet_outcome):
-    html = write_page(report_of(sheet_outcome()))
+    html = report_page_html(report_of(sheet_outcome()))
     (table,) = re.findall(r'<table class="parts">.*?</table>', html, re.S)
     rows = [
         [re.sub("<.*?>", "", c) for c in re.findall(r"<t[hd].*?</t[hd]>", r)]
@@ -276,7 +276,7 @@ def test_the_table_has_the_figures_of_every_part_of_the_sheet_and_of_the_batch(s
 
 def test_a_part_of_the_table_leads_to_the_part_in_the_drawing(sheet_outcome):
     outcome = sheet_outcome()
-    page = Page(write_page(report_of(outcome)))
+    page = Page(report_page_html(report_of(outcome)))
     assert {"part-1", "part-2"} <= set(page.values("id"))
     assert {"#part-1", "#part-2"} <= set(page.values("href"))
     _, _, width, height = map(float, part_window(build_sheet_scene([outcome.detail.plan]), 2).split())
@@ -285,7 +285,7 @@ def test_a_part_of_the_table_leads_to_the_part_in_the_drawing(sheet_outcome):
 
 
 def test_the_totals_are_those_of_the_norm(sheet_outcome):
-    page = Page(write_page(report_of(sheet_outcome())))
+    page = Page(report_page_html(report_of(sheet_outcome())))
     words = page.words.replace(" ".join(page.cells["style"][0].split()), "")
     for said in (
         "2 parts · 3 contours · 1 mark · 3 pierces · sheet 200 × 100 mm",
@@ -310,14 +310,14 @@ def test_the_totals_are_those_of_the_norm(sheet_outcome):
 
 def test_one_sheet_is_reckoned_for_a_hundred(sheet_outcome):
     plans = [replace(p, measures=replace(p.measures, quantity=1)) if p else None for p in sheet_outcome().detail.plans]
-    words = Page(write_page(report_of(sheet_outcome(detail=SheetDetail(tuple(plans)))))).words
+    words = Page(report_page_html(report_of(sheet_outcome(detail=SheetDetail(tuple(plans)))))).words
     assert "15 min 00 s on 100 sheets" in words
     assert "Batch of" not in words
 
 
 def test_the_nearest_neighbours_order_is_drawn_where_it_is_known(sheet_outcome):
-    assert len(drawings(write_page(report_of(sheet_outcome())))) == 2
-    html = write_page(report_of(sheet_outcome(nearest=True)))
+    assert len(drawings(report_page_html(report_of(sheet_outcome())))) == 2
+    html = report_page_html(report_of(sheet_outcome(nearest=True)))
     assert len(drawings(html)) == 3
     assert Page(html).words.count("Nearest neighbour") == 3  # card, caption, row of the times
 
@@ -346,7 +346,7 @@ def test_pages_of_sheets_are_well_formed_and_text_from_files_stays_text(sheet_ou
     nothing = CutPlan(Sheet("nothing"), DATA, ())
     for plans_of_one in (plans, (bare, None, bare), (nothing, None, nothing)):
         page = Page(
-            write_page(
+            report_page_html(
                 report_of(
                     replace(
                         outcome,
@@ -361,7 +361,7 @@ def test_pages_of_sheets_are_well_formed_and_text_from_files_stays_text(sheet_ou
         ids = page.values("id")
         assert len(ids) == len(set(ids))
         assert set(page.values("href")) <= {f"#{i}" for i in ids}
-    assert "sheet-parts" not in Page(write_page(report_of(empty_outcome))).values("id")
+    assert "sheet-parts" not in Page(report_page_html(report_of(empty_outcome))).values("id")
 
 
 def test_the_terminal_says_the_ways_between_and_sensible_digits(sheet_outcome):
@@ -383,19 +383,19 @@ def test_a_gap_is_said_of_the_starts_that_were_tried(sheet_outcome):
     order = np.arange(4, dtype=np.int32)
     found = Solution(order, 42.0, "s", "mmas", 7, history=((0.1, 60.0), (1.0, 42.0)), lower_bound=40.0)
     band = OperationOutcome(Tool(1, 0.2, ToolKind.TORCH), "", (), False, found, cuts=4)
-    one = report_of(sheet_outcome(operations=(band,))).bound_words()
+    one = report_of(sheet_outcome(operations=(band,))).gap_sentence()
     assert one == "time at most 5.00 % above the least possible with the starts that were tried"
     assert (
-        report_of(sheet_outcome(operations=(band, band))).bound_words() == f"{one}, each band from the end of the last"
+        report_of(sheet_outcome(operations=(band, band))).gap_sentence() == f"{one}, each band from the end of the last"
     )
-    words = Page(write_page(report_of(sheet_outcome(operations=(band, band))))).words
+    words = Page(report_page_html(report_of(sheet_outcome(operations=(band, band))))).words
     assert "band 1, 4 cuts" in words
     assert "band 2, 4 cuts" in words
-    assert "4 cuts mmas" in Page(write_page(report_of(sheet_outcome(operations=(band,))))).words
+    assert "4 cuts mmas" in Page(report_page_html(report_of(sheet_outcome(operations=(band,))))).words
 
 
 def test_the_json_answer_has_norm_data_and_parts(sheet_outcome):
-    answer = as_json(report_of(sheet_outcome()))
+    answer = program_as_json(report_of(sheet_outcome()))
     cutting = answer["cutting"]
     assert answer["counts"] == {"parts": 2, "contours": 3, "marks": 1, "pierces": 3}
     assert cutting["sheet"]["time"] == "0:07:33"

@@ -27,27 +27,27 @@ from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.report import chart, views
 from leafcut.report.frame import Frame
-from leafcut.report.marks import arrow_head, end_marks
-from leafcut.report.missing_drawing import missing_drawing, missing_points
+from leafcut.report.marks import arrow_head_path_data, end_marks_svg
+from leafcut.report.missing_drawing import missing_work_svg, points_of_missing_work
 from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, range_facts
-from leafcut.report.svg import element, lines_data, scaled_group, svg_number, title
+from leafcut.report.svg import element, scaled_group_element, segments_path_data, svg_number, title_element
 from leafcut.report.wording import (
     NO_VALUE,
     OURS,
     angle_words,
     area_words,
     count,
-    feed_mm_min,
+    finite_or_none,
     length_words,
-    number_words,
+    panel_number,
     percent_words,
-    plain_number,
     replace_unprintable,
     saved_percent,
     share_words,
     time_words,
+    to_mm_per_min,
 )
 
 #: Maximum number of path segments for which uncut areas are drawn.
@@ -97,7 +97,7 @@ class PocketReport(PathReport[PocketDetail]):
         """The measures of all strategies."""
         return strategy_figures(self.outcome)
 
-    def orders(self) -> list[tuple[str, Measure]]:
+    def known_orders(self) -> list[tuple[str, Measure]]:
         """Return the measures of the usual strategy and of the written strategy.
 
         If both strategies are the same, only the written strategy is included.
@@ -119,16 +119,16 @@ class PocketReport(PathReport[PocketDetail]):
             if (reason := getattr(row, name))
         ]
         return [
-            *self.counts(),
+            *self.count_facts(),
             *self._tool_facts(),
             *range_facts(self.outcome),
             *self._times(),
             *self._path_facts(),
-            *self.savings(),
+            *self.savings_facts(),
             *reasons,
         ]
 
-    def counts(self) -> list[Fact]:
+    def count_facts(self) -> list[Fact]:
         """Return the numbers of pockets, islands, levels and tools.
 
         For example: ``1 pocket of 180 × 140 mm · 3 islands``.
@@ -152,7 +152,7 @@ class PocketReport(PathReport[PocketDetail]):
             ),
         ]
 
-    def savings(self) -> list[Fact]:
+    def savings_facts(self) -> list[Fact]:
         """Return the time that load-dependent feeds save, if the user requested such feeds."""
         pace = self.outcome.detail.pace
         return [] if pace is None else pace_facts(pace)
@@ -215,7 +215,7 @@ class PocketReport(PathReport[PocketDetail]):
             fast = float(path.value[np.isin(path.kind, _FEEDS)].max(initial=tool.feed))
             air = Message("{} of the path cuts air", percent_words(100.0 * m.air_mm / m.feed_mm))
             if fast > tool.feed * (1.0 + 1e-6):
-                air = Message("{}, at up to {} mm/min", air, number_words(feed_mm_min(fast)))
+                air = Message("{}, at up to {} mm/min", air, panel_number(to_mm_per_min(fast)))
             facts.append(fact("air_mm", "mm", air, Message("Air")))
         return facts
 
@@ -241,7 +241,7 @@ class PocketReport(PathReport[PocketDetail]):
             words = Message("to Z{}, then {} mm along the walls", depth, stock)
         else:
             words = Message("to Z{}", depth)
-        feed, speed = number_words(feed_mm_min(tool.feed)), f"{tool.spindle_rpm:,.0f}"
+        feed, speed = panel_number(to_mm_per_min(tool.feed)), f"{tool.spindle_rpm:,.0f}"
         cut = Message("{} mm/min, {} rpm, climb" if rules.climb else "{} mm/min, {} rpm, conventional", feed, speed)
         detail = self.outcome.detail
         entries = ", ".join(f"{number:,} × {kind}" for kind, number in detail.entries)
@@ -266,7 +266,7 @@ class PocketReport(PathReport[PocketDetail]):
             "stock_mm": rules.stock,
         }
 
-    def table(self) -> list[tuple[tuple[str, ...], bool]]:
+    def summary_rows(self) -> list[tuple[tuple[str, ...], bool]]:
         """Return the rows of a table that compares all possible strategies on a single level.
 
         Each row has a flag that is true for the chosen strategy.
@@ -275,7 +275,7 @@ class PocketReport(PathReport[PocketDetail]):
         rows = [((row.name, *(_cells(row)[k] for k in keep)), row.chosen) for row in self.strategies if row.measures]
         return [(("one level", *(_TITLES[k] for k in keep)), False), *rows]
 
-    def page(self) -> dict[str, Any]:
+    def template_values(self) -> dict[str, Any]:
         """Return the data for the report page: the drawing, and all strategies side by side."""
         outcome, plans = self.outcome, self.outcome.detail.plans
         scene = build_pocket_scene(plans, outcome.missing)
@@ -291,11 +291,11 @@ class PocketReport(PathReport[PocketDetail]):
         )
         return {
             "size": self._total_size_text(),
-            "saved": self.saved(),
+            "saved": self.savings_headline(),
             "way": "Rapids",
             "pocket": {
                 "svg": svg,
-                "wide": scene.frame.wide,
+                "wide": scene.frame.needs_both_columns,
                 "strategy": self.chosen,
                 "kinds": {piece.kind for path in paths for piece in path.pieces},
                 "rapids": any(path.retracts for path in paths),
@@ -306,7 +306,7 @@ class PocketReport(PathReport[PocketDetail]):
             },
         }
 
-    def saved(self) -> views.PageRow:
+    def savings_headline(self) -> views.PageRow:
         """Return the headline figure and its text.
 
         The figure is the time saved, or the program time without a comparison.
@@ -350,12 +350,12 @@ class PocketReport(PathReport[PocketDetail]):
                     toolpath_over_level(paths, outcome.detail.plans[0].levels[0], outcome.operations[0].tool),
                 )
 
-    def stock(self) -> ShownStock:
+    def shown_stock(self) -> ShownStock:
         """Return the tools and the stock.
 
         The stock is the solid with filled pockets. Without a solid, it is a block around the cuts.
         """
-        found, before = super().stock(), self.outcome.detail.before
+        found, before = super().shown_stock(), self.outcome.detail.before
         return found if before is None else replace(found, surface=before)
 
     def _drawing_title(self, strategy: str) -> str:
@@ -385,7 +385,9 @@ class PocketReport(PathReport[PocketDetail]):
                 "refused": replace_unprintable(row.refused),
                 "passed_over": replace_unprintable(row.passed_over),
                 "cells": _cells(row),
-                "bar": chart.bar(row.program_s / longest, "ours" if row.chosen else "plain") if row.measures else "",
+                "bar": chart.bar_svg(row.program_s / longest, "ours" if row.chosen else "plain")
+                if row.measures
+                else "",
             }
             for row in self.strategies
         ]
@@ -405,7 +407,9 @@ class PocketReport(PathReport[PocketDetail]):
 
 
 def _strategy_as_json(row: StrategyFigures) -> dict[str, Any]:
-    measured = {} if row.measures is None else {**measures_as_json(row.measures), "time_s": plain_number(row.program_s)}
+    measured = (
+        {} if row.measures is None else {**measures_as_json(row.measures), "time_s": finite_or_none(row.program_s)}
+    )
     reasons = {
         name: replace_unprintable(getattr(row, name)) for name in ("refused", "passed_over") if getattr(row, name)
     }
@@ -564,22 +568,22 @@ def written_measures(outcome: Outcome[PocketDetail]) -> PocketMeasures:
 def measures_as_json(m: PocketMeasures) -> dict[str, Any]:
     """Convert the measures on one level to plain numbers for the JSON result. Angles are in degrees."""
     return {
-        "length_mm": plain_number(m.feed_mm + m.rapid_mm),
-        "feed_mm": plain_number(m.feed_mm),
-        "rough_mm": plain_number(m.feed_mm - m.finish_mm),
-        "finish_mm": plain_number(m.finish_mm),
-        "rapid_mm": plain_number(m.rapid_mm),
+        "length_mm": finite_or_none(m.feed_mm + m.rapid_mm),
+        "feed_mm": finite_or_none(m.feed_mm),
+        "rough_mm": finite_or_none(m.feed_mm - m.finish_mm),
+        "finish_mm": finite_or_none(m.finish_mm),
+        "rapid_mm": finite_or_none(m.rapid_mm),
         "retracts": m.retracts,
-        "uncovered_percent": plain_number(m.uncovered_percent),
-        "gouge_mm2": plain_number(m.gouge_mm2),
-        "max_step_over": plain_number(m.max_step_over),
-        "max_core": plain_number(m.max_core),
-        "max_width": plain_number(m.max_width),
-        "wide_mm": plain_number(m.wide_mm),
+        "uncovered_percent": finite_or_none(m.uncovered_percent),
+        "gouge_mm2": finite_or_none(m.gouge_mm2),
+        "max_step_over": finite_or_none(m.max_step_over),
+        "max_core": finite_or_none(m.max_core),
+        "max_width": finite_or_none(m.max_width),
+        "wide_mm": finite_or_none(m.wide_mm),
         "max_engagement_deg": math.degrees(m.max_engagement),
         "mean_engagement_deg": math.degrees(m.mean_engagement),
-        "air_mm": plain_number(m.air_mm),
-        "floor_mm": plain_number(m.floor_mm),
+        "air_mm": finite_or_none(m.air_mm),
+        "floor_mm": finite_or_none(m.floor_mm),
     }
 
 
@@ -638,7 +642,7 @@ class PocketScene:
 def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] = ()) -> PocketScene:
     """Create the scene for all pockets of a drawing."""
     boxes = np.array([plan.pocket.outline.extents for plan in plans])
-    corners = np.concatenate([boxes.reshape(-1, 2), missing_points(missing)])
+    corners = np.concatenate([boxes.reshape(-1, 2), points_of_missing_work(missing)])
     low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     frame = Frame.around((low[0], low[1]), (high[0], high[1]), _WIDE_FROM)
     return PocketScene(frame, tuple(p.pocket for p in plans), missing)
@@ -679,9 +683,9 @@ def pocket_drawing(
         *(_draw_tool_path(frame, path) for path in paths),
         *(_draw_arrows(frame, path) for path in paths),
     )
-    lost = missing_drawing(frame, scene.missing)
+    lost = missing_work_svg(frame, scene.missing)
     inside = (element("g", *parts, clip_path=f"url(#{window})"), lost, *_draw_marks(frame, paths, tool_diameter))
-    return frame.drawing(words, window, inside, "drawing pocket", size)
+    return frame.drawing_svg(words, window, inside, "drawing pocket", size)
 
 
 def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -> str:
@@ -689,7 +693,7 @@ def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -
     frame = scene.frame
     parts = (*(_draw_pocket(frame, p) for p in scene.pockets), *(_draw_tool_path(frame, path) for path in paths))
     box = f"0 0 {svg_number(frame.width)} {svg_number(frame.height)}"
-    return element("svg", title(words), *parts, viewBox=box, class_="drawing pocket small", role="img")
+    return element("svg", title_element(words), *parts, viewBox=box, class_="drawing pocket small", role="img")
 
 
 # -- shapes ----------------------------------------------------------------------------------------------------------
@@ -697,8 +701,8 @@ def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -
 
 def _draw_pocket(frame: Frame, pocket: Pocket) -> str:
     walls = "".join(f"{_line_data(frame, path)}z" for path in (pocket.outline, *pocket.islands))
-    named = title(Message("pocket {}", pocket.name)) if pocket.name else ""
-    return scaled_group(element("path", named, d=walls, class_="floor"))
+    named = title_element(Message("pocket {}", pocket.name)) if pocket.name else ""
+    return scaled_group_element(element("path", named, d=walls, class_="floor"))
 
 
 def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
@@ -706,12 +710,14 @@ def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
     drawn = []
     if not shapes.unreachable.is_empty:
         clip, hatch = f"far-{name}", _draw_hatch(frame, shapes.unreachable)
-        outline = scaled_group(element("path", d=_area_path(frame, shapes.unreachable)))
+        outline = scaled_group_element(element("path", d=_area_path(frame, shapes.unreachable)))
         drawn.append(element("clipPath", clip_path_outline(frame, shapes.unreachable), id=clip))
         drawn.append(element("g", outline, element("g", hatch, clip_path=f"url(#{clip})"), class_="far"))
     if not shapes.uncovered.is_empty:
         drawn.append(
-            scaled_group(element("path", title("stays uncut"), d=_area_path(frame, shapes.uncovered), class_="uncut"))
+            scaled_group_element(
+                element("path", title_element("stays uncut"), d=_area_path(frame, shapes.uncovered), class_="uncut")
+            )
         )
     return "".join(drawn)
 
@@ -723,7 +729,7 @@ def clip_path_outline(frame: Frame, shape: Any) -> str:
 
 def _draw_hatch(frame: Frame, shape: Any) -> str:
     x0, y0, x1, y1 = shape.bounds
-    (left, bottom), (right, top) = frame.place(np.array([[x0, y0], [x1, y1]])).tolist()
+    (left, bottom), (right, top) = frame.to_user_units(np.array([[x0, y0], [x1, y1]])).tolist()
     height = bottom - top
     number = min(math.ceil((right - left + height) / _HATCH) + 1, 400)
     lines = [
@@ -735,11 +741,11 @@ def _draw_hatch(frame: Frame, shape: Any) -> str:
 
 def _area_path(frame: Frame, shape: Any) -> str:
     rings = [ring for p in polygons(shape) for ring in (p.exterior, *p.interiors)]
-    return "".join(f"{lines_data(segments(frame.place(np.asarray(r.coords)[:, :2])))}z" for r in rings)
+    return "".join(f"{segments_path_data(segments(frame.to_user_units(np.asarray(r.coords)[:, :2])))}z" for r in rings)
 
 
 def _line_data(frame: Frame, path: Polyline) -> str:
-    return lines_data(segments(frame.place(path.flattened(_CHORDS / frame.scale))))
+    return segments_path_data(segments(frame.to_user_units(path.flattened(_CHORDS / frame.scale))))
 
 
 # -- the tool path ---------------------------------------------------------------------------------------------------
@@ -756,9 +762,9 @@ def _draw_tool_path(frame: Frame, path: PocketPath) -> str:
     ]
     lines = [element("path", d=data[kind], class_=f"way {kind}") for kind in _KINDS if kind in data]
     if rapids:
-        moves = lines_data(frame.place(np.array(rapids)))
+        moves = segments_path_data(frame.to_user_units(np.array(rapids)))
         lines.append(element("path", d=moves, class_="rapid"))
-    return scaled_group(*lines)
+    return scaled_group_element(*lines)
 
 
 def _draw_arrows(frame: Frame, path: PocketPath) -> str:
@@ -768,8 +774,11 @@ def _draw_arrows(frame: Frame, path: PocketPath) -> str:
     for piece in path.pieces:
         at = waiting
         while at < piece.path.length:
-            (x, y), (dx, dy) = frame.place(np.array(piece.path.point_at(at))).tolist(), piece.path.direction_at(at)
-            heads.setdefault(piece.kind, []).append(arrow_head((x, y), (dx, -dy), _ARROW))
+            (x, y), (dx, dy) = (
+                frame.to_user_units(np.array(piece.path.point_at(at))).tolist(),
+                piece.path.direction_at(at),
+            )
+            heads.setdefault(piece.kind, []).append(arrow_head_path_data((x, y), (dx, -dy), _ARROW))
             at += apart
         waiting = at - piece.path.length
     return "".join(element("path", d="".join(h), class_=f"head {kind}") for kind, h in sorted(heads.items()))
@@ -779,17 +788,19 @@ def _draw_marks(frame: Frame, paths: Sequence[PocketPath], tool_diameter: float)
     drawn = [path for path in paths if path.pieces]
     if not drawn:
         return []
-    first = frame.place(np.array(drawn[0].pieces[0].path.start)).tolist()
-    last = frame.place(np.array(drawn[-1].pieces[-1].path.end)).tolist()
+    first = frame.to_user_units(np.array(drawn[0].pieces[0].path.start)).tolist()
+    last = frame.to_user_units(np.array(drawn[-1].pieces[-1].path.end)).tolist()
     marks = []
     if tool_diameter > 0.0:
         radius = 0.5 * tool_diameter * frame.scale
-        marks.append(element("circle", title("the tool"), cx=first[0], cy=first[1], r=radius, class_="tool-disc"))
+        marks.append(
+            element("circle", title_element("the tool"), cx=first[0], cy=first[1], r=radius, class_="tool-disc")
+        )
     downs = [
-        frame.place(np.array(piece.path.start)).tolist()
+        frame.to_user_units(np.array(piece.path.start)).tolist()
         for path in drawn
         for piece, gap in zip(path.pieces, (math.inf if path is not drawn[0] else 0.0, *path.gaps), strict=True)
         if gap > 0.0
     ]
     marks += [element("circle", cx=x, cy=y, r=2.4, class_="down") for x, y in downs]
-    return [*marks, *end_marks((*first, 4.6), (*last, 4.2), (frame.width, frame.height))]
+    return [*marks, *end_marks_svg((*first, 4.6), (*last, 4.2), (frame.width, frame.height))]

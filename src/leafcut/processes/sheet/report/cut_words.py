@@ -15,8 +15,8 @@ from leafcut.report.wording import (
     NO_VALUE,
     clock,
     count,
+    finite_or_none,
     length_words,
-    plain_number,
     time_words,
 )
 from leafcut.units import SECONDS_PER_MINUTE
@@ -67,7 +67,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
             {
                 "part": p.part,
                 "name": p.name,
-                "area_mm2": plain_number(p.area),
+                "area_mm2": finite_or_none(p.area),
                 "contours": cut[p.part],
                 **_times_as_json(p.times),
                 "cost": p.cost,
@@ -93,7 +93,7 @@ def _times_by_name(norm: CutMeasures) -> list[dict[str, Any]]:
             "name": name,
             "per_sheet": len(own),
             "in_batch": len(own) * norm.quantity,
-            "area_mm2": plain_number(math.fsum(p.area for p in own) / len(own)),
+            "area_mm2": finite_or_none(math.fsum(p.area for p in own) / len(own)),
             "total_s_each": math.fsum(p.times.total_s for p in own) / len(own),
             "cost_each": math.fsum(p.cost for p in own) / len(own),
         }

@@ -18,10 +18,18 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.report.cut_words import cut_title, part_title
 from leafcut.report.drawing import RAMP
 from leafcut.report.frame import Frame
-from leafcut.report.labels import Surroundings, place_labels
-from leafcut.report.marks import arrow_head, arrow_heads, end_marks, word_side
-from leafcut.report.missing_drawing import missing_drawing
-from leafcut.report.svg import STEPS, element, lines_data, scaled_group, svg_number, text, title
+from leafcut.report.labels import Surroundings, label_positions
+from leafcut.report.marks import arrow_head_path_data, arrow_heads_svg, end_marks_svg, label_side
+from leafcut.report.missing_drawing import missing_work_svg
+from leafcut.report.svg import (
+    STEPS,
+    element,
+    scaled_group_element,
+    segments_path_data,
+    svg_number,
+    text_element,
+    title_element,
+)
 
 #: Chord error for arcs, in user units of the drawing.
 _CHORDS = 0.06
@@ -125,11 +133,11 @@ def sheet_drawing(
     )
     inside = (
         drawn,
-        missing_drawing(frame, scene.missing),
-        element("g", *moving, arrow_heads(moves, arrow), clip_path=f"url(#{window})"),
+        missing_work_svg(frame, scene.missing),
+        element("g", *moving, arrow_heads_svg(moves, arrow), clip_path=f"url(#{window})"),
         *_draw_order_marks(scene, plan, moves),
     )
-    return frame.drawing(words, window, inside, "drawing sheet ramped" if scene.many else "drawing sheet", size)
+    return frame.drawing_svg(words, window, inside, "drawing sheet ramped" if scene.many else "drawing sheet", size)
 
 
 # -- the sheet and its parts -----------------------------------------------------------------------------------------
@@ -151,11 +159,13 @@ def _draw_sheet(scene: SheetScene, plan: CutPlan, name: str) -> str:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
             areas.setdefault(c.part, []).append(c.path)
     for part, paths in areas.items():
-        words = title(part_title(plan, part))
+        words = title_element(part_title(plan, part))
         shapes.append(
             element("path", words, id=part_id(part) if name else None, d=_area_data(frame, paths), class_="part")
         )
-    return element("g", scaled_group(*shapes), *(_draw_clamp(frame, zone) for zone in sheet.zones), id=name or None)
+    return element(
+        "g", scaled_group_element(*shapes), *(_draw_clamp(frame, zone) for zone in sheet.zones), id=name or None
+    )
 
 
 def part_window(scene: SheetScene, part: int) -> str:
@@ -164,18 +174,18 @@ def part_window(scene: SheetScene, part: int) -> str:
     if not boxes:
         return ""
     x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
-    (left, bottom), (right, top) = scene.frame.place(np.array([[x0, y0], [x1, y1]])).tolist()
+    (left, bottom), (right, top) = scene.frame.to_user_units(np.array([[x0, y0], [x1, y1]])).tolist()
     margin = 0.04 * max(right - left, bottom - top)
     edges = (left - margin, top - margin, right - left + 2 * margin, bottom - top + 2 * margin)
     return " ".join(svg_number(STEPS * e) for e in edges)
 
 
 def _chords(frame: Frame, path: Polyline) -> Points:
-    return frame.place(path.flattened(_CHORDS / frame.scale))
+    return frame.to_user_units(path.flattened(_CHORDS / frame.scale))
 
 
 def _area_data(frame: Frame, paths: Sequence[Polyline]) -> str:
-    return "".join(f"{lines_data(_segments(_chords(frame, path)))}z" for path in paths)
+    return "".join(f"{segments_path_data(_segments(_chords(frame, path)))}z" for path in paths)
 
 
 def _segments(points: Points) -> Points:
@@ -183,7 +193,7 @@ def _segments(points: Points) -> Points:
 
 
 def _draw_clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
-    (x0, y1), (x1, y0) = frame.place(np.array([zone[:2], zone[2:]])).tolist()
+    (x0, y1), (x1, y0) = frame.to_user_units(np.array([zone[:2], zone[2:]])).tolist()
     width, height = x1 - x0, y1 - y0
     lines = []
     for k in range(1, min(math.ceil((width + height) / _HATCH), 200)):
@@ -195,7 +205,9 @@ def _draw_clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
             f"L{svg_number(x0 + top[0])} {svg_number(y0 + top[1])}"
         )
     edge = element("rect", x=x0, y=y0, width=width, height=height)
-    return element("g", title("clamp: the torch stays out"), edge, element("path", d="".join(lines)), class_="clamp")
+    return element(
+        "g", title_element("clamp: the torch stays out"), edge, element("path", d="".join(lines)), class_="clamp"
+    )
 
 
 # -- the cuts --------------------------------------------------------------------------------------------------------
@@ -236,14 +248,14 @@ def _draw_cut(scene: SheetScene, plan: CutPlan, number: int) -> str:
     data: dict[str, str] = {}
     for kind, low, high in path_sections(cut):
         points = _chords(frame, cut.path.piece(low, high))
-        data[kind] = data.get(kind, "") + lines_data(_segments(points))
+        data[kind] = data.get(kind, "") + segments_path_data(_segments(points))
     # Leads are drawn over the kerf, because they are short and start at its end.
     lines = [
         element("path", d=d, class_=kind, stroke_width=_line_width(scene, kind)) for kind, d in sorted(data.items())
     ]
-    x, y = frame.place(np.array(cut.path.start)).tolist()
+    x, y = frame.to_user_units(np.array(cut.path.start)).tolist()
     dot = element("circle", cx=x, cy=y, r=scene.dot * (0.8 if cut.kind == "mark" else 1.0), class_=dot_class(cut))
-    return element("g", title(cut_title(plan, number)), scaled_group(*lines), dot)
+    return element("g", title_element(cut_title(plan, number)), scaled_group_element(*lines), dot)
 
 
 def _line_width(scene: SheetScene, kind: str) -> float:
@@ -266,8 +278,11 @@ def _draw_kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
         length = cut.lead_out - cut.lead_in
         if length * scene.frame.scale >= _LONG_CUT:
             at = cut.lead_in + _ARROW_AT * length
-            (x, y), (dx, dy) = scene.frame.place(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
-            heads.append(arrow_head((x, y), (dx, -dy), _KERF_ARROW))
+            (x, y), (dx, dy) = (
+                scene.frame.to_user_units(np.array(cut.path.point_at(at))).tolist(),
+                cut.path.direction_at(at),
+            )
+            heads.append(arrow_head_path_data((x, y), (dx, -dy), _KERF_ARROW))
     return element("path", d="".join(heads), class_="kerf-arrow") if heads else ""
 
 
@@ -277,16 +292,16 @@ def _draw_kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
 def _travel_moves(frame: Frame, plan: CutPlan) -> Points:
     """Return the travel moves between cuts in user units, float64[n, 2, 2]."""
     moves = [(a.path.end, b.path.start) for a, b in zip(plan.cuts[:-1], plan.cuts[1:], strict=True)]
-    return frame.place(np.array(moves, dtype=np.float64).reshape(-1, 2, 2))
+    return frame.to_user_units(np.array(moves, dtype=np.float64).reshape(-1, 2, 2))
 
 
 def _draw_rapids(scene: SheetScene, moves: Points) -> str:
     """Draw the travel moves as thin dashed lines. If there are many cuts, the lines are coloured from first to last."""
     if not scene.many:
-        return scaled_group(element("path", d=lines_data(moves), class_="rapid")) if len(moves) else ""
+        return scaled_group_element(element("path", d=segments_path_data(moves), class_="rapid")) if len(moves) else ""
     chunks = np.array_split(moves, RAMP)
-    return scaled_group(
-        *(element("path", d=lines_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c))
+    return scaled_group_element(
+        *(element("path", d=segments_path_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c))
     )
 
 
@@ -295,11 +310,11 @@ def _draw_order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[s
     if not plan.cuts:
         return []
     frame = scene.frame
-    starts = frame.place(np.array([c.path.start for c in plan.cuts]))
-    end = frame.place(np.array(plan.cuts[-1].path.end)).tolist()
+    starts = frame.to_user_units(np.array([c.path.start for c in plan.cuts]))
+    end = frame.to_user_units(np.array(plan.cuts[-1].path.end)).tolist()
     size = (frame.width, frame.height)
     reach = scene.dot + 3.0
-    marks = end_marks((*starts[0].tolist(), reach), (*end, reach), size)
+    marks = end_marks_svg((*starts[0].tolist(), reach), (*end, reach), size)
     # The first cut has the word "start"; a last cut close to the end has the word "end".
     worded = {0, len(starts) - 1} if math.dist(starts[-1], end) < _AT_ITS_END else {0}
     numbered = [k for k in range(len(plan.cuts)) if (k + 1) % scene.every == 0 and k not in worded]
@@ -311,10 +326,10 @@ def _draw_order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[s
     words, font = [str(k + 1) for k in numbered], 7.5 if scene.many else 9.0
     kept = [[*end, reach]]
     for x, y in (starts[0].tolist(), end):
-        side = word_side(x, frame.width)
+        side = label_side(x, frame.width)
         kept += [[x + side * (reach + beside), y, _WORD_DISC] for beside in _WORD_DISCS]
-    spots = place_labels(stops, words, font, Surroundings(np.concatenate([dots, np.array(kept)]), lines, size))
-    numbers = [text(w, s[0], s[1], dy="0.35em") for w, s in zip(words, spots, strict=True) if s]
+    spots = label_positions(stops, words, font, Surroundings(np.concatenate([dots, np.array(kept)]), lines, size))
+    numbers = [text_element(w, s[0], s[1], dy="0.35em") for w, s in zip(words, spots, strict=True) if s]
     return [*marks, element("g", *numbers, class_="number", font_size=font, stroke_width=font * 0.3)]
 
 

@@ -40,19 +40,28 @@ from leafcut.processes.sheet.report.sheet_drawing import (
     path_sections,
     sheet_drawing,
 )
-from leafcut.report.marks import arrow_head
+from leafcut.report.marks import arrow_head_path_data
 from leafcut.report.path_report import PathReport
-from leafcut.report.svg import STEPS, element, lines_data, nice_step, scaled_group, text, tick_words, title
+from leafcut.report.svg import (
+    STEPS,
+    element,
+    nice_step,
+    scaled_group_element,
+    segments_path_data,
+    text_element,
+    tick_label,
+    title_element,
+)
 from leafcut.report.wording import (
     NO_VALUE,
-    at_most_words,
     count,
-    feed_mm_min,
+    gap_words,
     length_words,
     money_words,
     percent_words,
     replace_unprintable,
     time_words,
+    to_mm_per_min,
 )
 
 if TYPE_CHECKING:
@@ -92,7 +101,7 @@ class SheetReport(PathReport[SheetDetail]):
         if "--plan" in outcome.options:
             self.came_in = "plan"
 
-    def stated(self) -> tuple[Measure, Measure | None, Measure]:
+    def compared_measures(self) -> tuple[Measure, Measure | None, Measure]:
         """Return the measures of the original, nearest-neighbour and final orders.
 
         The lengths are totals of the sheet.
@@ -105,7 +114,7 @@ class SheetReport(PathReport[SheetDetail]):
         )
         return _with_sheet_lengths(outcome.before, before), near, _with_sheet_lengths(outcome.after, after)
 
-    def counts(self) -> list[Fact]:
+    def count_facts(self) -> list[Fact]:
         """Return the numbers of parts, contours, marks and pierces."""
         numbers = cut_counts(self.cuts)
         counted = {
@@ -116,7 +125,7 @@ class SheetReport(PathReport[SheetDetail]):
         }
         return [Fact(f"counts.{name}", n, "", counted[name] if n else "") for name, n in numbers.items()]
 
-    def own_facts(self) -> list[Fact]:
+    def process_facts(self) -> list[Fact]:
         """Return the cutting data, and the time, lengths, cost and consumption of the sheet and of the batch."""
         plan, (first, _, norm) = self.cuts, self.outcome.detail.norms
         times, answer = norm.sheet, cutting_as_json(self.outcome.detail)
@@ -160,29 +169,27 @@ class SheetReport(PathReport[SheetDetail]):
         ]
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
-    def bound_words(self) -> str:
+    def gap_sentence(self) -> str:
         """Describe the proved gap to the optimum. The optimum only considers the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
         unit = outcome.operations[0].solution.unit
-        words = (
-            f"{'time' if unit == 's' else 'travel'} {at_most_words(outcome.gap, unit)} with the starts that were tried"
-        )
+        words = f"{'time' if unit == 's' else 'travel'} {gap_words(outcome.gap, unit)} with the starts that were tried"
         several = len(outcome.operations) > 1
         return words + (", each band from the end of the last" if several else "")
 
-    def search_name(self, number: int) -> str:
+    def operation_title(self, number: int) -> str:
         """Return a name for the cuts that one search orders. These are all cuts, or the cuts of one band."""
         operations = self.outcome.operations
         cuts = count(operations[number].cuts, "cut")
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
 
-    def nearest_cost(self) -> float | None:
+    def nearest_neighbour_cost(self) -> float | None:
         """Return None. The costs cannot be compared, because starts still move after the order is known."""
         return None
 
-    def tables(self) -> dict[str, Any]:
+    def page_tables(self) -> dict[str, Any]:
         """Return the tables: times by order, parts, and cycle times with consumption."""
         from leafcut.report.views import stacked_bars
 
@@ -197,22 +204,22 @@ class SheetReport(PathReport[SheetDetail]):
             "norms": cycle_time_table(self.cuts),
         }
 
-    def norms(self) -> str:
+    def cycle_time_csv(self) -> str:
         """Return the table of cycle times and consumption as CSV text."""
         return cycle_times_csv(self.cuts)
 
-    def page(self) -> dict[str, Any]:
+    def template_values(self) -> dict[str, Any]:
         """Return the data of the report page: drawings, orders, parts and cutting data."""
         known, plan = self._plans(), self.cuts
         scene = build_sheet_scene(known, self.outcome.missing)
         return {
             "size": sheet_size(plan),
-            "saved": self.saved(),
+            "saved": self.savings_headline(),
             "way": "Between cuts",
             "parts": _parts_section(scene, plan),
             "sheet": {
                 "drawings": self._drawings(scene),
-                "wide": scene.frame.wide,
+                "wide": scene.frame.needs_both_columns,
                 "details": [cut_detail(plan, number) for number in detailed_cuts(plan)],
                 "legend": legend(scene, known),
                 "orders": [
@@ -224,9 +231,9 @@ class SheetReport(PathReport[SheetDetail]):
             },
         }
 
-    def saved(self) -> PageRow:
+    def savings_headline(self) -> PageRow:
         """Return the headline of the report page: the time saved, with an explanation."""
-        outcome, row = self.outcome, super().saved()
+        outcome, row = self.outcome, super().savings_headline()
         if not outcome.before.time_s > 0.0:
             return {**row, "percent": "The program cuts nothing."}
         seconds, quantity = outcome.before.time_s - outcome.after.time_s, self.cuts.measures.quantity
@@ -245,14 +252,14 @@ class SheetReport(PathReport[SheetDetail]):
     def drawing(self, which: Which) -> str:
         """Draw the sheet as SVG, with the cuts in the order of the input or of the program."""
         scene = build_sheet_scene(self._plans(), self.outcome.missing)
-        return sheet_drawing(scene, self.plan(which), which, self._order_title(which), size=True)
+        return sheet_drawing(scene, self.cut_plan(which), which, self._order_title(which), size=True)
 
-    def plan(self, which: Which) -> CutPlan:
+    def cut_plan(self, which: Which) -> CutPlan:
         """Return the cuts in the order of the input or of the program."""
         before, _, after = self.outcome.detail.plans
         return before if which == "before" else after
 
-    def stock(self) -> ShownStock:
+    def shown_stock(self) -> ShownStock:
         """Return the stock for the 3D view: a sheet that the cuts go all the way through."""
         return CUT_THROUGH
 
@@ -413,7 +420,7 @@ def _cutting_data_rows(plan: CutPlan) -> list[tuple[str, str]]:
     rows = [
         ("process", name_words(data.process) + amps),
         ("material", f"{name_words(data.material)}, {size_words(data.thickness)} mm"),
-        ("speed", f"{feed_mm_min(data.feed):,.0f} mm/min"),
+        ("speed", f"{to_mm_per_min(data.feed):,.0f} mm/min"),
         ("kerf", f"kerf {size_words(data.kerf)} mm"),
         ("pierce", f"pierce {place}"),
         ("cut height", f"cut height {size_words(data.cut_height)} mm"),
@@ -472,14 +479,14 @@ class DetailView:
 
     def edge(self, path: Polyline) -> str:
         """Return the SVG path data of a complete path, in steps of 1 / `report.svg.STEPS` user units."""
-        return lines_data(self._segments(path))
+        return segments_path_data(self._segments(path))
 
     def line(self, path: Polyline) -> str:
         """Return the SVG path data of the visible segments, in steps of 1 / `report.svg.STEPS` user units."""
         segments = self._segments(path)
         low, high = segments.min(axis=1), segments.max(axis=1)
         seen = (low <= (_WIDTH + _BEYOND, _HEIGHT + _BEYOND)).all(axis=1) & (high >= -_BEYOND).all(axis=1)
-        return lines_data(segments[seen])
+        return segments_path_data(segments[seen])
 
     def _segments(self, path: Polyline) -> Points:
         points = self.place(path.flattened(_CHORDS / self.scale))
@@ -514,7 +521,7 @@ def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
     words = f"Cut {number + 1}: {cut_name(plan, cut)}"
     svg = element(
         "svg",
-        title(words),
+        title_element(words),
         element("clipPath", edge, id=window),
         element("rect", x=0.0, y=0.0, width=_WIDTH, height=_HEIGHT, class_="look"),
         element("g", *inside, clip_path=f"url(#{window})"),
@@ -546,7 +553,9 @@ def _draw_parts(view: DetailView, sheet: Sheet) -> str:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
             areas[c.part] = areas.get(c.part, "") + view.edge(c.path) + "z"
     seen = {c.part for c in sheet.contours if view.shows(c.path.extents)}
-    return scaled_group(*(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen))
+    return scaled_group_element(
+        *(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen)
+    )
 
 
 def _draw_kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
@@ -557,7 +566,7 @@ def _draw_kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
         if kind in ("kerf", "lead", "bridge"):
             lines.append(element("path", d=data, class_=f"{kind} band", stroke_width=kerf * view.scale * STEPS))
         lines.append(element("path", d=data, class_=kind, stroke_width=1.2 * STEPS))
-    return scaled_group(*lines)
+    return scaled_group_element(*lines)
 
 
 def _draw_start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
@@ -566,7 +575,9 @@ def _draw_start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
     heads = []
     for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):
         place, (dx, dy) = view.place(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
-        heads.append(element("path", d=arrow_head((place[0], place[1]), (dx, -dy), _ARROW), class_="kerf-arrow"))
+        heads.append(
+            element("path", d=arrow_head_path_data((place[0], place[1]), (dx, -dy), _ARROW), class_="kerf-arrow")
+        )
     radius = max(0.5 * plan.data.kerf * view.scale, _SMALLEST_DOT)
     return "".join(heads) + element("circle", cx=x, cy=y, r=radius, class_=dot_class(cut))
 
@@ -575,7 +586,7 @@ def _draw_scale_bar(view: DetailView) -> str:
     step = nice_step(_WIDTH / view.scale, 6)
     length = step * view.scale
     bar = element("path", d=f"M{_WIDTH - 10 - length:.2f} {_HEIGHT - 13}v6m0 -3h{length:.2f}m0 -3v6", class_="bar")
-    words = text(
-        f"{tick_words(step, step)} mm", _WIDTH - 16 - length, _HEIGHT - 10, text_anchor="end", dy="0.34em", class_="on"
+    words = text_element(
+        f"{tick_label(step, step)} mm", _WIDTH - 16 - length, _HEIGHT - 10, text_anchor="end", dy="0.34em", class_="on"
     )
     return bar + words
