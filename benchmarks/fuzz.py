@@ -116,29 +116,29 @@ def _text(data: bytes) -> str:
 
 def _foreign(name: str) -> Target:
     def read(data: bytes, _: Path) -> None:
-        from leafcut.gcode.dialects import dialect
+        from leafcut.gcode.dialects import load_dialect
         from leafcut.gcode.program_interpreter import interpret_program
 
-        interpret_program(_text(data), dialect(name))
+        interpret_program(_text(data), load_dialect(name))
 
     return read
 
 
 def _own(data: bytes, _: Path) -> None:
-    from leafcut.gcode.dialects import dialect
-    from leafcut.gcode.own_program import interpret
+    from leafcut.gcode.dialects import load_dialect
+    from leafcut.gcode.own_program import interpret_own_program
 
-    interpret(_text(data), dialect("linuxcnc"))
+    interpret_own_program(_text(data), load_dialect("linuxcnc"))
 
 
 def _verify(data: bytes, _: Path) -> None:
     """Compare a program with a copy that differs in a few lines."""
-    from leafcut.gcode.dialects import dialect
+    from leafcut.gcode.dialects import load_dialect
     from leafcut.gcode.program_interpreter import interpret_program
     from leafcut.processes.program.proof.certificate import certify
     from leafcut.read.machine import load_machine
 
-    words, text = dialect("linuxcnc"), _text(data)
+    words, text = load_dialect("linuxcnc"), _text(data)
     lines = text.splitlines(keepends=True)
     chance = random.Random(len(data))
     for _ in range(chance.randint(0, 3)):
@@ -151,21 +151,21 @@ def _verify(data: bytes, _: Path) -> None:
 def _posts(data: bytes, _: Path) -> None:
     """Write a program in every dialect, and read the result."""
     from leafcut.errors import PostError
-    from leafcut.gcode.dialects import dialect, dialects
-    from leafcut.gcode.own_program import interpret
+    from leafcut.gcode.dialects import dialect_names, load_dialect
+    from leafcut.gcode.own_program import interpret_own_program
     from leafcut.gcode.program_interpreter import interpret_program
     from leafcut.options import PostOptions
     from leafcut.post.writer import write_program
 
-    path = interpret_program(_text(data), dialect("linuxcnc")).path
+    path = interpret_program(_text(data), load_dialect("linuxcnc")).path
     chance = random.Random(len(data))
-    for name in sorted(dialects()):
+    for name in sorted(dialect_names()):
         inch, numbers = chance.random() < 0.3, chance.random() < 0.3
         options = PostOptions(output_units="inch" if inch else "mm", line_numbers=numbers)
         with contextlib.suppress(PostError):
-            text = write_program(path, dialect(name), options, header=["fuzz", "a (b) ; %"])
+            text = write_program(path, load_dialect(name), options, header=["fuzz", "a (b) ; %"])
             with contextlib.suppress(LeafcutError):  # `verify` refuses foreign words
-                interpret(text, dialect(name))
+                interpret_own_program(text, load_dialect(name))
 
 
 def _whole(process: str, extension: str, **options: float) -> Target:

@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import ROOT, data_folder, page, shared
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
@@ -34,7 +34,7 @@ from leafcut.model.toolpath import DrillCycle, Kind, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
 from leafcut.read.machine import load_machine
-from leafcut.timing.grbl import sent_lines
+from leafcut.timing.grbl import count_line_bytes_and_words
 from leafcut.timing.toolpath import measure_toolpath, time_rows
 
 BOARD = shared("LEAFCUT_GRBL", "grbl")
@@ -94,7 +94,7 @@ def posted() -> list[str]:
     for x, y in holes(8):
         builder.drill(x, y, DrillCycle("G83", 1.0, -3.0, peck=1.5, to_initial=True), feed=5.0)
     builder.end()
-    return write_program(builder.build(), dialect("grbl"), PostOptions(header=False)).splitlines()
+    return write_program(builder.build(), load_dialect("grbl"), PostOptions(header=False)).splitlines()
 
 
 def pecks() -> list[str]:
@@ -296,8 +296,8 @@ def board_seconds(board: Path, lines: Sequence[str], machine: Machine) -> float:
 
 def our_seconds(lines: Sequence[str], machine: Machine) -> float:
     """Return leafcut's estimate, s, without the stops before the first move and after the last move."""
-    path = interpret_program("\n".join(lines), dialect(machine.controller), units="mm").path
-    sent = sent_lines(lines)
+    path = interpret_program("\n".join(lines), load_dialect(machine.controller), units="mm").path
+    sent = count_line_bytes_and_words(lines)
     whole = measure_toolpath(path, machine, start=(0.0, 0.0), lines=sent)
     timed = time_rows(path, machine, sent)
     moving = timed.path.kind <= Kind.ARC_CCW

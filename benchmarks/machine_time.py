@@ -25,7 +25,7 @@ import numpy as np
 
 from benchmarks import page, shared
 from benchmarks.timed_programs import SLOW, pockets, programs, sheets
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.read.machine import load_machine
@@ -103,7 +103,7 @@ def estimated_seconds(text: str) -> float:
     """Return the time that leafcut estimates for the same machine, s; like the simulation, the path starts at machine
     zero.
     """
-    path = interpret_program(text, dialect("linuxcnc")).path
+    path = interpret_program(text, load_dialect("linuxcnc")).path
     return measure_toolpath(_from_zero(path), load_machine("linuxcnc-sim")).time_s
 
 

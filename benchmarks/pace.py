@@ -30,7 +30,7 @@ import leafcut
 from benchmarks import data_folder, page
 from benchmarks.machine_time import TOOL_TABLE, check_tools, estimated_seconds, run_simulation
 from leafcut.errors import LeafcutError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.pace_change import PaceChange
 from leafcut.model.toolpath import MOTIONS
@@ -82,7 +82,7 @@ def moves_only(text: str) -> str:
     The simulation does not count a dwell at the end.
     """
     text = re.sub(r"(?m)^([ \t]*(?:N[0-9]+[ \t]*)?)M0?[01](?![0-9])", r"\1", text)
-    path = interpret_program(text, dialect("linuxcnc")).path
+    path = interpret_program(text, load_dialect("linuxcnc")).path
     last = int(path.line[np.isin(path.kind, [int(kind) for kind in MOTIONS])][-1])
     return "\n".join([*text.splitlines()[:last], "M2", ""])
 

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import leafcut
 from benchmarks import page
 from leafcut.errors import VerifyError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.program.planning import stock_judge
@@ -128,7 +128,7 @@ def reordered(original: Path, new: Path) -> bool:
     """Return whether the check in `leafcut reorder` refuses the new program."""
     settings = collect_settings({})
     job = Job(settings, machine_of(settings), Deadline())
-    words = dialect("linuxcnc")
+    words = load_dialect("linuxcnc")
     before, after = (
         read_foreign(file.read_text(), str(file), settings, job.machine, words).program for file in (original, new)
     )

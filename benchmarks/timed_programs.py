@@ -18,7 +18,7 @@ from leafcut.api import optimize
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
-from leafcut.nesting.post import write_layout
+from leafcut.nesting.post import layout_as_dxf
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94 {mode}\nF600\nG0 Z5\nG0 X0 Y0\n"
 
@@ -161,7 +161,7 @@ def perforated(thickness: float, columns: int = 4, rows: int = 3, holes: int = 9
     placements = [Placement(0, 0.0, 15.0 + 140.0 * i, 15.0 + 110.0 * j) for j in range(rows) for i in range(columns)]
     length, sheet_width = 10.0 + 140.0 * columns, 10.0 + 110.0 * rows
     nest = Nest((plate,), (Stock(length, sheet_width),), (Layout(tuple(placements)),), (0,))
-    return cut_program(write_layout(nest, nest.layouts[0]), thickness)
+    return cut_program(layout_as_dxf(nest, nest.layouts[0]), thickness)
 
 
 def rounded_rectangle(width: float, height: float, radius: float) -> Polyline:

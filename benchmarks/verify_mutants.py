@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 from benchmarks import page
 from leafcut.errors import LeafcutError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.proof.certificate import certify
@@ -230,7 +230,7 @@ class Judge:
 
     def prints(self, text: str, name: str = "linuxcnc") -> list[str] | None:
         """Return the canonical commands of a program, or None if it is refused or has no end."""
-        if dialect(name).groups == "fanuc":  # these controls start in G98, but LinuxCNC starts in G99
+        if load_dialect(name).groups == "fanuc":  # these controls start in G98, but LinuxCNC starts in G99
             text = f"G98\n{text}"
         (self.folder / "part.ngc").write_text(text, encoding="ascii", newline="")
         for left in self.folder.glob("*.var*"):
@@ -401,7 +401,7 @@ def judge_all(count: int, seed: int, command: str, every: int = 10) -> Count:
 
 def _read(text: str, name: str) -> Program | None:
     try:
-        return interpret_program(text, dialect(name))
+        return interpret_program(text, load_dialect(name))
     except LeafcutError:
         return None
 

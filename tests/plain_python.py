@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from leafcut.kernels.random import uniform
+from leafcut.kernels.random import random_uniform
 
 #: Numba's type of a compiled function.
-Kernel: Any = type(uniform)
+Kernel: Any = type(random_uniform)
 
 
 @contextmanager

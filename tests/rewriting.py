@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Section, Sequence
@@ -24,7 +24,7 @@ CUTS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
 
 def program_of(text: str, name: str = "linuxcnc") -> Program:
     """Return the program of a text; blocks are separated by `` / `` or by line ends."""
-    return interpret_program(text.replace(" / ", "\n"), dialect(name))
+    return interpret_program(text.replace(" / ", "\n"), load_dialect(name))
 
 
 def rewritten(text: str, *orders: list[int], **options: object) -> str:

@@ -14,7 +14,7 @@ import re
 import subprocess
 from pathlib import Path
 
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.toolpath import Kind, Toolpath, plane_axes
 
 _CALL = re.compile(r"^\s*\d+ \S+\s+([A-Z_0-9]+)\((.*)\)\s*$")
@@ -80,7 +80,7 @@ def moves_of_rs274(output: str) -> list[tuple]:
 def moves_of_toolpath(path: Toolpath) -> list[tuple]:
     """Return our moves; program zero is machine zero and the tool starts there, as in rs274."""
     place, moves = [0.0, 0.0, 0.0], []
-    for row in expand(path):
+    for row in expand_cycles(path):
         if row.kind is Kind.DWELL and row.value > 0:
             moves.append(("dwell", row.value))
         elif row.kind is Kind.TOOL:

@@ -11,11 +11,11 @@ import leafcut
 from leafcut.cli.app import run
 from leafcut.errors import DataError
 from leafcut.read.machine import machine_template
-from leafcut.read.work_materials import material_text
+from leafcut.read.work_materials import material_file_text
 
 TOOL = '[[tool]]\nnumber = 1\nkind = "drill"\ndiameter = "6.35mm"\nfeed = "100 mm/min"\nspindle_speed = "900 rpm"\n'
 MACHINE = machine_template("haas-vf2")
-MATERIAL = material_text("steel-c45")
+MATERIAL = material_file_text("steel-c45")
 DRILL = ("drill", "example:plate-10", "--depth", "3")
 
 

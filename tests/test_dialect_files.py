@@ -12,7 +12,7 @@ from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import OptionError, VerifyError
 from leafcut.files.whole_files import OutputError
-from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.dialects import dialect_names, load_dialect
 from leafcut.read.machine import load_machine, machine_template, shipped_machines
 from own_machines import blind_table
 
@@ -37,7 +37,7 @@ def machine_of(folder: Path, controller: str, shipped: str = "haas-vf2") -> Path
     return folder / "mine.toml"
 
 
-@pytest.mark.parametrize("name", dialects(torch=False))
+@pytest.mark.parametrize("name", dialect_names(torch=False))
 def test_a_file_that_changes_nothing_writes_the_bytes_of_its_base(name: str, tmp_path: Path) -> None:
     file = tmp_path / "same.toml"
     file.write_text(f'base = "{name}"\n')
@@ -88,7 +88,7 @@ def test_a_machine_names_a_file_beside_its_profile_wherever_it_is_run_from(
 
 
 #: Those that take such a program; the others have a language of their own.
-G_CODE = [name for name in shipped_machines() if dialect(load_machine(name).controller).language == "g-code"]
+G_CODE = [name for name in shipped_machines() if load_dialect(load_machine(name).controller).language == "g-code"]
 
 
 @pytest.mark.parametrize("shipped", G_CODE)
@@ -170,7 +170,7 @@ def test_defaults_name_a_dialect_from_where_they_lie(ours: Path, tmp_path: Path)
 
 
 def test_a_file_may_change_between_two_runs(ours: Path) -> None:
-    assert dialect(str(ours)).max_line == 80
+    assert load_dialect(str(ours)).max_line == 80
     shutil.copy(ours, ours.with_name("before.toml"))
     ours.write_text('base = "haas"\nmax_line = 60\n')
-    assert dialect(str(ours)).max_line == 60
+    assert load_dialect(str(ours)).max_line == 60

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
-from leafcut.model.cycles import expand
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.kinds import Head
 from leafcut.model.toolpath import Kind
 from leafcut.options import SolveOptions
@@ -31,7 +31,7 @@ PLATES = ["plate_10", "plate_27", "plate_45", "plate_65", "plate_70", "plate_8x8
 
 def drilled(text: str, dialect_name: str) -> np.ndarray:
     """Return the drilled places of a program, sorted, float64[n, 2]."""
-    path = interpret(text, dialect(dialect_name))
+    path = interpret_own_program(text, load_dialect(dialect_name))
     places = [m.end[:2] for m in path if m.kind is Kind.DRILL]
     return np.array(sorted((round(x, 3), round(y, 3)) for x, y in places)).reshape(-1, 2)
 
@@ -67,7 +67,7 @@ def test_every_hole_of_a_real_board_is_drilled_once(name: str, data: Path) -> No
     outcome = leafcut.optimize(board, machine=machine, thickness="1.6mm", algorithm="2opt", spindle_speed=rpm)
     assert outcome.verified
     assert sum(len(o.hole_order) for o in outcome.operations if not o.slots) == len(holes)
-    if dialect(outcome.dialect).cycles:
+    if load_dialect(outcome.dialect).cycles:
         assert np.allclose(drilled(outcome.text, outcome.dialect), holes.round(3), atol=0.0006)
     assert outcome.after.time_s <= outcome.before.time_s + 1e-9
 
@@ -189,7 +189,11 @@ def test_each_drilling_option_gives_a_verified_program_on_every_machine(
     rpm = load_machine(machine).spindle_max_rpm  # routers turn too fast for the assumed speed
     outcome = leafcut.optimize(drawing, machine=machine, thickness=6, algorithm="2opt", spindle_speed=rpm, **options)
     assert outcome.verified
-    plunges = [m.end for m in expand(interpret(outcome.text, dialect(outcome.dialect))) if m.kind is Kind.FEED]
+    plunges = [
+        m.end
+        for m in expand_cycles(interpret_own_program(outcome.text, load_dialect(outcome.dialect)))
+        if m.kind is Kind.FEED
+    ]
     places = {(round(x, 1), round(y, 1)) for x, y, _ in plunges}
     assert places == set(PLACES)
     # 6 mm of plate, 0.5 mm below it, and the point of the larger drill: 3 / tan 59°.
@@ -238,7 +242,7 @@ def test_no_rapid_crosses_a_clamp_low_between_operations_or_to_the_end(tmp_path:
     options = {"keep_out": "20 20 60 60", "end_point": "40,100", "thickness": 6, "preset": "fast"}
     for machine in ("linuxcnc-mill", "linuxcnc-sim", "grbl-3018", "haas-vf2"):
         outcome = leafcut.optimize(_two_sizes(tmp_path), machine=machine, **options)
-        path = expand(interpret(outcome.text, dialect(outcome.dialect)))
+        path = expand_cycles(interpret_own_program(outcome.text, load_dialect(outcome.dialect)))
         x, y, z = 0.0, 0.0, np.inf
         for motion in path:
             if motion.kind is Kind.MACHINE:

@@ -106,7 +106,7 @@ class DyingWorkers(WatchedExecutor):
         self.pending.append((future, fn, args[0]))
         return future
 
-    def check(self) -> None:
+    def check_alive(self) -> None:
         """Finish all pending tasks, or lose all of them: called while no task is finished."""
         pending, self.pending = self.pending, []
         dead = [task for _, _, task in pending if self.deaths.get(task, 0) > 0]
@@ -299,16 +299,16 @@ def test_a_lost_scheduler_and_ten_minutes_without_a_worker_end_the_work(monkeypa
     executor = _Dask(client, "dask://here:1", 0)
     client.workers = {}
     now[0] += 600.0
-    executor.check()
+    executor.check_alive()
     client.workers = {"a": 1}
     now[0] += 1.0
-    executor.check()
+    executor.check_alive()
     client.workers = {}
     now[0] += 600.0
-    executor.check()
+    executor.check_alive()
     now[0] += 1.0
     with pytest.raises(ExecutorError) as refused:
-        executor.check()
+        executor.check_alive()
     assert str(refused.value) == "dask://here:1: no worker for 10 minutes; start one and repeat the command"
     client.status = "closed"
     for call in (executor.check, lambda: executor.submit(int, "1")):
@@ -413,7 +413,7 @@ def test_threads_share_memory_and_are_as_many_as_cores(
     with open_executor("threads", workers) as executor:
         assert (executor.workers, executor.together, executor.shared) == (count, count, True)
         assert executor.submit(int, "21", base=8).result() == 17
-        executor.check()
+        executor.check_alive()
     with pytest.raises(RuntimeError):
         executor.submit(int, "1")
 
@@ -432,7 +432,7 @@ class Slots(WatchedExecutor):
         self.given.append((*args, Future()))
         return self.given[-1][1]
 
-    def check(self) -> None:
+    def check_alive(self) -> None:
         self.checks += 1
 
 

@@ -11,7 +11,7 @@ import pytest
 import leafcut
 from leafcut import api
 from leafcut.cli.app import build_app, run
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.processes import registry
 from leafcut.read.machine import load_machine
 from packages import Installer, shop
@@ -98,9 +98,9 @@ def test_a_drawing_of_the_packages_format_is_drilled_on_its_machine_in_its_diale
 
 
 def test_the_machine_and_the_dialect_are_what_the_files_say() -> None:
-    mill, words = load_machine("shop-mill"), dialect("shop-fanuc")
+    mill, words = load_machine("shop-mill"), load_dialect("shop-fanuc")
     assert (mill.name, mill.family, mill.travel_max[0]) == ("shop-mill", "fanuc", 800.0)
-    assert dialect(mill.controller).preamble == words.preamble == ("G17 G90", "G40 G49 G80", "G94 G54")
+    assert load_dialect(mill.controller).preamble == words.preamble == ("G17 G90", "G40 G49 G80", "G94 G54")
     assert (words.name, words.extension, words.point_required) == ("shop-fanuc", ".txt", True)
     assert leafcut.optimize("example:plate-10", dialect="shop-fanuc", depth=3, preset="fast").dialect == "shop-fanuc"
 

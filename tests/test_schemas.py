@@ -24,19 +24,19 @@ from leafcut.cli.defaults import TEMPLATE
 from leafcut.errors import DataError, LeafcutError
 from leafcut.files import schemas
 from leafcut.files.schemas import SCHEMAS, Schema, check_schema
-from leafcut.gcode.dialects import dialect, dialect_template
+from leafcut.gcode.dialects import dialect_template, load_dialect
 from leafcut.lab.loading import load_experiment
 from leafcut.lab.store import Store
 from leafcut.processes.part.operations import read_operations
 from leafcut.processes.settings import read_options_file
-from leafcut.read.controllers.importing import changed_profile, machine_from_settings
-from leafcut.read.controllers.questions import ask_machine, read_answers
+from leafcut.read.controllers.importing import change_profile_values, machine_from_settings
+from leafcut.read.controllers.questions import ask_machine, load_answers
 from leafcut.read.machine import load_machine, machine_template
-from leafcut.read.order_file import load_order, order_text
+from leafcut.read.order_file import load_order, order_file_text
 from leafcut.read.plan_file import load_plan
-from leafcut.read.tool_text import imported_tools
+from leafcut.read.tool_text import convert_library_to_toml
 from leafcut.read.tools import load_tools
-from leafcut.read.work_materials import load_material, material_text
+from leafcut.read.work_materials import load_material, material_file_text
 from leafcut.studio.jobs.history import History
 
 ROOT = Path(__file__).parents[1]
@@ -75,13 +75,13 @@ TEXTS: dict[Schema, tuple[str, str, Callable[[Path], Any]]] = {
     schemas.OPTIONS: ("a.toml", "thickness = 6\n", read_options_file),
     schemas.OPERATIONS: ("a.toml", 'layer.CUT = "profile"\n', read_operations),
     schemas.MACHINE: ("a.toml", machine_template("haas-vf2"), lambda file: load_machine(str(file))),
-    schemas.MACHINE_ANSWERS: ("a.toml", 'controller = "haas"\n', read_answers),
+    schemas.MACHINE_ANSWERS: ("a.toml", 'controller = "haas"\n', load_answers),
     schemas.TOOLS: ("a.toml", TOOL, load_tools),
-    schemas.MATERIAL: ("a.toml", material_text("copper"), lambda file: load_material(str(file))),
-    schemas.DIALECT: ("a.toml", 'base = "haas"\n', lambda file: dialect(str(file))),
+    schemas.MATERIAL: ("a.toml", material_file_text("copper"), lambda file: load_material(str(file))),
+    schemas.DIALECT: ("a.toml", 'base = "haas"\n', lambda file: load_dialect(str(file))),
     schemas.EXPERIMENT: ("a.toml", EXPERIMENT, load_experiment),
     schemas.PLAN: ("a.json", '{"leafcut_plan": 1, "contours": [], "cuts": []}', load_plan),
-    schemas.ORDER: ("a.json", order_text({0: (0, 1)}), load_order),
+    schemas.ORDER: ("a.json", order_file_text({0: (0, 1)}), load_order),
 }
 DATABASES = {schemas.RESULTS: read_results, schemas.HISTORY: read_history}
 
@@ -179,10 +179,10 @@ def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
     yield "machine import", machine_from_settings(settings, "grbl.txt").text
     answers = {"name": "mill", "controller": "haas", "rapid": "20 m/min"}
     yield "machine new", ask_machine(answers).text
-    yield "machine check", changed_profile("haas-vf2", {}, "a.toml")
-    yield "list materials", material_text("copper")
+    yield "machine check", change_profile_values("haas-vf2", {}, "a.toml")
+    yield "list materials", material_file_text("copper")
     yield "list dialects", dialect_template("haas")
-    yield "tools import", imported_tools(str(table), "mm")[0]
+    yield "tools import", convert_library_to_toml(str(table), "mm")[0]
     yield "defaults --template", TEMPLATE
     leafcut.tool_speeds(**given, tools=library)
     yield "tools speeds --save, with a library", saved.read_text(encoding="utf-8")

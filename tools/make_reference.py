@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.dialects import dialect_names, load_dialect
 from leafcut.model.issue import CODES
 from leafcut.options import ALGORITHM_TITLES
 from leafcut.options.option_spec import flag_name, typed_text
@@ -109,7 +109,7 @@ def reference() -> str:
     lines += named_list("Formats", ((f.name, " ".join((*f.extensions, f.help))) for f in formats()))
     lines += named_list("Machines", ((name, load_machine(name).description) for name in machine_names()))
     lines += profile_table()
-    lines += named_list("Dialects", ((name, dialect(name).description) for name in dialects()))
+    lines += named_list("Dialects", ((name, load_dialect(name).description) for name in dialect_names()))
     lines += named_list("Issues", CODES.items())
     return "\n".join(lines)
 

@@ -17,7 +17,7 @@ from leafcut.errors import LeafcutError, OptionError, PlanError
 from leafcut.files.whole_files import StandardInput, check_file_exists, check_output, write_all_or_none
 from leafcut.kernels.compiling import announced_compilations, compile_seconds
 from leafcut.message import Message
-from leafcut.model.heartbeat import OnProgress, Progress, heartbeat_for_step, progress_of_search
+from leafcut.model.heartbeat import OnProgress, Progress, heartbeat_for_step, report_as_step
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
@@ -29,7 +29,7 @@ from leafcut.processes.course import run_process
 from leafcut.processes.job import Job, machine_of, refuse_missing_work
 from leafcut.processes.settings import collect_settings, input_file_names, settings_for
 from leafcut.read import Input, read
-from leafcut.read.registry import READERS, format_name, read_once, read_source
+from leafcut.read.registry import READERS, detect_format_name, read_once, read_source
 from leafcut.results.base import public_result
 
 if TYPE_CHECKING:
@@ -132,11 +132,11 @@ def optimize(
         run = Job(
             settings,
             machine_of(settings),
-            Deadline.of(settings.solve),
+            Deadline.from_options(settings.solve),
             progress,
             cancelled or threading.Event(),
             observe,
-            Deadline.of_bounds(settings.solve),
+            Deadline.for_bounds(settings.solve),
         )
         for target in outputs:
             check_output(target, _toml_file_names(run.machine.controller))
@@ -400,12 +400,12 @@ def _solve_part(
     cancelled: threading.Event | None,
 ) -> Solution:
     from leafcut.order import solve
-    from leafcut.order.maps import check_forbidden_edges, problem_of_map
+    from leafcut.order.maps import check_forbidden_edges, problem_from_map
 
-    problem = problem_of_map(part)
+    problem = problem_from_map(part)
     step = Message("solving {}", part.name)
     heartbeat_for_step(progress, step)  # report the step at once: the search reports only between its steps
-    on_progress = progress_of_search(progress, step)
+    on_progress = report_as_step(progress, step)
     with announced_compilations(lambda message: progress(Progress(message)) if progress else None):
         solution = solve.solve(
             problem,
@@ -637,7 +637,7 @@ def program_for(
         process, _ = _guess_command([source], settings)
     settings = _with_process_defaults(settings, process)
     extension = program_extension(settings.post.dialect or machine_of(settings).controller)
-    if format_name(str(source)) == "gcode":
+    if detect_format_name(str(source)) == "gcode":
         return Path(str(source)).name, "reorder"
     name = Path(str(source).replace("example:", "").replace(":", "-")).stem + extension
     return name, "drill" if process == "auto" else process
@@ -677,6 +677,6 @@ def program_extension(dialect_name: str) -> str:
 
     `dialect_name` is the name of the dialect or the path of its file.
     """
-    from leafcut.gcode.dialects import dialect
+    from leafcut.gcode.dialects import load_dialect
 
-    return dialect(dialect_name).extension
+    return load_dialect(dialect_name).extension

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.gcode.active_comments import controller_settings
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.plan.resequencing import find_sequence
@@ -40,7 +40,7 @@ PROGRAM = (
 
 
 def read(text: str, name: str = "qtplasmac") -> Program:
-    return interpret_program(text, dialect(name))
+    return interpret_program(text, load_dialect(name))
 
 
 def same(one: str, other: str, name: str = "qtplasmac") -> bool:
@@ -70,8 +70,8 @@ def cuts_of(text: str) -> Counter:
 def test_every_parameter_that_the_filter_knows_is_one_that_we_know(qtplasmac_gcode: str) -> None:
     """The names are read from the source of the filter; a newer LinuxCNC may add some."""
     names = set(re.findall(r"startswith\('#<([a-z_-]+)>'", Path(qtplasmac_gcode).read_text("utf-8")))
-    assert names == set(dialect("qtplasmac").obeyed_parameters) - {"tube-cut"}
-    assert {"linuxcnc", "plasma"} <= {n for n in ("linuxcnc", "plasma", "haas") if dialect(n).obeyed_parameters}
+    assert names == set(load_dialect("qtplasmac").obeyed_parameters) - {"tube-cut"}
+    assert {"linuxcnc", "plasma"} <= {n for n in ("linuxcnc", "plasma", "haas") if load_dialect(n).obeyed_parameters}
 
 
 def test_cuts_keep_the_material_and_the_settings_they_are_made_with(qtplasmac_gcode: str, tmp_path: Path) -> None:
@@ -158,4 +158,4 @@ def test_a_program_that_only_pierces_is_left_as_it_is() -> None:
 
 
 def test_no_other_controller_obeys_them() -> None:
-    assert controller_settings(PROGRAM.splitlines(), dialect("grbl")) == ()
+    assert controller_settings(PROGRAM.splitlines(), load_dialect("grbl")) == ()

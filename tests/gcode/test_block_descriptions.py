@@ -12,14 +12,14 @@ from leafcut.gcode.block_description import (
     RangeDigests,
     describe_block,
     may_read_parameters,
-    normalized,
+    normalize_line,
     significant_text,
     subprogram_digest,
 )
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.words import tokenise
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.words import parse_block
 
-HAAS, LINUXCNC, FAGOR = dialect("haas"), dialect("linuxcnc"), dialect("fagor8055")
+HAAS, LINUXCNC, FAGOR = load_dialect("haas"), load_dialect("linuxcnc"), load_dialect("fagor8055")
 
 
 @pytest.mark.parametrize(
@@ -35,12 +35,12 @@ HAAS, LINUXCNC, FAGOR = dialect("haas"), dialect("linuxcnc"), dialect("fagor8055
 )
 def test_words_are_described_by_their_values(line: str, haas: str, linuxcnc: str) -> None:
     """With Fanuc, a number with a decimal point may mean another length."""
-    assert describe_block(tokenise(line), [], None, "", HAAS) == BlockDescription(haas)
-    assert describe_block(tokenise(line), [], None, "", LINUXCNC) == BlockDescription(linuxcnc)
+    assert describe_block(parse_block(line), [], None, "", HAAS) == BlockDescription(haas)
+    assert describe_block(parse_block(line), [], None, "", LINUXCNC) == BlockDescription(linuxcnc)
 
 
 def test_comments_and_digests_follow_the_words() -> None:
-    block = replace(tokenise("G65 P1"), deleted=True)
+    block = replace(parse_block("G65 P1"), deleted=True)
     assert describe_block(block, ["MSG,  hi  you", "b"], "12", "ab", LINUXCNC) == BlockDescription(
         "/ G65 P1 MSG, hi you b", "12", "ab"
     )
@@ -82,8 +82,8 @@ def test_the_inputs_that_differ_are_named(left: tuple[str, ...], right: tuple[st
     ],
 )
 def test_a_macro_or_a_message_may_read_parameters(words: str, comments: list[str], reads: bool) -> None:
-    assert may_read_parameters(tokenise(words).words, comments, LINUXCNC) is reads
-    assert may_read_parameters(tokenise(words).words, comments, HAAS) is (reads or "M" in words)
+    assert may_read_parameters(parse_block(words).words, comments, LINUXCNC) is reads
+    assert may_read_parameters(parse_block(words).words, comments, HAAS) is (reads or "M" in words)
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_a_macro_or_a_message_may_read_parameters(words: str, comments: list[str
     ],
 )
 def test_numbers_comments_and_spaces_are_left_out(line: str, text: str) -> None:
-    assert normalized(line) == significant_text(line, LINUXCNC) == text
+    assert normalize_line(line) == significant_text(line, LINUXCNC) == text
     assert significant_text(line, FAGOR) == "".join(line.split()).upper()
 
 

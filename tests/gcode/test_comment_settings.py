@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from leafcut.gcode.active_comments import (
-    active_comments,
+    active_or_displayed_comments,
     controller_settings,
     is_active_comment,
-    may_stop,
-    shown_comments,
+    may_stop_program,
+    select_active_comments,
 )
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 
 ACTIVE = (
     "debug, x", "PRINT,x", "log ,x", "logopen,a", "LogAppend\t,a", "py,1", "pyrun,1", "axis,hide", "preview,stop",
@@ -26,19 +26,19 @@ PASSIVE = (
 @pytest.mark.parametrize("comment", ACTIVE)
 def test_a_comment_of_a_command_is_active(comment: str) -> None:
     assert is_active_comment(comment) is True
-    assert may_stop(["note", comment]) is comment.lower().startswith("abort")
+    assert may_stop_program(["note", comment]) is comment.lower().startswith("abort")
 
 
 @pytest.mark.parametrize("comment", PASSIVE)
 def test_a_remark_is_not_active(comment: str) -> None:
     assert is_active_comment(comment) is False
-    assert not may_stop([comment])
+    assert not may_stop_program([comment])
 
 
 def test_the_comments_from_the_first_active_one_on_are_shown() -> None:
-    assert active_comments(["a", "msg", "b"]) == ["msg", "b"]
-    assert active_comments(["a", "b"]) == [] == active_comments([])
-    haas, linuxcnc = dialect("haas"), dialect("linuxcnc")
+    assert select_active_comments(["a", "msg", "b"]) == ["msg", "b"]
+    assert select_active_comments(["a", "b"]) == [] == select_active_comments([])
+    haas, linuxcnc = load_dialect("haas"), load_dialect("linuxcnc")
     for line, at_haas, elsewhere in (
         ("G0 X1 (a) (msg, b)", ["msg, b"], ["msg, b"]),
         ("#3000=1 (stop)", ["stop"], []),
@@ -51,8 +51,8 @@ def test_the_comments_from_the_first_active_one_on_are_shown() -> None:
         ("X1 ; print, x", ["print, x"], ["print, x"]),
         ("#3000=1", [], []),
     ):
-        assert shown_comments(line, haas) == at_haas
-        assert shown_comments(line, linuxcnc) == elsewhere
+        assert active_or_displayed_comments(line, haas) == at_haas
+        assert active_or_displayed_comments(line, linuxcnc) == elsewhere
 
 
 @pytest.mark.parametrize(
@@ -77,13 +77,13 @@ def test_the_comments_from_the_first_active_one_on_are_shown() -> None:
     ],
 )  # fmt: skip
 def test_settings_of_a_line_have_equal_values_if_they_do_the_same(line: str, value: tuple[object, ...] | None) -> None:
-    found = controller_settings(["G21", line], dialect("qtplasmac"))
+    found = controller_settings(["G21", line], load_dialect("qtplasmac"))
     assert [tuple(setting) for setting in found] == ([] if value is None else [(2, value, line.strip())])
-    assert controller_settings([line], dialect("grbl")) == ()
+    assert controller_settings([line], load_dialect("grbl")) == ()
 
 
 def test_a_setting_is_quoted_shortly_and_may_turn_cuts_into_pierces() -> None:
-    words = dialect("qtplasmac")
+    words = load_dialect("qtplasmac")
     (long,) = controller_settings(["(o=0, " + "x" * 90 + ")"], words)
     assert long.text == "(o=0, " + "x" * 54
     for line, pierces in (("#<pierce-only>=1", True), ("#<pierce-only>=0", False), ("#<holes>=1", False)):

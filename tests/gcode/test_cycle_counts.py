@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.certificate import certify
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
@@ -27,7 +27,7 @@ def program(cycle: str, words: str, name: str) -> Program:
     text = (
         f"G21 G90 G17 G94 F100.\nM3 S100\nG0 X0. Y0. Z10.\nG99 {cycle} X1. Y1. Z-5. R1. {words}\nX2.\nX3.\nG80\nM30\n"
     )
-    return interpret_program(text, dialect(name))
+    return interpret_program(text, load_dialect(name))
 
 
 @pytest.mark.parametrize("name", ["linuxcnc", "fanuc", "haas", "mach3", "mach4"])
@@ -39,7 +39,7 @@ def test_every_hole_counts_whatever_words_the_first_one_has(cycle: str, name: st
         holes = 4 if "L2" in words else 3
         assert (found.kind == Kind.DRILL).sum() == holes, words
         assert Kind.FOREIGN not in found.kind, words
-        moves = expand(found)
+        moves = expand_cycles(found)
         down = moves.kind == Kind.FEED
         assert moves.end[down, 2].min() == -5.0
         assert sum(z == -5.0 for z in moves.end[down, 2]) == holes
@@ -79,6 +79,6 @@ def test_a_cycle_whose_words_are_not_understood_is_kept_until_the_next_one_is_ca
 ) -> None:
     """Its holes too, which take those words from it."""
     text = f"G21 G90 G17 G94 F100.\nG0 X0. Y0. Z10.\nG99 {first}\nX2. Y1.\nG81 X3. Y1. Z-1. R1.\nX4.\nG80\nM30\n"
-    path = interpret_program(text, dialect(dialect_name)).path
+    path = interpret_program(text, load_dialect(dialect_name)).path
     assert path.line[path.kind == Kind.FOREIGN].tolist() == [3, 4]
     assert path.line[path.kind == Kind.DRILL].tolist() == [5, 6]

@@ -11,12 +11,12 @@ import pytest
 
 import leafcut
 from leafcut.errors import LeafcutError, OptionError, PostError, ReadError
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
-from leafcut.proof.program import read_back
+from leafcut.proof.program import interpret_written_program
 
 NEW = ("centroid", "edingcnc", "marlin", "masso", "rrf", "siemens", "siemens-iso", "uccnc")
 
@@ -37,7 +37,7 @@ def holes(*cycles: DrillCycle, feeds: tuple[float, ...] = (2.0,)) -> Toolpath:
 
 
 def text_of(name: str, path: Toolpath) -> str:
-    return write_program(path, dialect(name), PostOptions(), rapid_velocity=50.0)
+    return write_program(path, load_dialect(name), PostOptions(), rapid_velocity=50.0)
 
 
 def lines_of(name: str, *cycles: DrillCycle, feeds: tuple[float, ...] = (2.0,)) -> list[str]:
@@ -48,7 +48,7 @@ SIEMENS_HEAD = 'G710\nG17 G90 G40\nG94 G54\nG0 Z30\nT="1"\nM6\nS1000 M3\nG0 D1 Z
 
 
 def siemens(text: str) -> Toolpath:
-    return read_back(SIEMENS_HEAD + text + "\nM30\n", dialect("siemens"))
+    return interpret_written_program(SIEMENS_HEAD + text + "\nM30\n", load_dialect("siemens"))
 
 
 @pytest.mark.parametrize(
@@ -63,8 +63,8 @@ def test_a_dwell_at_the_bottom_is_in_the_unit_of_its_controller(name: str, words
     """Seconds or milliseconds: a thousandth of the dwell, or a thousandfold."""
     text = text_of(name, holes(DrillCycle("G82", 2.0, -3.0, dwell=0.25)))
     assert words in text
-    dwells = [m.value for m in interpret(text, dialect(name)) if m.kind is Kind.DWELL]
-    cycles = [c.dwell for c in interpret(text, dialect(name)).cycles]
+    dwells = [m.value for m in interpret_own_program(text, load_dialect(name)) if m.kind is Kind.DWELL]
+    cycles = [c.dwell for c in interpret_own_program(text, load_dialect(name)).cycles]
     assert max([*dwells, *cycles]) == pytest.approx(0.25)
 
 
@@ -109,7 +109,7 @@ def test_a_call_of_siemens_is_closed_before_anything_else_even_a_feed() -> None:
 def test_a_hole_of_siemens_has_the_line_of_its_place() -> None:
     """The proof and the messages name the line of the hole, not the line of the MCALL."""
     lines = lines_of("siemens", *[DrillCycle("G81", 2.0, -3.0)] * 3)
-    path = interpret("\n".join(lines), dialect("siemens"))
+    path = interpret_own_program("\n".join(lines), load_dialect("siemens"))
     call = next(number for number, line in enumerate(lines, 1) if line.startswith("MCALL CYCLE81"))
     assert path.line[path.kind == Kind.DRILL].tolist() == [call + 1, call + 2, call + 3]
 
@@ -191,7 +191,7 @@ def test_a_radius_of_siemens_is_read() -> None:
 
 def test_feeds_of_siemens_are_in_the_unit_of_its_lengths() -> None:
     """G700, not G70: under G70 a metric machine takes F as mm/min."""
-    text = write_program(holes(DrillCycle("G81", 2.0, -3.0)), dialect("siemens"), PostOptions(output_units="inch"))
+    text = write_program(holes(DrillCycle("G81", 2.0, -3.0)), load_dialect("siemens"), PostOptions(output_units="inch"))
     assert "G700" in text.split() and "G70" not in text.split() and "F4.7244" in text.split()
 
 
@@ -224,19 +224,19 @@ def test_a_cut_of_marlin_has_its_own_feed_behind_every_rapid() -> None:
 )
 def test_a_line_of_which_marlin_would_obey_a_part_is_no_program_of_it(line: str, words: str) -> None:
     with pytest.raises(ReadError, match=words):
-        interpret(f"G21\nG90\nG0 Z5\nG0 X0 Y0\n{line}\n", dialect("marlin"))
+        interpret_own_program(f"G21\nG90\nG0 Z5\nG0 X0 Y0\n{line}\n", load_dialect("marlin"))
 
 
 @pytest.mark.parametrize("option", [{"output_units": "inch"}, {"line_numbers": True}])
 def test_marlin_has_neither_inches_nor_numbered_lines(option: dict[str, Any]) -> None:
     with pytest.raises(PostError, match="leave it out"):
-        write_program(holes(DrillCycle("G81", 2.0, -3.0)), dialect("marlin"), PostOptions(**option))
+        write_program(holes(DrillCycle("G81", 2.0, -3.0)), load_dialect("marlin"), PostOptions(**option))
 
 
 def test_a_length_of_centroid_without_a_point_is_refused() -> None:
     """Parameters 245 and 246 would read it as thousandths."""
     with pytest.raises(ReadError, match="decimal point"):
-        interpret("G21\nG90\nG0 Z5\n", dialect("centroid"))
+        interpret_own_program("G21\nG90\nG0 Z5\n", load_dialect("centroid"))
 
 
 FAST: dict[str, Any] = {"process": "drill", "thickness": 5, "algorithm": "nn", "bound": False}
@@ -253,11 +253,11 @@ def plate(tmp_path: Path) -> Path:
 def test_a_drawing_is_drilled_verified_and_its_program_is_not_reordered(plate: Path, name: str) -> None:
     outcome = leafcut.optimize(plate, dialect=name, **FAST)
     assert outcome.verified
-    program = plate.with_suffix(dialect(name).extension)
+    program = plate.with_suffix(load_dialect(name).extension)
     program.write_text(outcome.text)
-    other = plate.with_name("other" + dialect(name).extension)
+    other = plate.with_name("other" + load_dialect(name).extension)
     other.write_text(leafcut.optimize(plate, dialect=name, start_point="45,45", **FAST).text)
-    moved = plate.with_name("moved" + dialect(name).extension)
+    moved = plate.with_name("moved" + load_dialect(name).extension)
     moved.write_text(re.sub(r"X40 Y10\b", "X41 Y10", outcome.text))
     assert leafcut.verify(program, other, dialect=name).same
     assert not leafcut.verify(program, moved, dialect=name).same
@@ -288,11 +288,11 @@ def test_a_stop_for_reprapfirmware_is_none_that_ends_its_job() -> None:
     lines = [line for line in text.splitlines() if not line.startswith(";")]
     assert lines[lines.index("T1") + 1] == "M226" and lines.count("M226") == 2
     assert not any(re.match(r"M(0|1|2|30|6)\b", line) for line in lines)
-    read = interpret(text, dialect("rrf"))
+    read = interpret_own_program(text, load_dialect("rrf"))
     assert [m.kind for m in read if m.kind in (Kind.TOOL, Kind.PAUSE)] == [Kind.TOOL, Kind.PAUSE]
     for word in ("M0", "M1", "M2", "S1000 M3", "X1", "G0 G17 X1"):
         with pytest.raises(ReadError):
-            interpret(f"G21\nG17\nG90\nG0 Z5\n{word}\nG0 X1\n", dialect("rrf"))
+            interpret_own_program(f"G21\nG17\nG90\nG0 Z5\n{word}\nG0 X1\n", load_dialect("rrf"))
     b = ToolpathBuilder()
     b.pause(optional=True)
     b.end()

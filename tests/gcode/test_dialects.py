@@ -8,15 +8,15 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import OptionError
-from leafcut.gcode.dialects import Dialect, dialect, dialect_template, dialects, parse_dialect
+from leafcut.gcode.dialects import Dialect, dialect_names, dialect_template, load_dialect, parse_dialect
 from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
 from packages import Installer
 
-NAMES = dialects()
+NAMES = dialect_names()
 
 
 def test_a_dialect_is_for_mills_or_for_torches() -> None:
-    mills, torches = dialects(torch=False), dialects(torch=True)
+    mills, torches = dialect_names(torch=False), dialect_names(torch=True)
     assert sorted(mills + torches) == NAMES
     assert {"fanuc", "grbl", "linuxcnc"} <= set(mills)
     assert {"fanuc-laser", "grbl-laser", "plasma"} <= set(torches)
@@ -25,7 +25,7 @@ def test_a_dialect_is_for_mills_or_for_torches() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_every_value_of_a_profile_states_its_source(name: str) -> None:
     """A fact without a source is an opinion: each key but the name's and the text's has one."""
-    profile = dialect(name)
+    profile = load_dialect(name)
     changed = {
         f.name
         for f in dataclasses.fields(Dialect)
@@ -40,7 +40,7 @@ def test_every_value_of_a_profile_states_its_source(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_every_word_of_a_profile_is_one_that_the_interpreter_knows(name: str) -> None:
     """Codes have a modal group; cycles, units and the preamble use words of the same profile."""
-    profile = dialect(name)
+    profile = load_dialect(name)
     assert profile.g_codes <= GROUP_OF.keys()
     assert profile.m_codes <= M_GROUP_OF.keys()
     said = " ".join(profile.preamble).split()
@@ -57,9 +57,9 @@ def test_every_word_of_a_profile_is_one_that_the_interpreter_knows(name: str) ->
 def test_an_unknown_dialect_names_the_nearest() -> None:
     """One line, with a suggestion."""
     with pytest.raises(OptionError, match="unknown dialect 'hass'; did you mean 'haas'"):
-        dialect("hass")
+        load_dialect("hass")
     with pytest.raises(OptionError, match=f"choose one of {NAMES[0]}"):
-        dialect("../../etc/passwd")
+        load_dialect("../../etc/passwd")
 
 
 TOY = """description = "toy"
@@ -156,14 +156,14 @@ def test_a_word_that_the_language_of_a_controller_requires_cannot_be_changed(
     file = tmp_path / "ours.toml"
     file.write_text(text)
     with pytest.raises(OptionError) as refused:
-        dialect(str(file))
+        load_dialect(str(file))
     assert words in str(refused.value)
 
 
 def test_a_file_says_what_differs_from_its_base_and_is_of_that_family(tmp_path: Path) -> None:
     file = tmp_path / "ours.toml"
     file.write_text('base = "linuxcnc"\nextension = ".tap"\n')
-    ours, base = dialect(str(file)), dialect("linuxcnc")
+    ours, base = load_dialect(str(file)), load_dialect("linuxcnc")
     changed = {"name": "ours.toml", "extension": ".tap"}
     assert ours == dataclasses.replace(base, **changed)
     assert ours.family == base.family == "linuxcnc"
@@ -174,14 +174,14 @@ def test_a_file_says_what_differs_from_its_base_and_is_of_that_family(tmp_path: 
 def test_a_dialect_that_is_printed_to_be_changed_is_the_same_until_it_is(name: str, tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_text(dialect_template(name), encoding="utf-8")
-    assert dialect(str(file)) == dataclasses.replace(dialect(name), name="my.toml")
+    assert load_dialect(str(file)) == dataclasses.replace(load_dialect(name), name="my.toml")
     with pytest.raises(OptionError, match="leafcut has no built-in dialect 'my'"):
         dialect_template("my")
 
 
 def test_a_base_brings_its_own_base_and_its_torch_with_what_the_file_says_of_it() -> None:
     found = parse_dialect('base = "flame"\n[torch]\ncuts = ["plasma"]\n', "mine")
-    flame = dialect("flame")
+    flame = load_dialect("flame")
     assert flame.torch is not None
     assert found.torch == dataclasses.replace(flame.torch, cuts=("plasma",))
     assert (found.extension, found.notes, found.family) == (flame.extension, flame.notes, "flame")
@@ -196,11 +196,11 @@ def test_a_base_is_a_shipped_dialect_by_its_name(base: str) -> None:
 
 def test_a_file_that_is_not_there_or_too_large_is_refused(tmp_path: Path) -> None:
     with pytest.raises(OptionError, match=r"none\.toml: file not found"):
-        dialect(str(tmp_path / "none.toml"))
+        load_dialect(str(tmp_path / "none.toml"))
     with (tmp_path / "large.toml").open("wb") as file:
         file.truncate(1_000_001)
     with pytest.raises(OptionError, match=r"large\.toml: larger than 1000 kB"):
-        dialect(str(tmp_path / "large.toml"))
+        load_dialect(str(tmp_path / "large.toml"))
 
 
 def test_a_package_adds_a_dialect_and_a_broken_one_stops_no_other(install: Installer) -> None:
@@ -213,10 +213,10 @@ def test_a_package_adds_a_dialect_and_a_broken_one_stops_no_other(install: Insta
             "controls/torn.toml": 'base = "haas"\nmax_line = "long"\n',
         },
     )
-    assert dialect("ours") == dataclasses.replace(dialect("haas"), name="ours", max_line=60)
-    assert dialect("haas").max_line == 80
-    assert dialects() == sorted([*NAMES, "ours"])
+    assert load_dialect("ours") == dataclasses.replace(load_dialect("haas"), name="ours", max_line=60)
+    assert load_dialect("haas").max_line == 80
+    assert dialect_names() == sorted([*NAMES, "ours"])
     with pytest.raises(OptionError, match=r"the dialect 'torn' is a plug-in of controls .*torn\.toml:2: 'max_line' is"):
-        dialect("torn")
+        load_dialect("torn")
     with pytest.raises(OptionError, match="unknown dialect 'our'; did you mean 'ours'"):
-        dialect("our")
+        load_dialect("our")

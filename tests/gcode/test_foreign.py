@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind
@@ -20,7 +20,7 @@ HEAD = "G21 G90 G17\nG0 Z10\nX0 Y0\nF100\n"
 
 def run(*lines: str, words: str = "linuxcnc", head: str = HEAD) -> Program:
     """Return the program of these lines after a head of four."""
-    return interpret_program(head + "\n".join(lines) + "\n", dialect(words))
+    return interpret_program(head + "\n".join(lines) + "\n", load_dialect(words))
 
 
 def kinds(program: Program, block: int) -> list[Kind]:
@@ -49,7 +49,7 @@ def check_structure(program: Program) -> None:
 def test_blocks_are_the_lines_with_words() -> None:
     """Blank lines, remarks and percent signs are none; rows and lines belong to their blocks."""
     text = "%\r\n(head)\r\nG21 G90\r\n\r\nN5 G0 X1 Y2 Z3 ; go\r\nM3 S5\nG81 Z-1 R1 F60\nX2 M8\nM2\nleft over ("
-    program = interpret_program(text, dialect("linuxcnc"))
+    program = interpret_program(text, load_dialect("linuxcnc"))
     check_structure(program)
     assert program.line.tolist() == [3, 5, 6, 7, 8, 9]
     assert program.last_line == 9
@@ -269,15 +269,15 @@ def test_the_dwell_of_a_tap_without_its_own_is_that_of_the_cycle_before() -> Non
 def test_a_safe_start_line_may_have_g80_beside_a_motion() -> None:
     """`G0 G17 G40 G49 G80 G90`, as many posts write it, in all dialects; G0 is then active."""
     for words in ("linuxcnc", "grbl", "haas"):
-        program = interpret_program("G21\nG0 G17 G40 G49 G69 G80 G90\nX1. Y2. Z3.\n", dialect(words))
+        program = interpret_program("G21\nG0 G17 G40 G49 G69 G80 G90\nX1. Y2. Z3.\n", load_dialect(words))
         assert place(program) == [1.0, 2.0, 3.0]
 
 
 def test_the_units_may_be_given_for_a_program_that_does_not_state_them() -> None:
     """Without, its first length is an error; with them, that is what it is in."""
     with pytest.raises(ReadError, match="before the units"):
-        interpret_program("G0 X1\n", dialect("grbl"))
-    assert place(interpret_program("G0 X1 Y1 Z1\n", dialect("grbl"), units="in")) == [25.4, 25.4, 25.4]
+        interpret_program("G0 X1\n", load_dialect("grbl"))
+    assert place(interpret_program("G0 X1 Y1 Z1\n", load_dialect("grbl"), units="in")) == [25.4, 25.4, 25.4]
 
 
 def test_fanuc_programs_with_subprograms_repeats_and_stored_cycles() -> None:
@@ -286,7 +286,7 @@ def test_fanuc_programs_with_subprograms_repeats_and_stored_cycles() -> None:
         "%\nO1000 (PART)\nG21 G17 G40 G49 G80\nG0 G90 X0. Y0. Z20.\nS1000 M3\nG99 G81 Z-3. R1. F100. K0\nM98 P2000 L2\n"
         "G80\nG0 G91 G28 Z0. M5\nM30\nO2000\nG90 X10. Z-3. R1.\nG91 X5. Z-4. R-19. K2\nM99\n%\n"
     )
-    program = interpret_program(text, dialect("fanuc"))
+    program = interpret_program(text, load_dialect("fanuc"))
     check_structure(program)
     drilled = program.path.end[program.path.kind == Kind.DRILL, 0].tolist()
     assert drilled == [10.0, 15.0, 20.0, 10.0, 15.0, 20.0]
@@ -299,8 +299,8 @@ def test_a_length_that_a_controller_may_take_for_thousandths_is_refused_but_not_
     for unit, least in (("G21", "X0.05"), ("G20", "X0.005")):
         said = f":2: X50 has no decimal point, so .* whether it means X50.0 or {least}; write it with a decimal point"
         with pytest.raises(ReadError, match=said):
-            interpret_program(f"{unit} G0\nX50\n", dialect("haas"))
-    assert place(interpret_program("G21 G0 #1=3.\nX#1 Y[1+1] Z1.\n", dialect("haas"))) == [3.0, 2.0, 1.0]
+            interpret_program(f"{unit} G0\nX50\n", load_dialect("haas"))
+    assert place(interpret_program("G21 G0 #1=3.\nX#1 Y[1+1] Z1.\n", load_dialect("haas"))) == [3.0, 2.0, 1.0]
 
 
 def test_a_hole_after_a_change_of_g90_inside_its_cycle_is_kept() -> None:
@@ -311,10 +311,10 @@ def test_a_hole_after_a_change_of_g90_inside_its_cycle_is_kept() -> None:
 
 def test_bolt_circles_of_haas_are_not_units() -> None:
     """G70 and G71 are units elsewhere; G7x with words of its own is kept."""
-    program = interpret_program("G21 G90 G0 X0. Y0. Z1.\nG70 I5. J15. L6\nG0 X1. Y1. Z2.\n", dialect("haas"))
+    program = interpret_program("G21 G90 G0 X0. Y0. Z1.\nG70 I5. J15. L6\nG0 X1. Y1. Z2.\n", load_dialect("haas"))
     assert kinds(program, 1) == [Kind.FOREIGN]
     assert place(program) == [1.0, 1.0, 2.0]
-    assert place(interpret_program("G70 G90 G0 X1 Y1 Z1\n", dialect("grbl"))) == [25.4, 25.4, 25.4]
+    assert place(interpret_program("G70 G90 G0 X1 Y1 Z1\n", load_dialect("grbl"))) == [25.4, 25.4, 25.4]
 
 
 def test_m99_in_the_program_itself_ends_it() -> None:
@@ -326,7 +326,7 @@ def test_m99_in_the_program_itself_ends_it() -> None:
 def test_an_empty_program_has_no_blocks() -> None:
     """Nothing but remarks, too."""
     for text in ("", "\n\n", "%\n(nothing)\n%\n", "; x", "(log this)\n(logo)\n", "\x1a", "\0\0\n"):
-        program = interpret_program(text, dialect("linuxcnc"))
+        program = interpret_program(text, load_dialect("linuxcnc"))
         check_structure(program)
         assert program.n_blocks == 0 and len(program.path) == 0
 
@@ -395,7 +395,7 @@ def test_an_empty_comment_behind_a_line_changes_nothing(body: list[str], words: 
 
     def outcome(comment: str) -> Program | str:
         try:
-            return interpret_program("\n".join([head, *(line + comment for line in body)]), dialect(words))
+            return interpret_program("\n".join([head, *(line + comment for line in body)]), load_dialect(words))
         except ReadError as problem:
             return str(problem)
 
@@ -419,7 +419,7 @@ def test_every_line_of_a_lasers_picture_has_its_own_power() -> None:
     """S may precede or follow F."""
     rows = [f"X{0.1 * k:.1f} S{(k * 37) % 1000}" for k in range(50)]
     text = "\n".join(["G21 G90 G0 X0 Y0", "M4 S0", "G1 X1 F3000", *rows, "G1 X9 S20 F900", "G1X0F800S3.5", "S7", "M5"])
-    program = interpret_program(text, dialect("grbl-laser"))
+    program = interpret_program(text, load_dialect("grbl-laser"))
     cuts = program.path.kind == Kind.FEED
     assert [program.modal(b + 1).rpm for b in range(3, 53)] == [float((k * 37) % 1000) for k in range(50)]
     assert np.array_equal(program.path.value[cuts][-2:] * 60.0, [900.0, 800.0])
@@ -448,9 +448,9 @@ def test_words_after_a_closing_percent_sign_are_refused(words: str) -> None:
     head = "%\nG21 G90\nM3 S1000\nG0 X10. Y10.\n"
     for sign in ("%", "% note"):
         with pytest.raises(ReadError, match=r"6: the program continues after the percent sign in line 5"):
-            interpret_program(f"{head}{sign}\nG0 Z-5.\nM30\n%\n", dialect(words))
+            interpret_program(f"{head}{sign}\nG0 Z-5.\nM30\n%\n", load_dialect(words))
     for end in ("M30\n%\n", "%\n", "%\n(done)\n\n%\n", "M30\n%\n%\nG0 X5.\nM30\n%\n"):
-        assert len(interpret_program(head + end, dialect(words)).path) > 0
+        assert len(interpret_program(head + end, load_dialect(words)).path) > 0
 
 
 @pytest.mark.parametrize(

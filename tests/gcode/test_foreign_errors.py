@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode import canned, interpreter
 from leafcut.gcode import control_flow as flow
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 
 HEAD = "G21 G90 G17 F100\nG0 X0 Y0 Z10\n"
@@ -90,7 +90,7 @@ FAULTS = [
 def test_what_cannot_be_meant_is_refused_with_its_line(lines: str, line: int, part: str) -> None:
     """File, line and what is wrong, in one line."""
     with pytest.raises(ReadError) as caught:
-        interpret_program(HEAD + lines + "\nG0 X1\n", dialect("linuxcnc"), "part.nc")
+        interpret_program(HEAD + lines + "\nG0 X1\n", load_dialect("linuxcnc"), "part.nc")
     said = str(caught.value)
     assert said.startswith(f"part.nc:{line}: ") and part in said
     assert "\n" not in said and len(said) < 250
@@ -102,14 +102,14 @@ def test_what_cannot_be_meant_is_refused_with_its_line(lines: str, line: int, pa
 def test_a_text_that_is_no_program_is_refused_at_its_first_such_line(text: str) -> None:
     """A letter, JSON, a table, a drawing, a drill file."""
     with pytest.raises(ReadError) as caught:
-        interpret_program(text, dialect("linuxcnc"), "x.txt", units="mm")
+        interpret_program(text, load_dialect("linuxcnc"), "x.txt", units="mm")
     assert caught.value.line in (1, 2)
 
 
 def test_an_unknown_unit_is_an_error_of_the_option() -> None:
     """Not of the file."""
     with pytest.raises(OptionError, match="unknown unit"):
-        interpret_program("M2", dialect("linuxcnc"), units="furlong")
+        interpret_program("M2", load_dialect("linuxcnc"), units="furlong")
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_an_endless_loop_is_refused(monkeypatch: pytest.MonkeyPatch, lines: str)
     """Whatever turns round: blocks that are run again are counted."""
     monkeypatch.setattr(flow, "MAX_REPEATED", 2_000)
     with pytest.raises(ReadError, match="endless"):
-        interpret_program(HEAD + lines, dialect("linuxcnc"))
+        interpret_program(HEAD + lines, load_dialect("linuxcnc"))
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_an_endless_loop_is_refused(monkeypatch: pytest.MonkeyPatch, lines: str)
 def test_a_loop_in_which_no_parameter_changes_is_refused_at_once(lines: str) -> None:
     """Only parameters decide how a program continues. If they are unchanged after an iteration, the loop never ends."""
     with pytest.raises(ReadError, match=r"program:\d+: this loop is endless: no parameter changes"):
-        interpret_program(HEAD + lines, dialect("linuxcnc"))
+        interpret_program(HEAD + lines, load_dialect("linuxcnc"))
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_a_loop_in_which_no_parameter_changes_is_refused_at_once(lines: str) -> 
     ],
 )
 def test_a_loop_that_ends_is_run_to_its_end(lines: str) -> None:
-    program = interpret_program(f"{HEAD}{lines}\nG1 X77", dialect("linuxcnc"))
+    program = interpret_program(f"{HEAD}{lines}\nG1 X77", load_dialect("linuxcnc"))
     assert program.path.extents[1][0] == pytest.approx(77.0)
 
 
@@ -169,14 +169,14 @@ def test_short_blocks_of_an_endless_loop_count_for_more_than_their_letters(monke
     """A block takes its time however short it is: of short ones a quarter of a million ends a loop, not six."""
     monkeypatch.setattr(flow, "MAX_REPEATED", 24_000)
     with pytest.raises(ReadError, match="more than 1,001 blocks"):
-        interpret_program(f"{HEAD}#1=0\no1 while [1]\n#1=[#1+1]\no1 endwhile", dialect("linuxcnc"))
+        interpret_program(f"{HEAD}#1=0\no1 while [1]\n#1=[#1+1]\no1 endwhile", load_dialect("linuxcnc"))
 
 
 @pytest.mark.parametrize("lines", ["o1 sub\no1 call\no1 endsub\no1 call", "M98 P1\nM2\nO1\nM98 P1\nM99"])
 def test_recursion_is_refused(lines: str) -> None:
     """At the depth at which LinuxCNC stops, too."""
     with pytest.raises(ReadError, match="more than 9 deep"):
-        interpret_program(HEAD + lines, dialect("linuxcnc"))
+        interpret_program(HEAD + lines, load_dialect("linuxcnc"))
 
 
 def test_repeats_cannot_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,15 +184,15 @@ def test_repeats_cannot_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(interpreter, "MAX_ROWS", 50_000)
     text = HEAD + "G91 G81 X1 R-1 Z-1 L9999\n" + "X1 L9999\n" * 10
     with pytest.raises(ReadError, match=":8: the program has more than 50,000 moves"):
-        interpret_program(text, dialect("linuxcnc"))
+        interpret_program(text, load_dialect("linuxcnc"))
 
 
 def test_holes_of_repeated_cycles_are_counted_before_they_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(canned, "MAX_REPEATED_HOLES", 100)
     text = HEAD + "G91 G81 X1 R-1 Z-1 L60\n" + "X1\n" * 60
-    assert len(interpret_program(text, dialect("linuxcnc")).path) > 120
+    assert len(interpret_program(text, load_dialect("linuxcnc")).path) > 120
     with pytest.raises(ReadError, match=":4: repeated cycles drill more than 100 holes; split the program"):
-        interpret_program(text.replace("X1\n", "X1 L41\n", 1), dialect("linuxcnc"))
+        interpret_program(text.replace("X1\n", "X1 L41\n", 1), load_dialect("linuxcnc"))
 
 
 @pytest.mark.parametrize(
@@ -202,7 +202,7 @@ def test_megabytes_on_one_line_are_refused_at_once(piece: str) -> None:
     """Whatever they are made of."""
     text = "G21\nX[" + piece * (1_000_000 // len(piece))
     with pytest.raises(ReadError) as caught:
-        interpret_program(text, dialect("linuxcnc"))
+        interpret_program(text, load_dialect("linuxcnc"))
     assert caught.value.line == 2
 
 
@@ -212,7 +212,7 @@ def test_a_line_as_long_as_may_be_takes_no_more_than_linear_time(piece: str) -> 
     for start in ("", "o1 if ", "N1 o<", "X[", "(", "#<"):
         line = (start + piece * 10_000)[:9_990]
         try:
-            interpret_program(f"G21\n{line}\n", dialect("linuxcnc"))
+            interpret_program(f"G21\n{line}\n", load_dialect("linuxcnc"))
         except ReadError as problem:
             assert len(str(problem)) < 300
 
@@ -242,7 +242,7 @@ def _read_or_refuse(text: str, words: str = "linuxcnc") -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(flow, "MAX_REPEATED", 1_000)
         try:
-            program = interpret_program(text, dialect(words), "f", units="mm")
+            program = interpret_program(text, load_dialect(words), "f", units="mm")
         except ReadError as problem:
             said = str(problem)
             assert said.startswith("f:") and "\n" not in said and said.isprintable()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind
@@ -20,7 +20,7 @@ HEAD = "G21 G90 G17 G94 G40 G80 F100.\nG0 X0. Y0. Z10.\n"
 
 def run(text: str, words: str = "haas", units: str | None = None) -> Program:
     """Interpret a program."""
-    return interpret_program(text, dialect(words), "part.nc", units=units)
+    return interpret_program(text, load_dialect(words), "part.nc", units=units)
 
 
 def places(program: Program) -> list[tuple[float, float]]:

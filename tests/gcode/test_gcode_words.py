@@ -14,17 +14,17 @@ from leafcut.gcode.words import (
     Word,
     has_nested_comment,
     numbered_lines,
-    plain_block,
+    parse_block,
+    parse_plain_block,
+    remove_word,
     split_line,
-    tokenise,
-    without_word,
 )
 from leafcut.post.words import NumberFormat, format_number
 
 
 def pairs(line: str) -> list[tuple[str, float]]:
     """Return the words of a line as (letter, number)."""
-    return [(w.letter, w.value) for w in tokenise(line).words]
+    return [(w.letter, w.value) for w in parse_block(line).words]
 
 
 @pytest.mark.parametrize(
@@ -47,18 +47,18 @@ def test_a_line_is_split_into_letters_and_numbers(line: str, words: list | None)
     """Case and spaces between words do not matter."""
     if words is None:
         with pytest.raises(BlockError):
-            tokenise(line)
+            parse_block(line)
     else:
         assert pairs(line) == words
 
 
 def test_comments_slash_and_percent_are_kept_apart_from_words() -> None:
     """A comment, the block-delete slash and the percent sign are marks of the block, not words."""
-    block = tokenise("/N5 G0 X1 (go; there) ; fast", 7)
+    block = parse_block("/N5 G0 X1 (go; there) ; fast", 7)
     assert (block.line, block.deleted, block.comments) == (7, True, ("go; there", "fast"))
-    assert tokenise("%").percent == ""
-    assert tokenise(" %PLATE,MX,").percent == "PLATE,MX,"
-    assert tokenise("G0 X1").percent is None
+    assert parse_block("%").percent == ""
+    assert parse_block(" %PLATE,MX,").percent == "PLATE,MX,"
+    assert parse_block("G0 X1").percent is None
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_comments_slash_and_percent_are_kept_apart_from_words() -> None:
 def test_what_is_not_a_word_is_refused_with_its_reason(line: str, reason: str) -> None:
     """Each malformed line has a message of a single short line."""
     with pytest.raises(BlockError) as caught:
-        tokenise(line)
+        parse_block(line)
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 200
 
@@ -94,7 +94,7 @@ def test_what_is_not_a_word_is_refused_with_its_reason(line: str, reason: str) -
 def test_any_text_is_words_or_a_refusal(text: str) -> None:
     """Nothing else than a block or a BlockError comes out, and every number is finite."""
     try:
-        block = tokenise(text)
+        block = parse_block(text)
     except BlockError:
         return
     assert all(isinstance(w, Word) and math.isfinite(w.value) for w in block.words)
@@ -172,8 +172,8 @@ def test_a_feed_of_nothing_cannot_be_written() -> None:
     ],
 )
 def test_a_word_of_the_controller_is_removed_from_the_code_and_not_from_comments(line: str, rest: str | None) -> None:
-    assert without_word(line, "F#<w>") == rest
-    assert without_word(line, "") is None
+    assert remove_word(line, "F#<w>") == rest
+    assert remove_word(line, "") is None
 
 
 TOO_LARGE = "out of range: 1,000,000,000 or more; correct or delete this word, or post the program again"
@@ -209,7 +209,7 @@ def test_a_comment_inside_a_comment_is_noticed(line: str, nested: bool) -> None:
 )  # fmt: skip
 def test_a_line_is_refused_with_one_text(line: str, reason: str) -> None:
     with pytest.raises(BlockError) as caught:
-        tokenise(line)
+        parse_block(line)
     assert str(caught.value) == reason
 
 
@@ -220,8 +220,8 @@ def test_marks_and_comments_are_no_words() -> None:
     assert split_line(" G1 (a (b) c) ; d ", nested=True) == ("G1", ("a  b  c", "d"))
     assert split_line("G1 ((a)) (b)", nested=True) == ("G1", ("a", "b"))
     assert split_line("G1 ;(a (b", nested=True) == ("G1", ("a (b",))
-    assert plain_block("G1 X1 (a)\r\n") == tokenise("G1 X1 (a)")
-    assert plain_block("G1 X#1") is None
-    words = [tokenise(line).deleted for line in ("/G1", "G1", " /G1")]
+    assert parse_plain_block("G1 X1 (a)\r\n") == parse_block("G1 X1 (a)")
+    assert parse_plain_block("G1 X#1") is None
+    words = [parse_block(line).deleted for line in ("/G1", "G1", " /G1")]
     assert words == [True, False, True]
-    assert (str(tokenise("x01.50").words[0]), tokenise("G1").line) == ("X01.50", 0)
+    assert (str(parse_block("x01.50").words[0]), parse_block("G1").line) == ("X01.50", 0)

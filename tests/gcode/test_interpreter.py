@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, arc_sweep
 
 NAN = math.nan
@@ -17,7 +17,7 @@ NAN = math.nan
 
 def read(text: str, name: str = "linuxcnc") -> Toolpath:
     """Interpret lines separated by `/`, with an end after them."""
-    return interpret(text.replace(" / ", "\n") + "\nM30\n", dialect(name))
+    return interpret_own_program(text.replace(" / ", "\n") + "\nM30\n", load_dialect(name))
 
 
 def kinds(path: Toolpath) -> list[Kind]:
@@ -227,27 +227,27 @@ def test_off_words_act_after_the_motion_of_their_block_where_the_controller_says
 def test_the_frame_of_a_program_is_no_motion() -> None:
     """Percent signs, the O word, N words, comments, and what comes after the end do not count."""
     text = "%\nO0007 (part)\nN10 G21 (mm)\n\nN20 G0 X1.\nM30\n%\nnonsense ( after"
-    path = interpret(text, dialect("haas"))
+    path = interpret_own_program(text, load_dialect("haas"))
     assert [(m.kind, m.line) for m in path] == [(Kind.RAPID, 5), (Kind.END, 6)]
-    assert len(interpret("%\nG21 G0 X1\n%\nG0 X5", dialect("linuxcnc"))) == 1
+    assert len(interpret_own_program("%\nG21 G0 X1\n%\nG0 X5", load_dialect("linuxcnc"))) == 1
 
 
 def test_a_length_before_the_units_is_an_error_unless_it_is_zero() -> None:
     with pytest.raises(ReadError, match="program:1: X1 comes before the units"):
-        interpret("G0 X1\nM2", dialect("linuxcnc"))
-    assert interpret("G0 X0\nM2", dialect("linuxcnc"))[0].end[0] == 0.0
+        interpret_own_program("G0 X1\nM2", load_dialect("linuxcnc"))
+    assert interpret_own_program("G0 X0\nM2", load_dialect("linuxcnc"))[0].end[0] == 0.0
 
 
 def test_a_long_program_is_read_line_by_line() -> None:
     """Five thousand lines give five thousand rows with their line numbers."""
     text = "G21 G90 G0 X0 Y0\nG1 F600\n" + "".join(f"X{n % 100}.5\n" for n in range(5_000)) + "M2"
-    path = interpret(text, dialect("linuxcnc"))
+    path = interpret_own_program(text, load_dialect("linuxcnc"))
     assert len(path) == 5_002 and path.line[-1] == 5_003
 
 
 def test_a_program_that_states_its_modes_is_the_same_whatever_another_left_over() -> None:
     for left_over in (False, True):
-        path = interpret(STATED, dialect("linuxcnc"), left_over=left_over)
+        path = interpret_own_program(STATED, load_dialect("linuxcnc"), left_over=left_over)
         assert [m.end for m in path if m.kind is Kind.DRILL] == [(1, 2, 5)]
 
 
@@ -257,7 +257,7 @@ def test_a_program_that_relies_on_the_modes_it_finds_is_found_out(mode: str) -> 
     text = STATED.replace(mode, "", 1)
     assert text != STATED
     try:
-        path = interpret(text, dialect("linuxcnc"), left_over=True)
+        path = interpret_own_program(text, load_dialect("linuxcnc"), left_over=True)
     except ReadError:
         return
     assert [m.end for m in path if m.kind is Kind.DRILL] != [(1, 2, 5)]
@@ -269,7 +269,7 @@ STATED = "G21\nG17 G90 G94\nG0 Z5\nX1 Y2\nG98 G81 X1 Y2 Z-3 R1 F100\nM2\n"
 def test_a_number_of_the_length_alone_changes_the_active_length_of_a_fagor() -> None:
     """D with G43 or G44 waits for that word; D before G43 only stores the number."""
     text = "G71\nG90 G17\nT1 D1 M6\nD4\nG0 G43 Z5\nD2\nG43 D3 Z6\nG44 D5\nD6\nM30\n"
-    path = interpret(text, dialect("fagor8055"))
+    path = interpret_own_program(text, load_dialect("fagor8055"))
     offsets = path.kind == Kind.OFFSET
     assert list(zip(path.line[offsets].tolist(), path.ref[offsets].tolist(), strict=True)) == [
         (5, 4),

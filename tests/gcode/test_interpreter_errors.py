@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, ReadError
-from leafcut.gcode.dialects import dialect, dialects
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import dialect_names, load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 
 HEAD = "G21 G90\nG0 X0 Y0 Z10\nF60\n"
 
@@ -86,7 +86,7 @@ CASES = [
 def test_each_fault_is_named_with_its_line(line: str, reason: str) -> None:
     """The error is in line 4, and the one-line message names it."""
     with pytest.raises(ReadError, match=reason) as caught:
-        interpret(HEAD + line + "\nM2\n", dialect("linuxcnc"), "part.ngc")
+        interpret_own_program(HEAD + line + "\nM2\n", load_dialect("linuxcnc"), "part.ngc")
     assert str(caught.value).startswith("part.ngc:4: ") and "\n" not in str(caught.value)
 
 
@@ -126,10 +126,10 @@ def test_each_fault_is_named_with_its_line(line: str, reason: str) -> None:
 def test_faults_of_order_and_of_dialect_are_named(text: str, name: str, reason: str | None) -> None:
     """A correct line of one controller may be unknown to another, or have another meaning."""
     if reason is None:
-        assert len(interpret(text, dialect(name))) == 1
+        assert len(interpret_own_program(text, load_dialect(name))) == 1
         return
     with pytest.raises(ReadError) as caught:
-        interpret(text, dialect(name))
+        interpret_own_program(text, load_dialect(name))
     assert str(caught.value).startswith(reason)
 
 
@@ -149,7 +149,7 @@ def test_faults_of_order_and_of_dialect_are_named(text: str, name: str, reason: 
 def test_monstrous_lines_are_refused_or_read_at_once(text: str) -> None:
     """Megabytes on one line, comments never closed, a thousand words: no hang and no traceback."""
     try:
-        interpret("G21\n" + text, dialect("mach3"))
+        interpret_own_program("G21\n" + text, load_dialect("mach3"))
     except LeafcutError as problem:
         assert len(str(problem)) < 300
 
@@ -236,21 +236,21 @@ WORDS = st.sampled_from(
 @settings(max_examples=settings().max_examples * 5)
 @given(
     st.lists(st.lists(WORDS, max_size=6).map(" ".join), max_size=12).map("\n".join),
-    st.sampled_from(dialects()),
+    st.sampled_from(dialect_names()),
 )
 def test_any_mixture_of_words_is_read_or_refused(text: str, name: str) -> None:
     """The only exception is LeafcutError with a one-line message."""
     try:
-        interpret(text, dialect(name))
+        interpret_own_program(text, load_dialect(name))
     except LeafcutError as problem:
         assert "\n" not in str(problem)
 
 
 @settings(max_examples=settings().max_examples * 5)
-@given(st.text(), st.sampled_from(dialects()))
+@given(st.text(), st.sampled_from(dialect_names()))
 def test_any_text_is_read_or_refused(text: str, name: str) -> None:
     """Unicode, control characters, anything: only LeafcutError comes out."""
     try:
-        interpret(text, dialect(name))
+        interpret_own_program(text, load_dialect(name))
     except LeafcutError as problem:
         assert "\n" not in str(problem)

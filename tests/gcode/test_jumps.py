@@ -11,8 +11,8 @@ from leafcut.gcode.jumps import (
     board_command,
     code_without_spaces,
     has_statements,
-    is_output,
-    statement_of,
+    parse_statement,
+    sends_data,
 )
 from leafcut.gcode.words import BlockError
 
@@ -21,9 +21,9 @@ def step(text: str, line: int, **numbered: float) -> tuple[int, str]:
     """Return the next line after a statement, and the block to run first; lines are separated by ` / `."""
     lines = text.split(" / ")
     parameters = ProgramParameters(numbered={int(name[1:]): value for name, value in numbered.items()}, fanuc=True)
-    statement = statement_of(lines[line])
+    statement = parse_statement(lines[line])
     assert statement is not None
-    return Jumps(lines, parameters).obey(statement, line)
+    return Jumps(lines, parameters).execute_statement(statement, line)
 
 
 LOOPS = "WHILE [#1 LT 3] DO 1 / X1 / DO2 / X2 / END 2 / END1 / X3"
@@ -132,7 +132,7 @@ def test_a_statement_without_its_other_half_is_refused(text: str, line: int, mes
     ],
 )
 def test_a_line_is_a_statement_by_its_first_word(line: str, statement: tuple[str, str] | None) -> None:
-    assert statement_of(line) == statement
+    assert parse_statement(line) == statement
 
 
 def test_lines_of_other_kinds() -> None:
@@ -142,8 +142,8 @@ def test_lines_of_other_kinds() -> None:
     }  # fmt: skip
     assert {line: board_command(line) for line in commands} == commands
     for line, output in (("DPRNT[X]", True), ("N5 popen", True), ("/BPRNT [a]", True), ("PCLOS", True)):
-        assert is_output(line) is output
-    assert not is_output("DPRNTS") and not is_output("X1 DPRNT[X]")
+        assert sends_data(line) is output
+    assert not sends_data("DPRNTS") and not sends_data("X1 DPRNT[X]")
     assert has_statements(["X1", "GOTO 5"]) and has_statements(["if [1] goto 5"]) and has_statements(["goto 5"])
     assert not has_statements(["X[1]"]) and not has_statements(["X1 GOTO 5"]) and not has_statements(["DO 1"])
     assert code_without_spaces("N5 G1 (a (b)) X 1 ; c") == "N5G1X1"

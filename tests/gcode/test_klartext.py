@@ -13,17 +13,17 @@ from hypothesis import strategies as st
 
 import leafcut
 from leafcut.errors import LeafcutError, OptionError, PostError, ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.klartext import interpret_klartext
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
-from leafcut.proof.program import check_program, read_back
+from leafcut.proof.program import check_program, interpret_written_program
 from leafcut.proof.read_back import compare_motion
 
-WORDS = dialect("heidenhain")
+WORDS = load_dialect("heidenhain")
 GOLDEN = Path(__file__).parents[1] / "golden" / "two_drills_heidenhain_mm.h"
 MILL = Machine("mill", "", "heidenhain", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 40.0, (-400.0,) * 3, (400.0,) * 3)
 
@@ -81,7 +81,7 @@ def test_blocks_have_one_number_with_line_numbers_too() -> None:
 def test_a_golden_program_is_what_was_planned() -> None:
     """The same proof that stands before a file is written."""
     path = drills()
-    assert check_program(path, read_back(GOLDEN.read_text("ascii"), WORDS), WORDS, MILL, "mm") == []
+    assert check_program(path, interpret_written_program(GOLDEN.read_text("ascii"), WORDS), WORDS, MILL, "mm") == []
 
 
 @settings(max_examples=settings().max_examples * 2)
@@ -98,7 +98,7 @@ def test_any_drilling_reads_back(data: st.DataObject) -> None:
         cycles.append(DrillCycle(name, r_plane, r_plane - depth, high, peck, dwell))
     path = drills(tuple(cycles), data.draw(st.floats(0.2, 50.0)))
     read = interpret_klartext(text_of(path))
-    assert compare_motion(expand(path), expand(read), 0.0016) == []
+    assert compare_motion(expand_cycles(path), expand_cycles(read), 0.0016) == []
 
 
 def mutations(text: str) -> list[tuple[str, str]]:
@@ -124,7 +124,7 @@ def test_one_digit_changed_is_found(every: int) -> None:
     missed = []
     for line, changed in mutations(text)[::every]:
         try:
-            faults = check_program(path, read_back(changed, WORDS), WORDS, MILL, "mm")
+            faults = check_program(path, interpret_written_program(changed, WORDS), WORDS, MILL, "mm")
         except LeafcutError:
             continue
         if not faults and not re.search(r"Q206=|R0 F\d|TOOL CALL", line):
@@ -146,7 +146,7 @@ def test_a_line_lost_is_found() -> None:
         )
         with_faults = False
         try:
-            with_faults = bool(check_program(path, read_back(text, WORDS), WORDS, MILL, "mm"))
+            with_faults = bool(check_program(path, interpret_written_program(text, WORDS), WORDS, MILL, "mm"))
         except LeafcutError:
             with_faults = True
         assert with_faults, line

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.gcode.languages import other_language
+from leafcut.gcode.languages import describe_unsupported_language
 
 ORDERS = "leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code"
 KLARTEXT = "a Heidenhain conversational (Klartext) program ({}), not G-code"
@@ -92,14 +92,16 @@ PRINTED = "G1 X1 Y1 E.5\nN2 G01 X2 E1\n"
 def test_a_language_is_recognised_by_its_words(text: str, kind: str, words: tuple[object, ...]) -> None:
     hint = "; if it is for a mill, state G17 in its first lines" if kind is LATHE else ""
     expected = f"this is {kind.format(*words)}; {ORDERS}{hint}" if words else ""
-    assert other_language(text) == expected
-    assert other_language(text.replace("\n", "\r\n")) == expected
-    assert other_language(f"(a remark)\n{text}").partition("; line")[0] == expected.partition("; line")[0]
+    assert describe_unsupported_language(text) == expected
+    assert describe_unsupported_language(text.replace("\n", "\r\n")) == expected
+    assert (
+        describe_unsupported_language(f"(a remark)\n{text}").partition("; line")[0] == expected.partition("; line")[0]
+    )
 
 
 def test_the_start_of_a_long_program_decides_and_a_y_anywhere_makes_it_a_mill() -> None:
     long = TURNED + "G96 S200\n" + LONG_LINES
-    assert "G96, and no Y; line 2" in other_language(long)
-    assert other_language(long + "Y1\n") == ""
-    assert "G96" in other_language(long + "(Y1)\n")
-    assert other_language(LONG_LINES + "G96 S200\n") == ""
+    assert "G96, and no Y; line 2" in describe_unsupported_language(long)
+    assert describe_unsupported_language(long + "Y1\n") == ""
+    assert "G96" in describe_unsupported_language(long + "(Y1)\n")
+    assert describe_unsupported_language(LONG_LINES + "G96 S200\n") == ""

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from rs274_moves import run_rs274
 
@@ -157,7 +157,7 @@ def text_of(lines: str) -> str:
 def is_rejected(lines: str, name: str = "linuxcnc") -> bool:
     """Return whether the reader refuses the lines, or marks one as refused by LinuxCNC."""
     try:
-        program = interpret_program(text_of(lines), dialect(name))
+        program = interpret_program(text_of(lines), load_dialect(name))
     except ReadError:
         return True
     return any("refused by LinuxCNC" in said.text for said in program.descriptions.values())

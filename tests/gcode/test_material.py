@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.material import Material, read_materials, with_controller_moves
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.material import Material, add_controller_moves, read_materials
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
@@ -30,8 +30,8 @@ CUT = "M3 $0 S1\nM62 P2\nG1 X100 F1200\nM63 P2\nM5 $0\n"
 
 
 def run(text: str, clearance: float = 10.0):
-    program = interpret_program(f"G21 G90 G94 G61\n{text}M2\n", dialect("qtplasmac"))
-    return with_controller_moves(program.path, program.lines, clearance)
+    program = interpret_program(f"G21 G90 G94 G61\n{text}M2\n", load_dialect("qtplasmac"))
+    return add_controller_moves(program.path, program.lines, clearance)
 
 
 def test_a_cut_by_hand() -> None:
@@ -94,7 +94,7 @@ HAL = "F#<_hal[plasmac.cut-feed-rate]>"
 def test_a_feed_from_a_material_is_that_of_the_program_or_else_the_one_that_is_said() -> None:
     """1200 mm/min of the program's own material; 50 mm/s are 3000 mm/min, and of an inch program 118.110236."""
     text = f"G21\n(o=1, nu=7, fr=1200)\nM190 P7\nG1 X1 {HAL}\nM190 P8\nG1 X2 {HAL} ({HAL})\nG20\nX3 {HAL}\nM2\n"
-    program = interpret_program(text, dialect("qtplasmac"), material_feed=50.0)
+    program = interpret_program(text, load_dialect("qtplasmac"), material_feed=50.0)
     said = [1200.000001, 3000.000001, 118.110237]
     assert program.feed_words == dict.fromkeys(said, HAL)
     feeds = program.path.value[program.path.kind == Kind.FEED]
@@ -108,10 +108,10 @@ def test_a_feed_from_a_material_is_that_of_the_program_or_else_the_one_that_is_s
 def test_the_unit_of_a_feed_from_a_material_is_that_of_its_own_block(word: str, units: str) -> None:
     """50 mm/s, whatever unit the machine has."""
     text = f"M190 P8\n{word} G1 X1 {HAL}\nM2\n"
-    program = interpret_program(text, dialect("qtplasmac"), units=units, material_feed=50.0)
+    program = interpret_program(text, load_dialect("qtplasmac"), units=units, material_feed=50.0)
     assert program.path.value[program.path.kind == Kind.FEED].tolist() == pytest.approx([50.0], abs=1e-6)
 
 
 def test_a_feed_from_a_material_is_not_known_where_nobody_says_it() -> None:
-    program = interpret_program(f"G21\nG1 X1 {HAL}\nM2\n", dialect("qtplasmac"))
+    program = interpret_program(f"G21\nG1 X1 {HAL}\nM2\n", load_dialect("qtplasmac"))
     assert any(program.fixed) and program.feed_words == {}

@@ -117,7 +117,7 @@ def test_the_first_blocks_that_state_modes_and_letters() -> None:
         "Z": ([first + 2], ["-1"]),
         "R": ([first + 2, first + 3], ["1", "2"]),
     }
-    assert reader.states(first, first + 3) == {"motion", "feed", "rpm"}
+    assert reader.set_fields(first, first + 3) == {"motion", "feed", "rpm"}
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind, Toolpath
 from rs274_moves import PRINTED, RECORDED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
@@ -96,8 +96,8 @@ def text_of(name: str) -> str:
 
 def paths_of(text: str, *, plain: bool, name: str = "program") -> list[Toolpath]:
     """Return the path of a program, and that of the strict policy if it is plain."""
-    path = interpret_program(text, dialect("linuxcnc"), name).path
-    return [path, interpret(text, dialect("linuxcnc"), name)] if plain else [path]
+    path = interpret_program(text, load_dialect("linuxcnc"), name).path
+    return [path, interpret_own_program(text, load_dialect("linuxcnc"), name)] if plain else [path]
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
@@ -133,7 +133,7 @@ BLOCKS = {
 
 def accepted(text: str) -> bool:
     """Return whether leafcut sees no block that LinuxCNC refuses."""
-    program = interpret_program(f"{START}{text.replace(' / ', chr(10))}\nM2\n", dialect("linuxcnc"))
+    program = interpret_program(f"{START}{text.replace(' / ', chr(10))}\nM2\n", load_dialect("linuxcnc"))
     return not any("refused by LinuxCNC" in said.text for said in program.descriptions.values())
 
 
@@ -172,7 +172,7 @@ def test_what_linuxcnc_refuses_we_refuse(rs274: str, tmp_path: Path) -> None:
         status, _ = run_rs274(rs274, text, tmp_path)
         assert status == 1, line
         with pytest.raises(ReadError):
-            interpret(text, dialect("linuxcnc"))
+            interpret_own_program(text, load_dialect("linuxcnc"))
 
 
 #: What rs274 takes, with a table of all tools. lcnc_cam_nisley has a tool table of its own for G41.
@@ -216,14 +216,14 @@ def test_a_line_that_a_test_has_broken_on_purpose_is_refused(data: Path) -> None
     name = "gsender_invalid_gcode.nc"
     text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
     with pytest.raises(ReadError, match=re.escape(f"{name}:200: the number of D is out of range")):
-        interpret_program(text, dialect("linuxcnc"), name)
+        interpret_program(text, load_dialect("linuxcnc"), name)
 
 
 @pytest.mark.parametrize("name", ["lcnc_plasmac_pipe.ngc", "lcnc_plasmac_ramp_pierce.ngc"])
 def test_real_programs_with_pins_of_the_machine_are_read_and_what_hangs_on_them_is_kept(data: Path, name: str) -> None:
     """Blocks with numbers that only the machine knows are barriers, and their positions are unknown."""
     text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
-    program = interpret_program(text, dialect("qtplasmac"), name)
+    program = interpret_program(text, load_dialect("qtplasmac"), name)
     hidden = [b for b, line in enumerate(program.line.tolist()) if "_hal[" in program.lines[line - 1]]
     assert hidden and all(b in program.fixed for b in hidden)
 
@@ -232,6 +232,6 @@ def test_real_programs_with_pins_of_the_machine_are_read_and_what_hangs_on_them_
 def test_real_programs_that_rs274_cannot_judge_are_read(data: Path, name: str) -> None:
     """Radius compensation with a custom tool table, and a program that starts at the current position of the tool."""
     text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
-    program = interpret_program(text, dialect("linuxcnc"), name)
+    program = interpret_program(text, load_dialect("linuxcnc"), name)
     assert program.n_blocks > 10
     assert Kind.RADIUS in program.path.kind

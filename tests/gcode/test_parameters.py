@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from leafcut.gcode.expressions import BlockReading, ProgramParameters, Scanner, read_block, words_as_written
+from leafcut.gcode.expressions import BlockReading, ProgramParameters, Scanner, read_block, words_without_evaluation
 from leafcut.gcode.words import BlockError
 
 NAN = math.nan
@@ -241,5 +241,5 @@ def test_arguments_of_a_subroutine_are_zero_until_they_are_set() -> None:
 )
 def test_computed_words_keep_their_text(line: str, words: list[tuple[str, str]] | None) -> None:
     """Only lengths, feeds, speeds and times may be computed."""
-    found = words_as_written(line)
+    found = words_without_evaluation(line)
     assert (None if found is None else [(word.letter, word.text) for word in found]) == words

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program, split_lines
 
 
@@ -23,13 +23,13 @@ from leafcut.gcode.program_interpreter import interpret_program, split_lines
 )
 @pytest.mark.parametrize("name", ["linuxcnc", "haas", "grbl", "mach3"])
 def test_a_text_is_split_at_its_line_feeds(text: str, lines: list[str], name: str) -> None:
-    assert list(split_lines(text, dialect(name), "f")) == lines
+    assert list(split_lines(text, load_dialect(name), "f")) == lines
 
 
 def lone_returns(name: str, text: str) -> str:
     """Return the refusal of a text, or its lines."""
     try:
-        return repr(split_lines(text, dialect(name), "f"))
+        return repr(split_lines(text, load_dialect(name), "f"))
     except ReadError as problem:
         return str(problem)
 
@@ -46,7 +46,7 @@ def test_a_carriage_return_alone_ends_a_line_only_where_the_controller_says_so()
     )
     by_ends = {}
     for name in ("linuxcnc", "haas", "grbl", "mach3", "fanuc", "siemens", "marlin", "centroid"):
-        by_ends.setdefault(dialect(name).line_ends, name)
+        by_ends.setdefault(load_dialect(name).line_ends, name)
     assert "lf" in by_ends and "" in by_ends
     assert lone_returns(by_ends["lf"], "G0 X1\rG1 X2\r") == f"f:1: {one_line}"
     assert lone_returns(by_ends["lf"], "G0 X1\rG1 X2\nM2") == repr(("G0 X1\rG1 X2\n", "M2"))
@@ -65,10 +65,10 @@ def test_a_carriage_return_alone_ends_a_line_only_where_the_controller_says_so()
     ],
 )
 def test_a_title_above_the_percent_sign_is_no_block(text: str, title: int, blocks: list[int]) -> None:
-    program = interpret_program(text, dialect("haas"), "f")
+    program = interpret_program(text, load_dialect("haas"), "f")
     assert (program.title_lines, program.line.tolist()) == (title, blocks)
 
 
 def test_words_above_the_percent_sign_make_them_blocks() -> None:
     with pytest.raises(ReadError, match=r"^f:1: "):
-        interpret_program("part for Joe\nG21\n%\nG0 X1.\n%\n", dialect("haas"), "f")
+        interpret_program("part for Joe\nG21\n%\nG0 X1.\n%\n", load_dialect("haas"), "f")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
-from leafcut.gcode.sinumerik import sinumerik_block
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
+from leafcut.gcode.sinumerik import parse_block
 from leafcut.gcode.words import BlockError
 from leafcut.model.toolpath import DrillCycle, Kind
 
@@ -17,7 +17,7 @@ HEAD = 'G710\nG17 G90 G40\nG94 G54\nT="1"\nM6\nG0 D1 Z{}\nX1 Y2\nF120\n'
 def hole(call: str, height: float = 20.0, unit: str = "G710") -> tuple[DrillCycle, tuple[float, float, float], float]:
     """Return the cycle, the end and the feed of one called hole at X5."""
     text = HEAD.format(f"{height:g}").replace("G710", unit) + f"MCALL {call}\nG0 X5\nMCALL\nM30\n"
-    path = interpret(text, dialect("siemens"))
+    path = interpret_own_program(text, load_dialect("siemens"))
     (drill,) = (motion for motion in path if motion.kind is Kind.DRILL)
     return path.cycles[drill.ref], drill.end, drill.value
 
@@ -113,7 +113,7 @@ def test_lengths_of_a_cycle_are_in_the_unit_of_the_program() -> None:
 )  # fmt: skip
 def test_a_block_that_leafcut_does_not_write_is_refused(lines: str, message: str | None) -> None:
     with pytest.raises(ReadError) as refused:
-        interpret(HEAD.format(20) + lines + "\nMCALL\nM30\n", dialect("siemens"), "plate.mpf")
+        interpret_own_program(HEAD.format(20) + lines + "\nMCALL\nM30\n", load_dialect("siemens"), "plate.mpf")
     shown = (
         "'MSG(\"  a long text that is sho' is not understood: leafcut reads only Siemens programs that it wrote itself"
     )
@@ -130,13 +130,13 @@ def test_a_block_has_its_words_and_its_comment() -> None:
         ('t = "12345"', ["T12345"], ()),
         ("; only a note", [], ("only a note",)),
     ):
-        block = sinumerik_block(line, 7)
+        block = parse_block(line, 7)
         assert (block.line, [str(word) for word in block.words], block.comments) == (7, words, comments)
     with pytest.raises(BlockError):
-        sinumerik_block('T="123456"', 1)
+        parse_block('T="123456"', 1)
 
 
 def test_a_call_without_a_cycle_ends_the_cycle_in_any_spelling() -> None:
     lines = ["MCALL CYCLE81(2,2,0,-5)", "G0 X5", "N5 mcall ; end", "G0 X9", "M30"]
-    path = interpret(HEAD.format(20) + "\n".join(lines) + "\n", dialect("siemens"))
+    path = interpret_own_program(HEAD.format(20) + "\n".join(lines) + "\n", load_dialect("siemens"))
     assert [motion.end[0] for motion in path if motion.kind is Kind.DRILL] == [5.0]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.program_rows import detect_process
@@ -34,7 +34,7 @@ def machine_of(name: str) -> str:
 def read(path: Path) -> Program:
     """Interpret a file as its controller would."""
     machine = load_machine(machine_of(path.name))
-    words = dialect(machine.controller)
+    words = load_dialect(machine.controller)
     return read_foreign(path.read_text(encoding="utf-8"), path.name, collect_settings({}), machine, words).program
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.gcode.tool_comments import tool_width
+from leafcut.gcode.tool_comments import tool_diameter_in_comments
 
 
 @pytest.mark.parametrize(
@@ -30,6 +30,6 @@ from leafcut.gcode.tool_comments import tool_width
 def test_a_comment_tells_the_diameter_of_its_own_tool(comment: str, millimetres: float) -> None:
     """Numbers of operations, depths and other tools do not count; fractions have the units of the comment."""
     text = f"G21 G90\n{comment}\nT1 M6\nM3 S900\nG0 X0 Y0 Z5\nG1 Z-1 F60\nG0 Z5\nM2\n"
-    program = interpret_program(text, dialect("linuxcnc"))
+    program = interpret_program(text, load_dialect("linuxcnc"))
     block = int(next(k for k, line in enumerate(program.text_line.tolist()) if line == 6))
-    assert tool_width(program, block) == pytest.approx(millimetres)
+    assert tool_diameter_in_comments(program, block) == pytest.approx(millimetres)

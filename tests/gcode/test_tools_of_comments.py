@@ -6,16 +6,16 @@ import math
 
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.gcode.tool_comments import (
     comment_start,
-    narrowest_tool,
-    size_in_mm,
+    convert_size_to_mm,
     sizes_in_other_unit,
+    smallest_diameter_in_comments,
+    tool_diameter_in_comments,
     tool_in_comments,
-    tool_width,
 )
 from leafcut.model.tool import Tool, ToolKind
 
@@ -23,7 +23,7 @@ MM_HEAD, INCH_HEAD = "G21 G90\n", "G20 G90\n"
 
 
 def program_of(text: str) -> Program:
-    return interpret_program(text, dialect("linuxcnc"))
+    return interpret_program(text, load_dialect("linuxcnc"))
 
 
 def at_cut(text: str, cut: str = "G1 Z-1 F60") -> tuple[Program, int]:
@@ -35,7 +35,7 @@ def at_cut(text: str, cut: str = "G1 Z-1 F60") -> tuple[Program, int]:
 
 def width(comment: str, head: str = MM_HEAD) -> float:
     """Return the width of tool 1 from a comment before its change."""
-    return tool_width(*at_cut(f"{head}{comment}\nT1 M6\nM3 S900\nG0 X0 Y0 Z5\nG1 Z-1 F60\nM2\n"))
+    return tool_diameter_in_comments(*at_cut(f"{head}{comment}\nT1 M6\nM3 S900\nG0 X0 Y0 Z5\nG1 Z-1 F60\nM2\n"))
 
 
 @pytest.mark.parametrize(
@@ -137,20 +137,20 @@ def test_the_nearest_comment_about_the_tool_counts() -> None:
     cut = "G0 X0 Y0 Z5\nG1 Z-1 F60\nM2\n"
     blank = "(-)\n"
     # The last one before the cut counts; after the cut, none.
-    assert tool_width(*at_cut(f"{MM_HEAD}(T1 D=6)\nT1 M6\n(T1 D=8)\n{cut}(T1 D=9)\n")) == 8.0
+    assert tool_diameter_in_comments(*at_cut(f"{MM_HEAD}(T1 D=6)\nT1 M6\n(T1 D=8)\n{cut}(T1 D=9)\n")) == 8.0
     # A comment of another tool does not count, but one without a number does.
-    assert tool_width(*at_cut(f"{MM_HEAD}(T1 D=6)\n(T2 D=7)\nT1 M6\n{cut}")) == 6.0
-    assert tool_width(*at_cut(f"{MM_HEAD}(T1 D=6)\n(D=8)\n(T2 D=7)\nT1 M6\n{cut}")) == 8.0
+    assert tool_diameter_in_comments(*at_cut(f"{MM_HEAD}(T1 D=6)\n(T2 D=7)\nT1 M6\n{cut}")) == 6.0
+    assert tool_diameter_in_comments(*at_cut(f"{MM_HEAD}(T1 D=6)\n(D=8)\n(T2 D=7)\nT1 M6\n{cut}")) == 8.0
     # Before any tool change, each comment counts.
-    assert tool_width(*at_cut(f"{MM_HEAD}(D=8)\n(T2 D=7)\n{cut}")) == 7.0
-    assert tool_width(*at_cut(f"{MM_HEAD}(T2 D=7)\n(D=8)\n{cut}")) == 8.0
+    assert tool_diameter_in_comments(*at_cut(f"{MM_HEAD}(D=8)\n(T2 D=7)\n{cut}")) == 7.0
+    assert tool_diameter_in_comments(*at_cut(f"{MM_HEAD}(T2 D=7)\n(D=8)\n{cut}")) == 8.0
     # A list at the top of the program, in its first 200 lines.
-    assert tool_width(*at_cut(f"{MM_HEAD}{blank * 198}(T1 D=6)\n{blank * 90}T1 M6\n{cut}")) == 6.0
-    assert tool_width(*at_cut(f"{MM_HEAD}{blank * 199}(T1 D=6)\n{blank * 90}T1 M6\n{cut}")) == 0.0
+    assert tool_diameter_in_comments(*at_cut(f"{MM_HEAD}{blank * 198}(T1 D=6)\n{blank * 90}T1 M6\n{cut}")) == 6.0
+    assert tool_diameter_in_comments(*at_cut(f"{MM_HEAD}{blank * 199}(T1 D=6)\n{blank * 90}T1 M6\n{cut}")) == 0.0
     # Up to 20 lines from the tool change upwards, even far below the top.
     first = f"{MM_HEAD}{blank * 300}T2 M6\n"
-    assert tool_width(*at_cut(f"{first}{blank * 5}(T1 D=6)\n{blank * 18}T1 M6\n{cut}")) == 6.0
-    assert tool_width(*at_cut(f"{first}{blank * 5}(T1 D=6)\n{blank * 19}T1 M6\n{cut}")) == 0.0
+    assert tool_diameter_in_comments(*at_cut(f"{first}{blank * 5}(T1 D=6)\n{blank * 18}T1 M6\n{cut}")) == 6.0
+    assert tool_diameter_in_comments(*at_cut(f"{first}{blank * 5}(T1 D=6)\n{blank * 19}T1 M6\n{cut}")) == 0.0
 
 
 def test_an_old_comment_counts_only_if_it_names_the_tool() -> None:
@@ -191,7 +191,7 @@ def test_an_old_comment_counts_only_if_it_names_the_tool() -> None:
     ],
 )
 def test_the_narrowest_tool_of_a_program_is_no_depth_and_no_stock(comment: str, narrowest: float) -> None:
-    assert narrowest_tool(program_of(f"{MM_HEAD}{comment}\nG0 X1\nM2\n")) == pytest.approx(narrowest)
+    assert smallest_diameter_in_comments(program_of(f"{MM_HEAD}{comment}\nG0 X1\nM2\n")) == pytest.approx(narrowest)
 
 
 @pytest.mark.parametrize(
@@ -214,10 +214,10 @@ def test_sizes_in_another_unit_than_the_program_are_found(lines: list[str], unit
 
 
 def test_sizes_are_converted_to_millimetres() -> None:
-    assert size_in_mm("6.35", None, 1.0) == 6.35
-    assert size_in_mm("1/4", "inch", 1.0) == pytest.approx(6.35)
-    assert size_in_mm("1 / 4", '"', 1.0) == pytest.approx(6.35)
-    assert size_in_mm("0.5", "", 25.4) == pytest.approx(12.7)
-    assert size_in_mm("5", "MM", 25.4) == 5.0
-    assert size_in_mm("3/0", None, 1.0) == 3.0
+    assert convert_size_to_mm("6.35", None, 1.0) == 6.35
+    assert convert_size_to_mm("1/4", "inch", 1.0) == pytest.approx(6.35)
+    assert convert_size_to_mm("1 / 4", '"', 1.0) == pytest.approx(6.35)
+    assert convert_size_to_mm("0.5", "", 25.4) == pytest.approx(12.7)
+    assert convert_size_to_mm("5", "MM", 25.4) == 5.0
+    assert convert_size_to_mm("3/0", None, 1.0) == 3.0
     assert [comment_start(text) for text in ("G0 (a) ; b", "G0 ; b (a)", "(", "G0")] == [3, 3, 0, -1]

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import PostError, ReadError
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.gcode.torch import convert_for_controller
+from leafcut.gcode.torch import convert_torch_path_for_controller
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from rs274_moves import run_rs274
 
@@ -21,7 +21,7 @@ HEAD = "G21 G17 G90 G91.1 G94\nM52 P1\nM65 P2\nM65 P3\nM68 E3 Q0\nF1200\n"
 
 def rows(text: str, words: str = "qtplasmac") -> list[tuple[str, float, int]]:
     """Kind, value and ref of every row but the end."""
-    path = interpret(HEAD + text + "\nM2", dialect(words), left_over=True)
+    path = interpret_own_program(HEAD + text + "\nM2", load_dialect(words), left_over=True)
     return [(m.kind.name, round(m.value, 6), m.ref) for m in path][4:-1]
 
 
@@ -48,7 +48,9 @@ def test_outputs_darken_the_torch_and_hold_its_height() -> None:
 
 
 def test_a_program_that_does_not_reset_the_outputs_starts_with_what_another_left() -> None:
-    path = interpret("G21 G90 G94 F600\nG0 X0 Y0\nM3 $0 S1\nG1 X1\nM2", dialect("qtplasmac"), left_over=True)
+    path = interpret_own_program(
+        "G21 G90 G94 F600\nG0 X0 Y0\nM3 $0 S1\nG1 X1\nM2", load_dialect("qtplasmac"), left_over=True
+    )
     assert [(m.kind, m.value) for m in path][:2] == [(Kind.TORCH, 0.0), (Kind.HEIGHT, 0.0)]
 
 
@@ -58,7 +60,7 @@ def test_the_spindle_that_marks_is_told_apart() -> None:
 
 def test_the_power_of_a_beam_is_said_without_a_stop() -> None:
     """S0 keeps the beam dark while the head moves on; another power than before is the beam at that power."""
-    path = interpret("G21 G90 G94 F600\nM4 S800\nS0\nS800\nS300\nM5\nM30", dialect("grbl-laser"))
+    path = interpret_own_program("G21 G90 G94 F600\nM4 S800\nS0\nS800\nS300\nM5\nM30", load_dialect("grbl-laser"))
     assert [(m.kind.name, m.value) for m in path][:-1] == [
         ("SPINDLE", 800.0),
         ("TORCH", 0.0),
@@ -90,13 +92,13 @@ def test_a_word_that_lacks_something_is_refused(text: str, message: str) -> None
 @pytest.mark.parametrize("words", ["linuxcnc", "fanuc", "grbl"])
 def test_a_mill_knows_no_outputs(words: str) -> None:
     with pytest.raises(ReadError, match="M62 is not understood"):
-        interpret("G21 G90\nM62 P3\nM2", dialect(words))
+        interpret_own_program("G21 G90\nM62 P3\nM2", load_dialect(words))
 
 
 def test_a_foreign_program_keeps_such_blocks_where_they_are() -> None:
     """The effect of the outputs on the feed is known, but the blocks stay word for word."""
     text = "G21 G90 G94\nM52 P1\nG0 X0 Y0\nM3 $0 S1\nM67 E3 Q60\nG1 X9 F1200\nM67 E3 Q100\nX12\nM5 $-1\nM3 $1 S1\nM2"
-    program = interpret_program(text, dialect("qtplasmac"))
+    program = interpret_program(text, load_dialect("qtplasmac"))
     assert [m.value for m in program.path if m.kind is Kind.FEED] == [12.0, 20.0]
     kept = {int(program.line[b]): reason for b, reason in program.fixed.items()}
     assert kept.keys() == {2, 5, 7, 10}
@@ -105,7 +107,7 @@ def test_a_foreign_program_keeps_such_blocks_where_they_are() -> None:
 
 def test_a_feed_from_the_machines_own_table_is_not_known() -> None:
     text = "G21 G90\nF#<_hal[plasmac.cut-feed-rate]>\nG0 X0 Y0\nG1 X5\nX6 F300\nM2"
-    program = interpret_program(text, dialect("qtplasmac"))
+    program = interpret_program(text, load_dialect("qtplasmac"))
     moves = program.path.kind[program.path.kind <= Kind.FOREIGN].tolist()
     assert moves == [Kind.RAPID, Kind.FOREIGN, Kind.FEED, Kind.END]
 
@@ -134,7 +136,7 @@ def cut_with_a_dark_end() -> Toolpath:
 
 def told(words: str, path: Toolpath) -> list[str]:
     """Return the kinds of rows of a program."""
-    return [m.kind.name for m in convert_for_controller(path, dialect(words))]
+    return [m.kind.name for m in convert_torch_path_for_controller(path, load_dialect(words))]
 
 
 def test_a_controller_is_told_only_what_is_its_programs() -> None:
@@ -143,17 +145,17 @@ def test_a_controller_is_told_only_what_is_its_programs() -> None:
     laser = [kind for kind in lit if kind != "HEIGHT"]
     assert told("grbl-laser", cut_with_a_dark_end()) == ["RAPID", *laser]
     assert told("fanuc-laser", cut_with_a_dark_end()) == ["BLENDING", "RAPID", laser[0], "DWELL", *laser[1:]]
-    same = convert_for_controller(cut_with_a_dark_end(), dialect("linuxcnc"))
+    same = convert_torch_path_for_controller(cut_with_a_dark_end(), load_dialect("linuxcnc"))
     assert len(same) == len(cut_with_a_dark_end())
 
 
 def test_a_controller_that_cannot_darken_the_torch_puts_it_out_at_the_end() -> None:
     path = cut_with_a_dark_end()
     with pytest.raises(PostError, match="cannot switch the torch off during a cut"):
-        convert_for_controller(path, dialect("plasma"))
+        convert_torch_path_for_controller(path, load_dialect("plasma"))
     rows = [m for m in path if m.kind is not Kind.TORCH or m.value == 0.0]
     arcs = path.arcs
-    ends = convert_for_controller(Toolpath.of_motions(rows), dialect("plasma"))
+    ends = convert_torch_path_for_controller(Toolpath.of_motions(rows), load_dialect("plasma"))
     kinds = [m.kind.name for m in ends]
     assert kinds[7:] == ["ARC_CCW", "SPINDLE", "FEED", "RAPID", "END"]
     assert arcs[0].center == (5.0, 0.0, 1.5)
@@ -177,7 +179,7 @@ def test_linuxcnc_hears_the_same_words(rs274: str, tmp_path: Path) -> None:
             theirs.append(("SPINDLE", 1.0, int(arguments)))
         elif name.startswith("STOP_SPINDLE"):
             theirs.append(("SPINDLE", 0.0, int(arguments)))
-    ours = [(m.kind.name, m.value, m.ref) for m in interpret(text, dialect("qtplasmac"))]
+    ours = [(m.kind.name, m.value, m.ref) for m in interpret_own_program(text, load_dialect("qtplasmac"))]
     switched = [row for row in ours if row[0] in ("HEIGHT", "TORCH", "SPINDLE")]
     assert theirs[: len(switched)] == switched
     assert ("SET_MOTION_OUTPUT_VALUE", "3,60.000000") in heard
@@ -187,9 +189,9 @@ def test_linuxcnc_hears_the_same_words(rs274: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("units", "kerf"), [("G21", 1.5), ("G20", 38.1)])
 def test_compensation_is_a_row_for_each_width_and_one_for_its_end(units: str, kerf: float) -> None:
     """G40 alone adds none; the D of G41.1 is the width of the kerf in the program's units."""
-    path = interpret(
+    path = interpret_own_program(
         f"{units} G17 G90 G91.1 G94 G40\nF100\nG0 X0 Y0 Z1\nG40\nG41.1 D1.5\nG41.1 D1.5\nG42.1 D1.5\nG40\nG40\nM2",
-        dialect("qtplasmac"),
+        load_dialect("qtplasmac"),
     )
     found = [(m.ref, round(m.value, 9)) for m in path if m.kind is Kind.RADIUS]
     assert found == [(41, kerf), (41, kerf), (42, kerf), (40, 0.0)]
@@ -199,7 +201,7 @@ FOUND = "G0 X1 Y2 Z10\nG38.2 Z-20 F600\nG92 Z-3\nG0 Z4\n"
 
 
 def test_after_a_probe_the_height_is_what_g92_says() -> None:
-    path = interpret(f"G21 G17 G90 G91.1 G94\n{FOUND}G92.1\nM2", dialect("plasma"))
+    path = interpret_own_program(f"G21 G17 G90 G91.1 G94\n{FOUND}G92.1\nM2", load_dialect("plasma"))
     assert [m.kind for m in path][1:4] == [Kind.PROBE, Kind.SHIFT, Kind.RAPID]
     assert path[1].end == (1.0, 2.0, -20.0)
     assert path[1].value == 10.0
@@ -225,13 +227,13 @@ def test_after_a_probe_the_height_is_what_g92_says() -> None:
 )
 def test_a_probe_that_cannot_be_meant_is_refused(text: str, words: str) -> None:
     with pytest.raises(ReadError, match=words):
-        interpret(f"G21 G17 G90 G94\n{text}\nM2", dialect("plasma"))
+        interpret_own_program(f"G21 G17 G90 G94\n{text}\nM2", load_dialect("plasma"))
 
 
 def test_a_foreign_probe_stays_where_it_is_and_has_its_feed() -> None:
     """G31 is what Mach3 and Fanuc have for it."""
     for word in ("G38.2", "G38.3", "G31"):
-        program = interpret_program(f"G21 G90 G94\n{FOUND.replace('G38.2', word)}M2", dialect("plasma"))
+        program = interpret_program(f"G21 G90 G94\n{FOUND.replace('G38.2', word)}M2", load_dialect("plasma"))
         row = next(m for m in program.path if m.kind is Kind.FOREIGN)
         assert row.value == 10.0
         assert any(word in reason for reason in program.fixed.values())

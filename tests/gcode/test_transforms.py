@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 
 #: Block that starts a transformation → the word that ends it, by the manuals of Fanuc and Haas.
@@ -26,7 +26,7 @@ ENDED_BY = {
 def is_known_after(start: str, end: str, words: str) -> bool:
     """Return whether a move to X2 Y2 Z7 ends at a known place after both blocks."""
     text = f"G21 G90 G17\nG0 X0. Y0. Z5.\n{start}\nG0 X1. Y1. Z6.\n{end}\nG0 X2. Y2. Z7.\nM30\n"
-    end_of_move = interpret_program(text, dialect(words)).path.end[-2]
+    end_of_move = interpret_program(text, load_dialect(words)).path.end[-2]
     assert np.isnan(end_of_move).all() or end_of_move.tolist() == [2.0, 2.0, 7.0]
     return not np.isnan(end_of_move).any()
 
@@ -59,8 +59,8 @@ def test_only_a_word_that_may_select_a_motion_leaves_later_moves_unknown(words: 
     for group, known in ((NO_MOTION, True), (MOTIONS, False)):
         for word in group.split():
             text = f"G21 G90 G17\nG0 X0. Y0. Z5.\n{word}\nX2. Y2. Z7.\nM30\n"
-            end = interpret_program(text, dialect(words)).path.end[-2]
+            end = interpret_program(text, load_dialect(words)).path.end[-2]
             assert (end.tolist() == [2.0, 2.0, 7.0]) is known, word
             # With an axis, any unknown word may move it in its own way.
             text = f"G21 G90 G17\nG0 X0. Y0. Z5.\n{word} X1.\nX2. Y2. Z7.\nM30\n"
-            assert np.isnan(interpret_program(text, dialect(words)).path.end[-2]).all(), word
+            assert np.isnan(interpret_program(text, load_dialect(words)).path.end[-2]).all(), word

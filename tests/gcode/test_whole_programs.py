@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind
@@ -42,7 +42,7 @@ def changes(before: Modal, after: Modal) -> str:
 def reading_of(text: str, name: str) -> str:
     """Return what is understood of a program, block by block."""
     try:
-        program = interpret_program(text, dialect(name), "program")
+        program = interpret_program(text, load_dialect(name), "program")
     except ReadError as problem:
         return f"refused: {problem}\n"
     lines = []

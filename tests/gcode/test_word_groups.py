@@ -7,7 +7,7 @@ from itertools import combinations
 import pytest
 
 from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF, sort_words
-from leafcut.gcode.words import BlockError, tokenise
+from leafcut.gcode.words import BlockError, parse_block
 
 #: One line for each group: RS274/NGC, table 4, with the words that LinuxCNC, Siemens (G500 …) and Fagor have beside.
 G_GROUPS = [
@@ -24,7 +24,7 @@ M_GROUPS = ["M0 M1 M2 M30 M60 M226", "M6", "M3 M4 M5", "M7 M8 M9", "M62 M63 M64 
 def refusal(line: str, separate_cycles: bool = True) -> str:
     """Return the reason why a block is refused, or an empty text."""
     try:
-        sort_words(tokenise(line), frozenset(GROUP_OF), frozenset(M_GROUP_OF), separate_cycles)
+        sort_words(parse_block(line), frozenset(GROUP_OF), frozenset(M_GROUP_OF), separate_cycles)
     except BlockError as problem:
         return str(problem)
     return ""
@@ -68,10 +68,10 @@ def test_a_block_that_contradicts_itself_is_refused(line: str, reason: str) -> N
 
 
 def test_the_words_of_a_block_are_sorted() -> None:
-    block = tokenise("N5 G1 G90 X1 M8 M7 M3 S9 G22 M10 G1.05 M8.5 N6")
+    block = parse_block("N5 G1 G90 X1 M8 M7 M3 S9 G22 M10 G1.05 M8.5 N6")
     sorted_block = sort_words(block, frozenset(GROUP_OF), frozenset(M_GROUP_OF), False)
     assert sorted_block.g == {"motion": 10, "distance": 900}
     assert sorted_block.m == {"coolant": [8, 7], "spindle": [3]}
     assert {letter: str(word) for letter, word in sorted_block.letters.items()} == {"N": "N5", "X": "X1", "S": "S9"}
     assert list(map(str, sorted_block.unknown)) == ["G22", "M10", "G1.05", "M8.5"]
-    assert sort_words(tokenise("G1 G81"), frozenset(GROUP_OF), frozenset(), True).g == {"motion": 10, "cycle": 810}
+    assert sort_words(parse_block("G1 G81"), frozenset(GROUP_OF), frozenset(), True).g == {"motion": 10, "cycle": 810}

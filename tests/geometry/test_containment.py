@@ -10,9 +10,9 @@ import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry import index, tidying
-from leafcut.geometry.containment import find_conflicts, nesting_depths
+from leafcut.geometry.containment import find_outline_conflicts, nesting_depths_and_parents
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.tidying import polygons
+from leafcut.geometry.tidying import chord_polygons
 
 
 def squares(rows: list[tuple[float, float, float]]) -> np.ndarray:
@@ -26,7 +26,7 @@ def test_depth_and_parent_are_those_of_all_pairs() -> None:
     rows += [(x + 1, y + 1, 5.0) for x, y, a in list(rows) if draw.random() < 0.5 and a == 14.0]
     draw.shuffle(rows)
     shapes = squares(rows)
-    depth, parent = nesting_depths(shapes)
+    depth, parent = nesting_depths_and_parents(shapes)
     for k, shape in enumerate(shapes):
         holders = [j for j, other in enumerate(shapes) if j != k and other.contains(shape)]
         assert depth[k] == len(holders)
@@ -46,23 +46,23 @@ def test_depth_and_parent_are_those_of_all_pairs() -> None:
     ],
 )
 def test_edges_that_meet_are_told_apart(second: tuple[float, float, float], kind: str) -> None:
-    (found,) = find_conflicts(squares([(0, 0, 10), second]))
+    (found,) = find_outline_conflicts(squares([(0, 0, 10), second]))
     assert (found.first, found.second, found.kind) == (0, 1, kind)
     assert -0.1 <= found.place[0] <= 10.1 and -0.1 <= found.place[1] <= 10.1
 
 
 def test_outlines_apart_or_inside_each_other_have_no_conflict() -> None:
-    assert find_conflicts(squares([(0, 0, 10), (11, 0, 10), (2, 2, 3), (30, 30, 1)])) == []
+    assert find_outline_conflicts(squares([(0, 0, 10), (11, 0, 10), (2, 2, 3), (30, 30, 1)])) == []
 
 
 def test_more_outlines_inside_each_other_than_any_sheet_has_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(index, "MOST_PAIRS", 10)
     monkeypatch.setattr(index, "MOST_PER_SHAPE", 1)
     with pytest.raises(PlanError, match="millions of outlines inside each other"):
-        nesting_depths(squares([(k, k, 100 - 2 * k) for k in range(20)]))
+        nesting_depths_and_parents(squares([(k, k, 100 - 2 * k) for k in range(20)]))
 
 
 def test_arcs_that_would_need_millions_of_chords_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tidying, "MOST_CHORDS", 500)
     with pytest.raises(PlanError, match="units"):
-        polygons([Polyline.circle(0, 0, 1e5)])
+        chord_polygons([Polyline.circle(0, 0, 1e5)])

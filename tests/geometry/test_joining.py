@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
 from leafcut.geometry import index
-from leafcut.geometry.cleaning import cleaned_path
-from leafcut.geometry.joining import join
+from leafcut.geometry.cleaning import clean_path
+from leafcut.geometry.joining import join_paths
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tidying import tidy_outlines, without_overlaps
 
@@ -42,7 +42,7 @@ def test_the_sides_of_a_polygon_in_any_order_and_direction_become_it_again(
     sides = [line(tuple(a), tuple(b)) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
     sides = [s.reversed() if draw.random() < 0.5 else s for s in sides]
     draw.shuffle(sides)
-    (made,) = join(sides, 0.05).paths
+    (made,) = join_paths(sides, 0.05).paths
     assert made.path.closed
     assert abs(made.path.area) == pytest.approx(Polyline.of_points(corners, closed=True).area)
     assert sorted(made.members) == list(range(len(sides)))
@@ -51,28 +51,28 @@ def test_the_sides_of_a_polygon_in_any_order_and_direction_become_it_again(
 def test_gaps_up_to_the_tolerance_are_closed_and_said_with_their_place() -> None:
     sides = rectangle(0, 0, 10, 10)
     sides[2] = line((10, 10), (0, 10.04))
-    (made,) = join(sides, 0.05).paths
+    (made,) = join_paths(sides, 0.05).paths
     assert made.path.closed
     ((place, width),) = made.gaps
     assert place == pytest.approx((0, 10.02)) and width == pytest.approx(0.04)
-    assert [m.path.closed for m in join(sides, 0.03).paths] == [False]
+    assert [m.path.closed for m in join_paths(sides, 0.03).paths] == [False]
 
 
 def test_of_ends_within_reach_those_drawn_in_one_point_are_joined_first() -> None:
     lines = [line((k * 0.02, 0), ((k + 1) * 0.02, 0)) for k in range(50)]
-    (made,) = join(lines, 0.05).paths
+    (made,) = join_paths(lines, 0.05).paths
     assert made.path.length == pytest.approx(1.0)
     assert not made.gaps and not made.path.closed
 
 
 def test_a_third_end_in_one_place_is_a_branch_and_stays_open() -> None:
-    joining = join([*rectangle(0, 0, 10, 10), line((10, 10), (20, 20))], 0.05)
+    joining = join_paths([*rectangle(0, 0, 10, 10), line((10, 10), (20, 20))], 0.05)
     assert [made.path.closed for made in joining.paths] == [True, False]
     assert joining.branches == [(10.0, 10.0)]
 
 
 def test_a_path_that_ends_where_it_began_is_closed() -> None:
-    (made,) = join([line((0, 0), (5, 0), (5, 5), (0, 0.001))], 0.05).paths
+    (made,) = join_paths([line((0, 0), (5, 0), (5, 5), (0, 0.001))], 0.05).paths
     assert made.path.closed
 
 
@@ -125,17 +125,17 @@ def test_millions_of_ends_in_one_place_are_refused_before_they_fill_the_memory(m
     monkeypatch.setattr(index, "MOST_PAIRS", 1000)
     strokes = [line((0, 0), (math.cos(k), math.sin(k))) for k in range(300)]
     with pytest.raises(PlanError, match="millions of points"):
-        join(strokes, 0.05)
+        join_paths(strokes, 0.05)
 
 
 def test_cleaning_drops_what_has_no_length_and_halves_long_arcs() -> None:
     path = Polyline(np.array([[0, 0, 0], [0, 0, 0], [10, 0, 2.0], [10, 5, 0], [10, 5, 0.0]]), closed=True)
-    good = cleaned_path(path)
+    good = clean_path(path)
     assert good is not None
     assert good.n_segments == 4
     assert good.area == pytest.approx(path.area)
     assert np.abs(good.bulges).max() <= 1
-    assert cleaned_path(line((3, 3), (3, 3))) is None
+    assert clean_path(line((3, 3), (3, 3))) is None
 
 
 @pytest.mark.parametrize("radius", [4_900.0, 20_000.0, 2_000_000.0])
@@ -143,7 +143,7 @@ def test_cleaning_drops_what_has_no_length_and_halves_long_arcs() -> None:
 def test_cleaning_replaces_arcs_of_a_huge_radius_by_lines_that_are_as_true(radius: float, closed: bool) -> None:
     bulge = math.tan(0.25 * 2.0 * math.asin(300.0 / radius))
     path = Polyline(np.array([[0, 0, 0], [600, 0, 0], [600, 200, bulge], [0, 200, 0.0]]), closed)
-    good = cleaned_path(path)
+    good = clean_path(path)
     assert good is not None
     assert any(s.is_arc for s in good.segments()) is (radius < 5_000.0)
     rise = radius - math.sqrt(radius**2 - 300.0**2)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.polyline import Polyline, concatenate
 
 #: A stadium: two lines of 10 mm and two half circles of radius 2 mm, counter-clockwise.
 STADIUM = Polyline(np.array([[0.0, 0, 0], [10, 0, 1], [10, 4, 0], [0, 4, 1]]), closed=True)
@@ -76,7 +76,7 @@ def test_pieces_put_together_are_the_whole(
     parts = [path.piece(0, a), path.piece(a, b), path.piece(b, path.length)]
     assert sum(p.length for p in parts) == pytest.approx(path.length, abs=1e-6)
     assert parts[1].start == pytest.approx(path.point_at(a), abs=1e-6)
-    whole = joined(*parts)
+    whole = concatenate(*parts)
     for share in (0.1, 0.5, 0.9):
         assert whole.point_at(share * path.length) == pytest.approx(path.point_at(share * path.length), abs=1e-5)
 

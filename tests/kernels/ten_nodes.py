@@ -35,8 +35,8 @@ from leafcut.kernels import (
     surface,
     sweep,
 )
-from leafcut.material.engagement import engagement as measured
-from leafcut.material.step_over import widest_gaps
+from leafcut.material.engagement import engagement_along_path as measured
+from leafcut.material.step_over import measure_widest_step_overs
 from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Metric, Relief, RoutingProblem
@@ -45,9 +45,9 @@ from leafcut.order import bound as patched
 from leafcut.order import kicks as tour_kicks
 from leafcut.order.annealing import PathAnnealing
 from leafcut.order.bound import lower_bound
-from leafcut.order.construction import greedy as greedy_tour
-from leafcut.order.directed import build_directed
-from leafcut.order.instance import build_instance, cost_model
+from leafcut.order.construction import greedy_tour
+from leafcut.order.directed import build_directed_instance
+from leafcut.order.instance import build_cost_model, build_instance
 from leafcut.order.kicks import shorten_long_edges, tour_with_buffers
 from leafcut.order.solve import solve
 from leafcut.processes.pocket.plan.coverage_points import CoveragePoints
@@ -75,10 +75,10 @@ def results() -> dict[str, object]:
     xy = points()
     machine = {"velocity": (250.0, 200.0), "acceleration": (900.0, 500.0)}
     for name in ("euclidean", "chebyshev", "manhattan", "EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D"):
-        out[name] = cost.tour_cost(cost_model(Metric(name), xy), np.arange(24, dtype=np.int32))
+        out[name] = cost.tour_cost(build_cost_model(Metric(name), xy), np.arange(24, dtype=np.int32))
     zone = np.array([[20.0, 20.0, 40.0, 50.0]])
     for name in ("linear", "dogleg"):
-        model = cost_model(Metric(name, zones=zone, lift=0.7, **machine), xy)
+        model = build_cost_model(Metric(name, zones=zone, lift=0.7, **machine), xy)
         out[name] = cost.tour_cost(model, np.arange(24, dtype=np.int32))
     words = np.array([1, 2**63 + 5], dtype=np.uint64)
     out["uniform"] = [random.uniform(words, 1) for _ in range(5)]
@@ -138,7 +138,7 @@ def along_a_way(corners: np.ndarray) -> list[object]:
     found = measured(way, rules)
     room = shapely.box(-10.0, -10.0, 100.0, 100.0)
     near = CoveragePoints(corners, np.full(len(corners), 30.0), np.arange(len(way) - 1)).near(way.xy)
-    return [*(column.tolist() for column in (*found, *near)), list(widest_gaps(way, room, rules))]
+    return [*(column.tolist() for column in (*found, *near)), list(measure_widest_step_overs(way, room, rules))]
 
 
 def cut_by(*shape: float) -> list[object]:
@@ -150,7 +150,7 @@ def cut_by(*shape: float) -> list[object]:
     inset = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
     rows, tool = sweep.CellRows(heights, room, 0, 20, 0.0, 0.0, 1.0), sweep.ToolShape(*shape)
     bodies = np.array([(3, 3, 0, 3, 0, 0, 1.0, 0), (5, 4, 0, 4, 0, 2.0, 2.0, 1)], dtype=np.float64)
-    total = sweep.sweep(rows, tool, moves, np.arange(5), inset, 0.5, 1e-3, 0.0, bodies, found)
+    total = sweep.cut_moves(rows, tool, moves, np.arange(5), inset, 0.5, 1e-3, 0.0, bodies, found)
     return [total, heights.tolist(), room.tolist(), repr(found.tolist())]
 
 
@@ -161,20 +161,20 @@ def seen_from_above() -> list[object]:
         dtype=np.float64,
     )
     heights, widest = np.full((12, 12), -np.inf), np.zeros((12, 12))
-    surface.raise_whole_cells(triangles, -1.0, -1.0, 1.0, heights)
+    surface.raise_cells_to_maximum(triangles, -1.0, -1.0, 1.0, heights)
     surface.maximum_within_reach(heights, surface.reach_in_cells(1.5, 1.0), widest)
     x, y = np.array([-0.5, 0.5, 3.0, 8.0]), np.array([2.0, 0.5, 3.0, 7.0])
     top, under = np.full(4, -np.inf), np.full(4, np.inf)
-    surface.heights_at(triangles, np.searchsorted(x, triangles[:, :, 0].min(axis=1)), x, y, top, under)
+    surface.mesh_heights_at(triangles, np.searchsorted(x, triangles[:, :, 0].min(axis=1)), x, y, top, under)
     found: list[object] = [repr(part.tolist()) for part in (heights, widest, top, under)]
     places = np.array([(0.5, 0.5), (8.0, 1.0), (2.0, 8.5), (10.0, 10.0)])
     relief = Relief(places[:3], np.array([2.0, 3.0, 1.0]), 12.0, widest, -1.0, -1.0, 1.0, 50.0, 200.0)
     for name in ("linear", "dogleg", "euclidean"):
-        model = cost_model(Metric(name, (100.0, 80.0), (500.0, 300.0), relief=relief), places)
+        model = build_cost_model(Metric(name, (100.0, 80.0), (500.0, 300.0), relief=relief), places)
         leave, arrive = np.repeat(np.arange(4, dtype=np.int32), 4), np.tile(np.arange(4, dtype=np.int32), 4)
         costs, ways = np.zeros(16), np.zeros(3)
         cost.edge_costs(model, leave, arrive, costs)
-        cost.way_heights(model.code, model.xy, model.matrix, ways)
+        cost.travel_heights_along_path(model.code, model.xy, model.matrix, ways)
         found += [costs.tolist(), ways.tolist()]
     return found
 
@@ -186,7 +186,7 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
     pairs = np.array([[1, 0], [2, 0], [7, 9]], dtype=np.int32)
     cuts = RoutingProblem(entry, entry[::-1].copy(), cluster, np.ones(len(entry)), precedence=pairs, closed=closed)
     found = solve(cuts, SolveOptions(algorithm="colony", iterations=2, bound=False))
-    directed = build_directed(cuts, 6)
+    directed = build_directed_instance(cuts, 6)
     ant = PathAnnealing(directed, np.array([7], dtype=np.uint64))
     orders = [
         solve(

@@ -14,21 +14,21 @@ from leafcut.kernels.assembly import (
     CYCLES,
     Assembly,
     apply_child,
-    assemble,
-    fill_links,
-    find_cycles,
+    build_cycle_child,
     length_of_piece,
     piece_of_position,
-    sort_few,
-    try_cycle,
+    recombine_by_edge_assembly,
+    shell_sort,
+    split_into_ab_cycles,
+    store_tour_links,
     undo_changes,
 )
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import Tour
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order.colony import assembly_for
+from leafcut.order.colony import allocate_assembly_buffers
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import BREADTH, descend, search_breadth, tour_with_buffers
+from leafcut.order.kicks import BREADTH, improve_queued_nodes, search_breadth, tour_with_buffers
 from leafcut.order.stop import Stop
 from plain_python import plain_python
 from plain_random import Xorshift
@@ -51,10 +51,10 @@ def edges(tour: np.ndarray) -> Counter:
 
 def prepared(one: np.ndarray, two: np.ndarray) -> tuple[Tour, Assembly]:
     """Return the work tour and the assembly of two tours."""
-    tour, a = tour_with_buffers(one, queued=False), assembly_for(len(one))
+    tour, a = tour_with_buffers(one, queued=False), allocate_assembly_buffers(len(one))
     with plain_python():
-        fill_links(a.links, one, 0)
-        fill_links(a.links, two, 2)
+        store_tour_links(a.links, one, 0)
+        store_tour_links(a.links, two, 2)
     return tour, a
 
 
@@ -72,10 +72,10 @@ def two_tours(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 def assembled(instance: Instance, one: np.ndarray, two: np.ndarray, seed: int) -> tuple[np.ndarray, float]:
     """Return the child of two tours and its reported gain."""
     mine, gains = one.copy()[None], np.zeros(1)
-    assemble(
+    recombine_by_edge_assembly(
         instance.cost,
         tour_with_buffers(one, queued=False),
-        assembly_for(len(one)),
+        allocate_assembly_buffers(len(one)),
         instance.candidates,
         instance.lengths,
         search_breadth(instance, BREADTH),
@@ -94,7 +94,7 @@ def test_the_cycles_alternate_and_contain_every_unshared_edge_once(n: int, seed:
     one, two = two_tours(n, seed)
     _, a = prepared(one, two)
     with plain_python():
-        count = find_cycles(a, np.array([seed + 1], dtype=np.uint64), 0)
+        count = split_into_ab_cycles(a, np.array([seed + 1], dtype=np.uint64), 0)
     taken: tuple[Counter, Counter] = (Counter(), Counter())
     for c in range(count):
         cycle = a.lists[CYCLES, a.lists[BEGIN, c] : a.lists[BEGIN, c + 1]].tolist()
@@ -111,8 +111,8 @@ def test_the_gain_of_a_child_is_true_and_undo_restores_the_links(n: int, seed: i
     tour, a = prepared(one, two)
     before = a.links.copy()
     with plain_python():
-        for cycle in range(find_cycles(a, np.array([seed + 1], dtype=np.uint64), 0)):
-            gain, entries = try_cycle(
+        for cycle in range(split_into_ab_cycles(a, np.array([seed + 1], dtype=np.uint64), 0)):
+            gain, entries = build_cycle_child(
                 instance.cost, tour.node, tour.place, a, instance.candidates, instance.lengths, cycle
             )
             if gain > -np.inf:
@@ -144,7 +144,7 @@ def test_assembling_never_makes_a_tour_longer_and_counts_its_gain_right(n: int, 
 def test_a_tour_assembled_with_itself_stays_unchanged(n: int, seed: int) -> None:
     instance = instance_of(n, seed, **CLOSED)
     tour = tour_with_buffers(np.random.default_rng(seed).permutation(n).astype(np.int32))
-    descend(instance, tour, BREADTH, Stop())
+    improve_queued_nodes(instance, tour, BREADTH, Stop())
     mine, gain = assembled(instance, tour.node, tour.node, seed)
     assert gain == 0
     assert np.array_equal(mine, tour.node)
@@ -163,7 +163,7 @@ def test_a_tied_edge_is_never_given_up(n: int, seed: int) -> None:
 def test_only_the_first_values_are_sorted(values: list[int]) -> None:
     array = np.array([*values, -7, -8], dtype=np.int32)
     with plain_python():
-        sort_few(array, len(values))
+        shell_sort(array, len(values))
     assert array.tolist() == [*sorted(values), -7, -8]
 
 
@@ -302,10 +302,10 @@ def test_a_child_is_that_of_a_plain_implementation() -> None:
         two = rng.permutation(n).astype(np.int32) if seed % 2 else two_tours(n, seed)[1][one]
         plain = PlainAssembly(instance, one, two, Xorshift(seed + 1))
         mine, gains, state = one.copy()[None], np.zeros(1), np.array([seed + 1], dtype=np.uint64)
-        assemble(
+        recombine_by_edge_assembly(
             instance.cost,
             tour_with_buffers(one, queued=False),
-            assembly_for(n),
+            allocate_assembly_buffers(n),
             instance.candidates,
             instance.lengths,
             np.zeros(5, dtype=np.int64),

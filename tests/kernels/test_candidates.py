@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from leafcut.kernels.candidates import fill_candidates
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order.instance import Instance, build_instance, costs_of_edges, nearby_buffers
+from leafcut.order.instance import Instance, allocate_nearby_buffers, build_instance, costs_of_edges
 
 PLACES = st.lists(st.tuples(st.integers(0, 15), st.integers(0, 15)), min_size=12, max_size=90, unique=True)
 METRICS = st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D", "chebyshev"])
@@ -71,7 +71,7 @@ def test_lists_filled_in_parts_are_those_filled_at_once() -> None:
     instance = instance_of(np.random.default_rng(2).integers(0, 40, (200, 2)))
     lists, lengths = np.zeros_like(instance.candidates), np.zeros_like(instance.lengths)
     for first, last in ((120, 200), (0, 1), (1, 120)):
-        fill_candidates(instance.cost, instance.tree, 2, first, last, lists, lengths, nearby_buffers(8))
+        fill_candidates(instance.cost, instance.tree, 2, first, last, lists, lengths, allocate_nearby_buffers(8))
     assert np.array_equal(lists, instance.candidates)
     assert np.array_equal(lengths, instance.lengths)
 

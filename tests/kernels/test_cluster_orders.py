@@ -12,17 +12,17 @@ from leafcut.kernels.annealing import (
     BEST,
     PATH,
     anneal,
-    begin_trial,
-    choose_dirty,
-    close_path,
-    mark_neighbours,
+    close_gaps,
+    mark_nearby_positions,
+    rechoose_marked_nodes,
     remove_neighbours,
+    start_trial,
 )
-from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, ring_length
-from leafcut.kernels.ordering import choose_all, choose_next_cluster, construct_order, may_invert
+from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, closed_path_length
+from leafcut.kernels.ordering import choose_next_cluster, choose_nodes_of_order, construct_order, may_invert
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.annealing import PathAnnealing, build_clusters
-from leafcut.order.directed import DirectedInstance, build_directed
+from leafcut.order.directed import DirectedInstance, build_directed_instance
 from plain_python import plain_python
 
 M = 6
@@ -40,7 +40,7 @@ def instance_of(closed: bool, pairs: list[tuple[int, int]], m: int = M, seed: in
     cluster = np.repeat(np.arange(m, dtype=np.int32), rng.integers(1, 4, m))
     entry, leave = rng.uniform(0, 50, (2, len(cluster), 2))
     precedence = np.array(pairs, dtype=np.int32).reshape(-1, 2)
-    return build_directed(
+    return build_directed_instance(
         RoutingProblem(
             entry,
             leave,
@@ -123,10 +123,10 @@ def test_the_nodes_of_an_order_are_the_best_of_all_choices(closed: bool) -> None
             order = np.random.default_rng(seed).permutation(m).astype(np.int32)
             choices = itertools.product(*(range(layers.begin[c], layers.begin[c + 1]) for c in order))
             best = min(ring_of(layers, list(nodes)) for nodes in choices)
-            assert choose_all(layers, order, path, trial, sums, links) == pytest.approx(best)
+            assert choose_nodes_of_order(layers, order, path, trial, sums, links) == pytest.approx(best)
             assert layers.owner[path].tolist() == order.tolist()
             assert ring_of(layers, path.tolist()) == pytest.approx(best)
-            assert ring_length(layers, path) == pytest.approx(best)
+            assert closed_path_length(layers, path) == pytest.approx(best)
 
 
 def test_nodes_between_two_places_are_the_best_and_the_others_stay() -> None:
@@ -180,7 +180,7 @@ def test_what_is_forgotten_leaves_gaps_whose_neighbours_are_marked(closed: bool)
     walk.path[:] = layers.begin[order]
     with plain_python():
         for _ in range(30):
-            begin_trial(layers, walk)
+            start_trial(layers, walk)
             assert walk.trial.tolist() == walk.path.tolist()
             assert not walk.dirty.any()
             out = remove_neighbours(layers, walk, ant.words, 0)
@@ -189,7 +189,7 @@ def test_what_is_forgotten_leaves_gaps_whose_neighbours_are_marked(closed: bool)
             assert 1 <= out <= 10
             assert not instance.anchored or m - 1 not in gone
             sizes.add(out)
-            have = close_path(layers, walk)
+            have = close_gaps(layers, walk)
             left = [c for c in order if c not in gone]
             assert have == len(left) == m - out
             assert layers.owner[walk.trial[:have]].tolist() == left
@@ -209,7 +209,7 @@ def test_marks_spread_two_places_to_both_sides_round_the_ring(marked: list[int])
     ant = PathAnnealing(instance_of(True, [], m=10), words())
     ant.walk.dirty[marked] = 1
     with plain_python():
-        mark_neighbours(ant.walk)
+        mark_nearby_positions(ant.walk)
     wanted = {(at + d) % 10 for at in marked for d in (-2, -1, 0, 1, 2)}
     assert set(np.flatnonzero(ant.walk.dirty).tolist()) == wanted
 
@@ -229,7 +229,7 @@ def test_nodes_at_marked_places_are_chosen_best_and_the_others_stay(marked: list
         )
     )
     with plain_python():
-        choose_dirty(layers, walk, ant.words, 0)
+        rechoose_marked_nodes(layers, walk, ant.words, 0)
     assert ring_of(layers, walk.trial.tolist()) == pytest.approx(min(ring_of(layers, list(p)) for p in choices))
     assert all(walk.trial[at] == kept[at] for at in range(M) if at not in marked)
 
@@ -241,7 +241,7 @@ def test_a_cold_ant_takes_shorter_paths_only_and_a_hot_one_nearly_all(heat: floa
     layers, walk, m = ant.layers, ant.walk, instance.n
     walk.path[:] = layers.begin[[m - 1, 0, 3, 1, 6, 5, 2, 4, 7, 8]]
     walk.costs[:] = math.inf
-    lengths, bests = [ring_length.py_func(layers, walk.path)], [math.inf]
+    lengths, bests = [closed_path_length.py_func(layers, walk.path)], [math.inf]
     with plain_python():
         for _ in range(40):
             assert anneal(layers, walk, ant.words, 0, heat, 0.5, 1, 1e-9) == heat * 0.5

@@ -28,10 +28,10 @@ def twice(x):
     return scaled(x)
 """
 CALLEE = """
-from kernels_copy import part
+from kernels_copy import inner_kernel
 from kernels_copy.numbers import BY
 
-@part
+@inner_kernel
 def scaled(x):
     return BY * x
 """
@@ -178,7 +178,7 @@ def test_the_folder_is_named_by_all_sources_and_missing_where_none_can_be_writte
 
 
 def test_constants_have_the_types_of_numpy() -> None:
-    yes, three = leafcut.kernels.constant(True), leafcut.kernels.constant(3)
+    yes, three = leafcut.kernels.typed_constant(True), leafcut.kernels.typed_constant(3)
     assert (type(yes), yes) == (np.bool_, True)
     assert (type(three), three) == (np.int64, 3)
     assert (type(leafcut.kernels.NONE), leafcut.kernels.NONE) == (np.int64, -1)

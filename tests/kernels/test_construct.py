@@ -9,14 +9,14 @@ from leafcut.kernels.construct import (
     Decay,
     Unvisited,
     WeightedEdges,
-    choose_next,
+    choose_next_candidate,
     construct_tour,
     nearest_neighbour_tour,
     random_unvisited,
 )
-from leafcut.kernels.random import below, uniform
+from leafcut.kernels.random import random_below, random_uniform
 from leafcut.model.problem import RoutingProblem
-from leafcut.order.construction import unvisited_buffers
+from leafcut.order.construction import allocate_unvisited_buffers
 from leafcut.order.instance import Instance, build_instance
 from plain_python import plain_python
 
@@ -45,9 +45,9 @@ def test_random_numbers_are_those_of_the_paper() -> None:
         for _ in range(200):
             for shift in (13, -7, 17):
                 word ^= (word << shift if shift > 0 else word >> -shift) & (2**64 - 1)
-            assert uniform(state, 0) == (word >> 11) / 2**53
+            assert random_uniform(state, 0) == (word >> 11) / 2**53
             assert int(state[0]) == word
-        counts = np.bincount([below(state, 0, 4) for _ in range(4000)], minlength=4)
+        counts = np.bincount([random_below(state, 0, 4) for _ in range(4000)], minlength=4)
     # Five standard deviations of a binomial with 4000 draws and a chance of a quarter are 137.
     assert (abs(counts - 1000) < 137).all()
 
@@ -60,7 +60,9 @@ def test_an_ant_draws_edges_in_proportion_to_their_weights_or_takes_the_heaviest
     visited = np.array([1, 1, 0, 0, 0], dtype=np.uint8)
     state, draws = words(), 2000
     with plain_python():
-        taken = [choose_next(candidates, weights, nearness, visited, 0, greedy, state, 0) for _ in range(draws)]
+        taken = [
+            choose_next_candidate(candidates, weights, nearness, visited, 0, greedy, state, 0) for _ in range(draws)
+        ]
     counts = np.bincount(taken, minlength=5) / draws
     wanted = (1.0 - greedy) * np.array([1.0, 0.0, 5.0, 2.0, 0.0]) / 8.0 + greedy * np.array([0.0, 0.0, 1.0, 0.0, 0.0])
     assert (abs(counts - wanted) <= 5.0 * np.sqrt(wanted * (1.0 - wanted) / draws) + 1e-12).all()
@@ -71,10 +73,10 @@ def test_where_no_edge_has_pheromone_nearness_decides_and_all_visited_is_no_edge
     nearness, none = np.array([[1.0, 3.0, 6.0, 9.0]]), np.zeros((1, 4))
     visited = np.array([0, 0, 1], dtype=np.uint8)
     with plain_python():
-        assert choose_next(candidates, none, nearness, visited, 0, 1.0, words(), 0) == 1
+        assert choose_next_candidate(candidates, none, nearness, visited, 0, 1.0, words(), 0) == 1
         state = words()
-        taken = [choose_next(candidates, none, nearness, visited, 0, 0.0, state, 0) for _ in range(1000)]
-        assert choose_next(candidates, none, nearness, np.ones(3, dtype=np.uint8), 0, 0.0, words(), 0) == -1
+        taken = [choose_next_candidate(candidates, none, nearness, visited, 0, 0.0, state, 0) for _ in range(1000)]
+        assert choose_next_candidate(candidates, none, nearness, np.ones(3, dtype=np.uint8), 0, 0.0, words(), 0) == -1
     assert set(taken) == {0, 1}
     assert abs(taken.count(1) - 750) < 5 * np.sqrt(1000 * 0.75 * 0.25)
 
@@ -104,7 +106,15 @@ def test_a_tour_of_an_ant_is_whole_and_wears_off_its_own_edges(
     with plain_python():
         for _ in range(6):
             tau[:], weights[:] = tau_before, tau_before**2.0 * nearness
-            rest = (0.1, instance.first, instance.second, state, 0, tour, Unvisited(*unvisited_buffers(instance)))
+            rest = (
+                0.1,
+                instance.first,
+                instance.second,
+                state,
+                0,
+                tour,
+                Unvisited(*allocate_unvisited_buffers(instance)),
+            )
             edges = WeightedEdges(instance.candidates, tau, nearness, weights)
             construct_tour(instance.cost, instance.tree, edges, Decay(2.0, 0.25 if decays else 0.0, 0.5), *rest)
             assert sorted(tour.tolist()) == list(range(n))
@@ -136,7 +146,7 @@ def test_an_ant_follows_overwhelming_trails_and_goes_to_the_nearest_where_its_li
     candidates, weights = np.zeros((n, 2), dtype=np.int32), np.full((n, 2), 1e-12)
     for a, b, c in zip(ring, np.roll(ring, -1), np.roll(ring, -2), strict=True):
         candidates[a], weights[a] = (c, b), (1e-12, 1.0)
-    tour, unvisited = np.zeros(n, dtype=np.int32), Unvisited(*unvisited_buffers(instance))
+    tour, unvisited = np.zeros(n, dtype=np.int32), Unvisited(*allocate_unvisited_buffers(instance))
     rest = (instance.cost, instance.tree)
 
     def trails(lists: np.ndarray) -> WeightedEdges:

@@ -101,7 +101,7 @@ def test_steps_of_a_segment_are_whole_ticks_of_the_timer(time: float, ticks: int
     b.counts[[DONE, MADE]] = 2, 6
     b.ring[2, [PER_MM, OWNER, LEFT]] = 10.0, 1, 4.0
     b.state[[ENDS, STEPS, REST]] = 7.0, 40.0, 0.0
-    clock._run_segment(b, 3.0, 33.0, time)
+    clock._queue_segment(b, 3.0, 33.0, time)
     assert b.state[ENDS] == pytest.approx(7.0 + 10 * ticks * tick / 16e6, abs=1e-12)
     assert b.state[SHARE] == pytest.approx(max(1.0 - 22e-6 * 16e6 / tick, 0.1))
     assert b.state[[SPEED, STEPS, REST]].tolist() == [33.0, 30.0, 0.0]
@@ -115,12 +115,12 @@ def test_a_partial_step_is_left_to_the_next_segment_and_the_last_one_ends_the_bl
     b.counts[BEGUN] = 1
     b.ring[0, [PER_MM, OWNER]] = 10.0, 2
     b.state[STEPS] = 40.0
-    clock._run_segment(b, 3.36, 5.0, 0.0064)
+    clock._queue_segment(b, 3.36, 5.0, 0.0064)
     assert b.state[STEPS] == 34.0
     assert b.state[REST] == pytest.approx(0.0004)
     assert b.state[ENDS] == pytest.approx(6 * 8 * 2001 / 16e6)
     # The rest of 33.6 steps, in 33.6 ms and the time left before: 1 ms for each of 34 steps.
-    clock._run_segment(b, 0.0, 0.0, 0.0336)
+    clock._queue_segment(b, 0.0, 0.0, 0.0336)
     assert b.state[STEPS] == 0.0
     assert b.state[REST] == pytest.approx(0.0)
     assert b.state[ENDS] == pytest.approx(40 * 8 * 2001 / 16e6)
@@ -191,9 +191,9 @@ def test_segments_follow_the_profile_of_constant_acceleration(
         cut.append((remaining, speed, time))
         b.ring[15, LEFT], b.state[SPEED] = remaining, speed
 
-    monkeypatch.setattr(clock, "_run_segment", note)
+    monkeypatch.setattr(clock, "_queue_segment", note)
     while not cut or cut[-1][0] > 0.0:
-        clock._cut_segment(b)
+        clock._prepare_next_segment(b)
         if len(cut) == 1:
             assert (b.counts[BEGUN], b.state[STEPS], b.state[REST]) == (1, math.ceil(length * per_mm - 1e-6), 0.0)
         b.state[STEPS] = -1.0
@@ -219,8 +219,8 @@ def test_a_segment_within_a_block_begins_at_the_speed_of_the_last_one(monkeypatc
     b.counts[[PLANNED, BEGUN]] = 1, 1
     b.ring[0, [LEFT, RATE, NOMINAL, ENTRY2, PER_MM]] = 30.0, 100.0, 50.0, 9.0, 80.0
     b.state[[SPEED, STEPS, REST]] = 20.0, 5.0, 0.125
-    monkeypatch.setattr(clock, "_run_segment", lambda *given: cut.append(given[1:]))
-    clock._cut_segment(b)
+    monkeypatch.setattr(clock, "_queue_segment", lambda *given: cut.append(given[1:]))
+    clock._prepare_next_segment(b)
     assert cut == [(pytest.approx(30.0 - 0.01 * (20.0 + 0.5)), pytest.approx(21.0), pytest.approx(0.01))]
     assert b.state[[STEPS, REST]].tolist() == [5.0, 0.125]
 
@@ -375,7 +375,7 @@ class Segments:
     def __init__(self, b: Board, counts: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
         self.left, self.cuts = dict(enumerate(counts)), []  # type: ignore[var-annotated]
         b.counts[PLANNED] = len(counts)
-        monkeypatch.setattr(clock, "_cut_segment", self.cut)
+        monkeypatch.setattr(clock, "_prepare_next_segment", self.cut)
 
     def cut(self, b: Board) -> None:
         """Cut a segment."""
@@ -400,7 +400,7 @@ def test_a_start_prepares_five_segments_which_run_a_little_later(monkeypatch: py
     b = board(pace=2.0)
     segments = Segments(b, [2, 9], monkeypatch)
     b.state[NOW], b.ends[:] = 10.0, 99.0
-    clock._start(b)
+    clock._start_motion(b)
     assert [block for block, _ in segments.cuts] == [0, 0, 1, 1, 1]
     assert b.counts[[RUNNING, MADE, DONE]].tolist() == [1, 5, 1]
     began = 10.0 + 5 * 2.0 * CUT
@@ -409,15 +409,15 @@ def test_a_start_prepares_five_segments_which_run_a_little_later(monkeypatch: py
     assert b.state[NOW] == pytest.approx(10.0 + 2.0 * (5 * CUT + 2 * LOAD))
     # A start while the motors run, and one without blocks, do nothing.
     before = b.state.copy()
-    clock._start(b)
+    clock._start_motion(b)
     assert b.state.tolist() == before.tolist()
     empty = board()
-    clock._start(empty)
+    clock._start_motion(empty)
     assert empty.counts[RUNNING] == 0
     # The start of the first motion stays.
     b.counts[RUNNING] = 0
     b.state[NOW] = 50.0
-    clock._start(b)
+    clock._start_motion(b)
     assert b.state[BEGAN] == pytest.approx(began)
 
 
@@ -448,7 +448,7 @@ def test_motors_that_have_no_segment_stop_and_stay_locked(monkeypatch: pytest.Mo
 def test_running_until_a_time_prepares_segments_as_they_become_free(monkeypatch: pytest.MonkeyPatch) -> None:
     b = board(pace=0.0)
     segments = Segments(b, [9], monkeypatch)
-    clock._start(b)
+    clock._start_motion(b)
     clock._run_until(b, 2.5)
     # The first five at once; the sixth once the first has ended, after 1 s, the seventh after 2 s.
     assert [at for _, at in segments.cuts] == [0.0] * 5 + [1.0, 2.0]
@@ -467,7 +467,7 @@ def test_running_until_a_time_prepares_segments_as_they_become_free(monkeypatch:
 def test_the_lock_after_the_last_segment_may_end_later(monkeypatch: pytest.MonkeyPatch) -> None:
     b = board(pace=0.0, lock_s=0.25)
     Segments(b, [3], monkeypatch)
-    clock._start(b)
+    clock._start_motion(b)
     clock._run_until(b, 3.1)
     assert (b.counts[RUNNING], b.state[NOW]) == (0, pytest.approx(3.25))
 
@@ -530,7 +530,7 @@ class Program:
         }  # fmt: skip
         columns |= {name: np.array(values) for name, values in given.items()}
         answered = np.zeros(n)
-        clock.grbl_clock(b, *columns.values(), LIMITS, 0.02, answered, np.zeros(3))
+        clock.simulate_board(b, *columns.values(), LIMITS, 0.02, answered, np.zeros(3))
         return answered
 
 
@@ -614,7 +614,7 @@ def test_a_motion_starts_when_no_line_is_waiting(monkeypatch: pytest.MonkeyPatch
     Program(monkeypatch)
     segments = Segments(b, [4], monkeypatch)
     none = np.zeros((0, 3))
-    clock.grbl_clock(
+    clock.simulate_board(
         b,
         np.array([-1, -1]),
         np.array([10, 10]),

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kernels.greedy import join, join_edges, list_edges, walk_path
+from leafcut.kernels.greedy import join_fragments, join_fragments_along_edges, list_edges, write_path
 
 SEEDS = st.integers(0, 2**31)
 
@@ -66,7 +66,7 @@ def test_joining_keeps_fragments_and_knows_their_ends(n: int, seed: int) -> None
         if i == j:
             continue
         possible = degree[i] < 2 and degree[j] < 2 and part[i] is not part[j]
-        assert join(tail, beside, i, j) == possible
+        assert join_fragments(tail, beside, i, j) == possible
         if possible:
             degree[i] += 1
             degree[j] += 1
@@ -84,9 +84,9 @@ def test_joining_keeps_fragments_and_knows_their_ends(n: int, seed: int) -> None
 def test_a_path_is_written_down_from_its_beginning() -> None:
     tail, beside = np.arange(5, dtype=np.int32), np.full((5, 2), -1, dtype=np.int32)
     for i, j in ((3, 1), (0, 4), (1, 0), (2, 3)):
-        assert join(tail, beside, i, j)
+        assert join_fragments(tail, beside, i, j)
     tour = np.zeros(5, dtype=np.int32)
-    walk_path(beside, 2, tour)
+    write_path(beside, 2, tour)
     assert tour.tolist() == [2, 3, 1, 0, 4]
 
 
@@ -96,6 +96,6 @@ def test_rows_may_stand_for_other_nodes() -> None:
     nodes, edges = np.array([3, 1], dtype=np.int32), np.zeros(2, dtype=np.uint64)
     tail, beside = np.arange(4, dtype=np.int32), np.full((4, 2), -1, dtype=np.int32)
     assert list_edges(lists, lengths, nodes, tail, np.inf, edges) == 1
-    join_edges(edges, 1, lists, nodes, tail, beside)
+    join_fragments_along_edges(edges, 1, lists, nodes, tail, beside)
     assert tail.tolist() == [0, 3, 2, 1]
     assert list_edges(lists, lengths, nodes, tail, np.inf, edges) == 0

@@ -19,15 +19,15 @@ from leafcut.kernels.lin_kernighan import (
     WAITING,
     find_move,
     improve_queued,
-    is_one_tour,
-    kick_and_mend,
+    is_single_tour,
+    kick_and_repair,
     make_move,
     segment_kick,
-    undo_log,
+    undo_logged_changes,
 )
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import BREADTH, queue_waiting, tour_with_buffers
+from leafcut.order.kicks import BREADTH, queue_waiting_nodes, tour_with_buffers
 from plain_python import plain_python
 
 #: Entries enough for all that a test does.
@@ -92,14 +92,14 @@ def test_feasibility_by_sorted_places_agrees_with_a_walk_along_the_tour(n: int, 
         return  # an edge twice, a loop, or an edge that is there: the search never makes such moves
     with plain_python():
         expected = joined_in_one(n, old, ends)
-        assert is_one_tour(tour.place, tour.move, k) == expected
+        assert is_single_tour(tour.place, tour.move, k) == expected
         if expected:
             before = tour.node.copy()
             assert make_move(tour, k)
             removed = {tuple(sorted(p)) for p in zip(ends[::2], ends[1::2], strict=True)}
             assert set(edges(tour.node)) == set(old) - removed | added
             assert np.array_equal(tour.node[tour.place], np.arange(n))
-            undo_log(tour)
+            undo_logged_changes(tour)
             assert np.array_equal(tour.node, before)
             assert np.array_equal(tour.node[tour.place], np.arange(n))
 
@@ -149,7 +149,7 @@ def test_kicks_never_make_a_tour_longer_and_count_their_gains_right(n: int, seed
     gained = improve_queued(instance.cost, *arrays, 10**6)
     optimum = tour_cost(instance.cost, tour.node)
     assert optimum == pytest.approx(first - gained)
-    more = kick_and_mend(instance.cost, *arrays, words, 0, 30)
+    more = kick_and_repair(instance.cost, *arrays, words, 0, 30)
     assert more >= -1e-9  # sums of gains, some of them nothing but rounding
     assert tour_cost(instance.cost, tour.node) == pytest.approx(optimum - more)
     assert sorted(tour.node.tolist()) == list(range(n))
@@ -165,7 +165,7 @@ def test_an_undone_kick_leaves_no_trace(n: int, seed: int) -> None:
     with plain_python():
         worse = segment_kick(instance.cost, tour, np.array([seed + 1], dtype=np.uint64), 0)
         assert tour_cost(instance.cost, tour.node) == pytest.approx(cost + worse)
-        undo_log(tour)
+        undo_logged_changes(tour)
     assert np.array_equal(tour.node, before)
     assert np.array_equal(tour.place, place)
 
@@ -178,7 +178,7 @@ def test_a_tied_edge_survives_kicks(n: int, seed: int) -> None:
     )
     arrays = (tour, instance.candidates, lengths, breadth_for(instance))
     improve_queued(instance.cost, *arrays, 10**6)
-    kick_and_mend(instance.cost, *arrays, np.array([seed + 1], dtype=np.uint64), 0, 30)
+    kick_and_repair(instance.cost, *arrays, np.array([seed + 1], dtype=np.uint64), 0, 30)
     assert (n, n + 1) in edges(tour.node)
 
 
@@ -204,7 +204,7 @@ def test_a_move_too_long_for_the_buffer_waits_until_there_is_a_longer_one() -> N
     waiting = int((tour.queued == WAITING).sum())
     assert waiting > 0
     assert tour.counts[1] == 0
-    queue_waiting(tour)
+    queue_waiting_nodes(tour)
     assert tour.counts[1] == waiting
     more = improve_queued(instance.cost, tour, *rest)
     assert more > 0
@@ -224,7 +224,9 @@ def first_move(
     if depth == len(breadth):
         return None
     removed = [set(pair) for pair in zip(ends[::2], ends[1::2], strict=True)]
-    for c, length in list(zip(*(a[last].tolist() for a in instance.exchange_lists), strict=True))[: breadth[depth]]:
+    for c, length in list(zip(*(a[last].tolist() for a in instance.exchange_candidates), strict=True))[
+        : breadth[depth]
+    ]:
         if c < 0 or gain - length <= 1e-9:
             break
         beside = [tour[(at[c] + 1) % n], tour[at[c] - 1]]
@@ -256,7 +258,7 @@ def test_the_first_improving_move_is_that_of_a_plain_search(metric: str, ends: d
     ):
         instance, _ = random_instance(14, seed, metric, **ends)
         tour = tour_with_buffers(np.random.default_rng(seed).permutation(instance.n).astype(np.int32))
-        improve_queued(instance.cost, tour, *instance.exchange_lists, np.array([0, 8, 1, 0, 0]), 4 * seed)
+        improve_queued(instance.cost, tour, *instance.exchange_candidates, np.array([0, 8, 1, 0, 0]), 4 * seed)
         for v in range(instance.n):
             with plain_python():
                 k = find_move(
@@ -265,7 +267,7 @@ def test_the_first_improving_move_is_that_of_a_plain_search(metric: str, ends: d
                     tour.place,
                     tour.move,
                     tour.gain,
-                    *instance.exchange_lists,
+                    *instance.exchange_candidates,
                     np.array(breadth, dtype=np.int64),
                     v,
                 )

@@ -13,7 +13,7 @@ from leafcut.kernels.lin_kernighan import ENDS, find_move, improve_queued
 from leafcut.kernels.route import make_exchange, recompute_bias
 from leafcut.kernels.sequential import find_exchange
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order.directed import DirectedInstance, build_directed, route_of
+from leafcut.order.directed import DirectedInstance, build_directed_instance, create_route
 from leafcut.order.instance import Instance, build_instance, costs_of_edges
 from leafcut.order.kicks import tour_with_buffers
 from leafcut.order.precedence import satisfies_pairs
@@ -203,12 +203,12 @@ def test_an_exchange_of_a_path_is_found_exactly_if_one_gains_all_along(closed: b
     outcomes = set()
     breadth = np.array([20, 20], dtype=np.int64)
     for seed in range(6):
-        instance, rng = build_directed(directed_problem(seed, pairs, closed), 6), np.random.default_rng(seed)
+        instance, rng = build_directed_instance(directed_problem(seed, pairs, closed), 6), np.random.default_rng(seed)
         order = rng.permutation(7)
         while not satisfies_pairs(instance.pairs, order):
             order = rng.permutation(7)
         node = np.concatenate([[7], order] if not closed else [order]).astype(np.int32)
-        route = route_of(instance, node, instance.enter)
+        route = create_route(instance, node, instance.enter)
         recompute_bias(instance.cost, route)
         for v, (s, lists) in itertools.product(
             node.tolist(), ((1, instance.rules.onward), (-1, instance.rules.backward))
@@ -314,14 +314,17 @@ def test_the_first_exchange_is_that_of_a_plain_search(closed: bool, pairs: int) 
     """Short lists, few candidates, and a buffer that is too short for some exchanges; all nodes, both directions."""
     made = 0
     for seed in range(8):
-        instance, rng = build_directed(directed_problem(seed, pairs, closed, 12), 6), np.random.default_rng(seed)
+        instance, rng = (
+            build_directed_instance(directed_problem(seed, pairs, closed, 12), 6),
+            np.random.default_rng(seed),
+        )
         order = rng.permutation(12)
         while not satisfies_pairs(instance.pairs, order):
             order = rng.permutation(12)
         node = np.concatenate([[12], order] if not closed else [order]).astype(np.int32)
         breadth, most = ((20, 20), (3, 2), (6, 1), (2, 4))[seed % 4], (99, 99, 6, 9)[seed % 4]
         for v, s in itertools.product(node.tolist(), (1, -1)):
-            route = route_of(instance, node, instance.enter)
+            route = create_route(instance, node, instance.enter)
             route = route._replace(buffer=route.buffer[:most])
             recompute_bias(instance.cost, route)
             lists, least = instance.rules.onward if s > 0 else instance.rules.backward, float(rng.choice([1e-7, 2.0]))

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.local_search import exchange, improve
+from leafcut.kernels.local_search import exchange_edges, improve_by_two_opt_and_or_opt
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import tour_with_buffers
@@ -40,7 +40,7 @@ def test_an_exchange_replaces_two_edges_and_no_other(n: int, seed: int) -> None:
         return
     before = edges(tour)
     with plain_python():
-        exchange(work.node, work.place, a, b, c, d)
+        exchange_edges(work.node, work.place, a, b, c, d)
     assert edges(work.node) == before - {frozenset((a, b)), frozenset((c, d))} | {frozenset((a, c)), frozenset((b, d))}
     assert np.array_equal(work.node[work.place], np.arange(n))
 
@@ -55,7 +55,7 @@ def test_improvement_keeps_a_permutation_and_lowers_the_cost_by_every_move(n: in
     tour = rng.permutation(n).astype(np.int32)
     work = tour_with_buffers(tour)
     cost = tour_cost(instance.cost, tour)
-    while improve(instance.cost, work, instance.candidates, 1):
+    while improve_by_two_opt_and_or_opt(instance.cost, work, instance.candidates, 1):
         assert np.array_equal(np.sort(work.node), np.arange(n))
         assert np.array_equal(work.node[work.place], np.arange(n))
         lower = tour_cost(instance.cost, work.node)
@@ -138,16 +138,16 @@ def test_the_most_moves_are_kept_and_a_stop_ends_the_search() -> None:
     start = np.random.default_rng(2).permutation(40).astype(np.int32)
     work = tour_with_buffers(start)
     with plain_python():
-        assert improve(instance.cost, work, instance.candidates, 3) == 3
+        assert improve_by_two_opt_and_or_opt(instance.cost, work, instance.candidates, 3) == 3
         assert work.queued.sum() == work.counts[1] > 0
-        rest = improve(instance.cost, work, instance.candidates, 10**6)
+        rest = improve_by_two_opt_and_or_opt(instance.cost, work, instance.candidates, 10**6)
         assert 0 < rest < 10**6
         assert work.counts[1] == work.queued.sum() == 0
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("leafcut.order.literature.places.MOVES_PER_LOOK", 2)
             looked, again = start.copy(), tour_with_buffers(start)
             improve_locally(instance, looked, stop)
-            improve(instance.cost, again, instance.candidates, 2)
+            improve_by_two_opt_and_or_opt(instance.cost, again, instance.candidates, 2)
             assert np.array_equal(looked, again.node)
             improve_locally(instance, looked, Stop())
     assert tour_cost(instance.cost, looked) < tour_cost(instance.cost, again.node)
@@ -217,7 +217,7 @@ def test_every_move_is_that_of_a_plain_implementation(seed: int) -> None:
         while queue and moved is None:
             moved = plain_move(instance, tour, queue.pop(0))
         with plain_python():
-            assert improve(instance.cost, work, instance.candidates, 1) == (moved is not None)
+            assert improve_by_two_opt_and_or_opt(instance.cost, work, instance.candidates, 1) == (moved is not None)
         if moved is not None:
             tour, touched = moved
             queue += [v for k, v in enumerate(touched) if v not in queue and v not in touched[:k]]

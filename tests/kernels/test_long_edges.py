@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.lin_kernighan import Tour, reverse
+from leafcut.kernels.lin_kernighan import Tour, reverse_positions
 from leafcut.kernels.long_edges import shorten_by_walking
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import Instance, build_instance
@@ -139,7 +139,7 @@ def test_every_part_of_a_tour_can_be_turned(n: int) -> None:
         for last in range(n):
             tour = tour_with_buffers(np.arange(n, dtype=np.int32), queued=False)
             with plain_python():
-                assert reverse(tour.node, tour.place, first, last) <= n // 2
+                assert reverse_positions(tour.node, tour.place, first, last) <= n // 2
             assert is_whole(tour)
             inside = [(first + k) % n for k in range((last - first) % n + 1)]
             turned = inside[::-1] + [(last + 1 + k) % n for k in range(n - len(inside))]

@@ -14,10 +14,10 @@ from leafcut.kernels.neighbours import (
     TWINS,
     Tree,
     find_nearby,
+    mark_point_visited,
     nearest_unvisited,
-    remove_point,
 )
-from leafcut.order.instance import build_tree, nearby_buffers
+from leafcut.order.instance import allocate_nearby_buffers, build_tree
 
 GRIDDY = st.lists(st.tuples(st.integers(0, 12), st.integers(0, 12)), min_size=2, max_size=120)
 COARSE = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2)), min_size=2, max_size=120)
@@ -83,7 +83,7 @@ def test_what_is_found_is_as_near_as_by_looking_at_all(
     """By quadrant, of the rest, and twins; of the points on another place the first two count."""
     tree, _ = build_tree(np.array(places, dtype=np.float64))
     xy, k = in_numbers(tree), per_quadrant + more
-    nearby = nearby_buffers(k)
+    nearby = allocate_nearby_buffers(k)
     for i in range(len(xy)):
         find_nearby(tree, i, per_quadrant, k, nearby)
         d, own = distances(xy, i), (xy == xy[i]).all(axis=1)
@@ -114,7 +114,7 @@ def test_a_point_apart_finds_those_on_its_place_and_they_find_it() -> None:
     xy[:20] = 7.0
     tree, label = build_tree(np.concatenate([xy, xy[[40]], xy[[0]]]), apart=2)
     on_hole = int(np.flatnonzero(label == 40)[0])
-    nearby = nearby_buffers(8)
+    nearby = allocate_nearby_buffers(8)
     find_nearby(tree, 60, 2, 8, nearby)
     assert nearby.found[TWINS, :MOST_TWINS].tolist() == [on_hole, -1]
     find_nearby(tree, on_hole, 2, 8, nearby)
@@ -136,7 +136,7 @@ def test_the_nearest_unvisited_is_right_until_none_is_left(clustered: str) -> No
     here = 0
     for _ in range(300):
         visited[here] = 1
-        remove_point(tree, alive, here)
+        mark_point_visited(tree, alive, here)
         there = nearest_unvisited(tree, alive, visited, here, stack)
         left = np.where(visited == 0, distances(xy, here), np.inf)
         if there < 0:

@@ -14,11 +14,11 @@ from leafcut.kernels.one_tree import (
     Graph,
     Sets,
     TreeScratch,
-    close_tree,
+    build_sparse_spanning_tree,
+    complete_one_tree,
     join_sets,
     penalty_direction,
-    sparse_tree,
-    two_spokes,
+    two_cheapest_hub_edges,
 )
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import bound as spanning_tree
@@ -88,7 +88,7 @@ def test_the_sparse_tree_weighs_what_kruskals_does(n: int, seed: int) -> None:
             edges[i, j] = float(rng.integers(0, 9))
     penalty = rng.integers(-5, 6, n).astype(float)
     work = new_work(n)
-    total = sparse_tree(new_graph(n, edges), penalty, int(rng.integers(n)), work)
+    total = build_sparse_spanning_tree(new_graph(n, edges), penalty, int(rng.integers(n)), work)
     cost = {e: c + penalty[e[0]] + penalty[e[1]] for e, c in edges.items()}
     assert total == sum(cost[e] for e in kruskal(n, [(c, *e) for e, c in cost.items()]))
     ends = [tuple(sorted((i, int(p)))) for i, p in enumerate(work.parent) if p >= 0]
@@ -158,7 +158,7 @@ def test_the_two_cheapest_edges_of_the_hub_are_taken_and_the_tied_one_always(
     spokes = np.arange(len(penalty), dtype=np.float64) % 5
     cost = {j: spokes[j] + p for j, p in enumerate(penalty) if j != hub}
     tied = (hub + 1) % len(penalty) if tie else -1
-    a, b = two_spokes(spokes, np.array(penalty, dtype=np.float64), hub, tied)
+    a, b = two_cheapest_hub_edges(spokes, np.array(penalty, dtype=np.float64), hub, tied)
     assert a != b
     if tie:
         assert a == tied
@@ -171,7 +171,7 @@ def test_the_excess_of_a_one_tree_is_its_degrees_less_two() -> None:
     """A star of 0 with 1, 2, 3, and hub 4 at 1 and 2: degrees 3, 2, 2, 1; the edges of the hub cost 5 + 6."""
     work = new_work(5)
     work.parent[:4] = [-1, 0, 0, 0]
-    added = close_tree(np.array([9.0, 5.0, 6.0, 7.0, 0.0]), 4, -1, 0, np.zeros(5), work)
+    added = complete_one_tree(np.array([9.0, 5.0, 6.0, 7.0, 0.0]), 4, -1, 0, np.zeros(5), work)
     assert added == 11.0
     assert work.excess[:5].tolist() == [1.0, 0.0, 0.0, -1.0, 0.0]
 

@@ -9,10 +9,10 @@ import pytest
 import shapely
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.kernels.engagement import EdgePath, ToolEdge, engaged_edges
+from leafcut.kernels.engagement import EdgePath, ToolEdge, measure_engagement
 from leafcut.kernels.step_over import Reaches, find_neighbours
 from leafcut.material.bands import sort_into_bands
-from leafcut.material.engagement import engagement
+from leafcut.material.engagement import engagement_along_path
 from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoveragePoints
@@ -71,7 +71,7 @@ def test_the_engaged_edge_is_the_part_of_the_half_circle_ahead_that_earlier_plac
     rules = PocketRules(tool_diameter=4.0, step_over=2.4)
     corners = np.random.default_rng(8).uniform(0.0, 9.0, (6, 2))
     way = steps_along_path(PocketPath("test", (PocketPiece(Polyline.of_points(corners)),)), rules)
-    found = engagement(way, rules)
+    found = engagement_along_path(way, rules)
     edge = rules.radius - rules.tolerance
     for i in range(0, len(way), 9):
         if not np.isfinite(way.back[i, 0]):
@@ -133,7 +133,7 @@ def test_the_engaged_edge_is_that_of_all_intervals_of_all_earlier_discs() -> Non
     scratch = np.zeros(2 * n + 2), np.zeros(2 * n + 2)
     path = EdgePath(*columns, run, station)
     with plain_python():
-        engaged_edges(sort_into_bands(xy, 1.0), path, tool, *scratch, angle, width, nearest)
+        measure_engagement(sort_into_bands(xy, 1.0), path, tool, *scratch, angle, width, nearest)
     for i in range(n):
         intervals = []
         direction = math.atan2(ahead[i, 1], ahead[i, 0])

@@ -9,8 +9,8 @@ from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour
 from leafcut.kernels.ordering import construct_order
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.annealing import build_clusters
-from leafcut.order.construction import unvisited_buffers
-from leafcut.order.directed import build_directed
+from leafcut.order.construction import allocate_unvisited_buffers
+from leafcut.order.directed import build_directed_instance
 from leafcut.order.instance import build_instance
 from plain_python import plain_python
 from plain_random import Xorshift
@@ -80,7 +80,7 @@ def test_an_ant_builds_the_tour_of_a_plain_implementation(ends: dict, rate: floa
                 state,
                 1,
                 tour,
-                unvisited_buffers(instance),
+                allocate_unvisited_buffers(instance),
             )
         path = [v for v in (instance.first, instance.second) if v >= 0]
         path = path or [random.below(n)]
@@ -117,7 +117,7 @@ def test_an_order_is_that_of_a_plain_implementation(closed: bool, rate: float, g
     rng, m = np.random.default_rng(5), 12
     pairs = np.array([(0, 3), (3, 5), (1, 2), (7, 8), (2, 9)], dtype=np.int32)
     entry, leave = rng.uniform(0, 50, (2, m, 2))
-    instance = build_directed(
+    instance = build_directed_instance(
         RoutingProblem(
             entry,
             leave,

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from leafcut.kernels.annealing import BEST, PATH, anneal
-from leafcut.kernels.firefly import fly, fly_and_mend
-from leafcut.kernels.lin_kernighan import ENDS, kick_and_mend, segment_kick
+from leafcut.kernels.firefly import invert_and_repair, make_random_inversions
+from leafcut.kernels.lin_kernighan import ENDS, kick_and_repair, segment_kick
 from leafcut.kernels.ordering import invert_runs
 from leafcut.kernels.route import recompute_bias
 from leafcut.kernels.sequential import kick, kick_route
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import FireflyOptions, SolveOptions
 from leafcut.order.annealing import PathAnnealing
-from leafcut.order.construction import random_words
-from leafcut.order.directed import DirectedInstance, build_directed, route_of
+from leafcut.order.construction import random_states
+from leafcut.order.directed import DirectedInstance, build_directed_instance, create_route
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import tour_with_buffers
 from leafcut.order.literature.fireflies import PlaceFireflies
@@ -86,7 +86,7 @@ def test_flights_are_inversions_that_do_not_lengthen_the_tour(h: int, longest: i
     state, random = words(h)
     place = np.argsort(tour).astype(np.int32)
     plain, gained = flown(costs, tour.tolist(), 400, longest, random)
-    total = fly(costs, tour, place, 400, longest, state, 0)
+    total = make_random_inversions(costs, tour, place, 400, longest, state, 0)
     assert tour.tolist() == plain
     assert place.tolist() == np.argsort(plain).tolist()
     assert total == gained > 0.0
@@ -107,7 +107,7 @@ def test_two_inversions_that_nothing_mends_are_kept_unless_they_lengthen_the_tou
             plain = inverted(plain, first, 2 + random.below(longest - 1), keep_run=True)
         gain = length(instance, before) - length(instance, plain)
         lists = instance.candidates, instance.lengths
-        assert fly_and_mend(instance.cost, tour, *lists, NO_SEARCH, 1, longest, state, 0) == max(0.0, gain)
+        assert invert_and_repair(instance.cost, tour, *lists, NO_SEARCH, 1, longest, state, 0) == max(0.0, gain)
         assert tour.node.tolist() == (plain if gain >= 0.0 else before)
         assert tour.place.tolist() == np.argsort(tour.node).tolist()
         assert tour.counts[1] == 0
@@ -121,7 +121,7 @@ def test_a_swarm_flies_as_a_plain_implementation_of_the_paper_does() -> None:
     most attractive of the brighter ones; after 27 % of the iterations of at most a quarter of the nodes.
     """
     instance, iterations = places(14, 5), 10
-    h, flight = instance.n, Flight.of(FireflyOptions(n_fireflies=4, attractiveness=2.0), limited=True)
+    h, flight = instance.n, Flight.from_options(FireflyOptions(n_fireflies=4, attractiveness=2.0), limited=True)
     options = SolveOptions(seed=3, local_search=False)
     swarm = PlaceFireflies(instance, flight, options, Stop(iterations=iterations), None, 1)
     costs = np.array([[length(instance, [a, b]) / 2.0 for b in range(h)] for a in range(h)])
@@ -129,7 +129,7 @@ def test_a_swarm_flies_as_a_plain_implementation_of_the_paper_does() -> None:
     tours = swarm.tours.tolist()
     for iteration in range(1, iterations):
         lengths = [length(instance, tour) for tour in tours]
-        states, new = random_words(3, iteration, count=4), []
+        states, new = random_states(3, iteration, count=4), []
         for f, tour in enumerate(tours):
             edges = [{frozenset(e) for e in itertools.pairwise([*t, t[0]])} for t in tours]
             aims = []
@@ -175,7 +175,7 @@ def test_a_kick_swaps_two_random_pieces_and_is_kept_unless_it_lengthens_the_tour
         before = tour.node.tolist()
         plain, _ = swapped(before, random)
         gain = length(instance, before) - length(instance, plain)
-        assert kick_and_mend(instance.cost, tour, *lists, NO_SEARCH, state, 0, 1) == max(0.0, gain)
+        assert kick_and_repair(instance.cost, tour, *lists, NO_SEARCH, state, 0, 1) == max(0.0, gain)
         assert cycle(tour.node.tolist()) == cycle(plain if gain >= 0.0 else before)
         assert tour.counts[1] == 0
         kept += gain > 0.0
@@ -204,7 +204,7 @@ def cuts(n: int, pairs: int, closed: bool, ways: int = 1, seed: int = 2) -> Dire
         start=None if closed else (1.0, 2.0),
         closed=closed,
     )
-    return build_directed(problem, 6)
+    return build_directed_instance(problem, 6)
 
 
 def allowed_order(instance: DirectedInstance, seed: int) -> np.ndarray:
@@ -238,7 +238,7 @@ def test_kicks_of_a_path_swap_pieces_or_switch_a_choice(n: int, pairs: int, ways
     instance = cuts(n, pairs, closed, ways)
     rules, beyond = instance.rules, instance.rules.beyond[0]
     node = allowed_order(instance, 3)
-    route, (state, random) = route_of(instance, node, instance.enter), words(n)
+    route, (state, random) = create_route(instance, node, instance.enter), words(n)
     path, enter, leave = node.tolist(), route.enter.copy(), route.leave.copy()
     before = instance.length(node, enter, leave)
     with plain_python():
@@ -269,7 +269,7 @@ def test_hot_kicks_of_a_path_are_kept_by_chance_and_cold_ones_unless_they_length
     """No exchange follows; from 1 to 3 kicks at a time if hot; accepted with probability exp(-added / heat)."""
     instance = cuts(10, 5, closed)
     node = allowed_order(instance, 4)
-    route, (state, random) = route_of(instance, node, instance.enter, log=500), words(5)
+    route, (state, random) = create_route(instance, node, instance.enter, log=500), words(5)
     path, kept = node.tolist(), 0
     for _ in range(50):
         with plain_python():
@@ -407,7 +407,7 @@ def test_annealing_takes_the_steps_of_a_plain_implementation(closed: bool, pairs
 def test_kicks_of_a_path_that_do_not_all_fit_in_the_log_are_undone() -> None:
     """Hot kicks are all accepted, up to three at a time; the log has space for ten nodes and the ends of two pieces."""
     instance = cuts(12, 0, closed=False)
-    route, full, kept = route_of(instance, allowed_order(instance, 4), instance.enter, log=14), 0, 0
+    route, full, kept = create_route(instance, allowed_order(instance, 4), instance.enter, log=14), 0, 0
     state, _ = words(6)
     for _ in range(60):
         before = route.node.tolist()

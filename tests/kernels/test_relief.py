@@ -11,16 +11,16 @@ from shapely import LineString, box
 from leafcut.kernels.cost import (
     CODES,
     CostModel,
-    crosses,
-    highest_of_box,
-    highest_of_line,
-    overlaps,
+    box_touches_zone,
+    highest_tile_in_box,
+    highest_tile_on_line,
+    node_travel_cost,
     relief_table,
-    travel,
-    way_heights,
+    segment_touches_zone,
+    travel_heights_along_path,
 )
 from leafcut.model.problem import Metric
-from leafcut.order.instance import cost_model, matrix_of
+from leafcut.order.instance import build_cost_model, matrix_of_nodes
 from plain_python import plain_python
 from travel_reference import travel_cost
 
@@ -58,9 +58,13 @@ def test_a_line_and_a_box_are_as_high_as_the_highest_tile_that_they_touch() -> N
     with plain_python():
         for (x0, y0), (x1, y1) in moves.tolist():
             line = touched(LineString([(x0, y0), (x1, y1)]))
-            assert highest_of_line(table, x0, y0, x1, y1) == highest_of_line(table, x1, y1, x0, y0) == line
+            assert highest_tile_on_line(table, x0, y0, x1, y1) == highest_tile_on_line(table, x1, y1, x0, y0) == line
             area = box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
-            assert highest_of_box(table, x0, y0, x1, y1) == highest_of_box(table, x1, y1, x0, y0) == touched(area)
+            assert (
+                highest_tile_in_box(table, x0, y0, x1, y1)
+                == highest_tile_in_box(table, x1, y1, x0, y0)
+                == touched(area)
+            )
             none += line == -math.inf
     assert 10 < none < 80
 
@@ -71,7 +75,7 @@ def test_a_move_rises_from_its_start_to_the_travel_height_and_descends_to_its_en
     n = 23
     xy, heights = ends(3, n)[:, 0], np.random.default_rng(3).uniform(0.0, 6.0, n)
     metric = Metric(name, (10.0, 20.0), (50.0, 40.0), 0.01)
-    bare = cost_model(metric, xy)
+    bare = build_cost_model(metric, xy)
     model = bare._replace(matrix=table_of(heights), plain=False)
     assert model.matrix.shape == (1 + 3 + 6, 9)
 
@@ -82,7 +86,7 @@ def test_a_move_rises_from_its_start_to_the_travel_height_and_descends_to_its_en
 
     found = np.zeros(n - 1)
     with plain_python():
-        way_heights(CODES[name], xy, model.matrix, found)
+        travel_heights_along_path(CODES[name], xy, model.matrix, found)
         for i in range(n - 1):
             line = LineString(xy[i : i + 2])
             top = max(touched(line if name != "dogleg" else line.envelope), heights[i], heights[i + 1])
@@ -92,20 +96,20 @@ def test_a_move_rises_from_its_start_to_the_travel_height_and_descends_to_its_en
                 + rise(top - heights[i])
                 + rise(top - heights[i + 1])
             )
-            assert travel(model, i, i + 1) == pytest.approx(cost)
-            assert travel(model, i + 1, i) == pytest.approx(cost)
-            assert travel(model._replace(free=i), i, i + 1) == 0.0
+            assert node_travel_cost(model, i, i + 1) == pytest.approx(cost)
+            assert node_travel_cost(model, i + 1, i) == pytest.approx(cost)
+            assert node_travel_cost(model._replace(free=i), i, i + 1) == 0.0
 
 
 def test_a_part_of_the_nodes_has_the_same_costs_with_its_own_table() -> None:
     n = 23
     xy, heights = ends(4, n)[:, 0], np.random.default_rng(4).uniform(0.0, 6.0, n)
-    model = cost_model(Metric(), xy)._replace(matrix=table_of(heights), plain=False)
+    model = build_cost_model(Metric(), xy)._replace(matrix=table_of(heights), plain=False)
     nodes = np.array([20, 3, 17, 4, 5, 11, 0, 9, 10, 22, 1], dtype=np.int32)
-    part: CostModel = model._replace(xy=xy[nodes], matrix=matrix_of(model, nodes))
+    part: CostModel = model._replace(xy=xy[nodes], matrix=matrix_of_nodes(model, nodes))
     with plain_python():
         for i in range(len(nodes) - 1):
-            assert travel(part, i, i + 1) == travel(model, nodes[i], nodes[i + 1])
+            assert node_travel_cost(part, i, i + 1) == node_travel_cost(model, nodes[i], nodes[i + 1])
 
 
 def test_a_narrow_field_of_tiles_has_a_table_of_seven_columns() -> None:
@@ -133,6 +137,6 @@ def test_a_zone_is_crossed_or_overlapped_as_the_geometry_library_says() -> None:
             line = LineString(move)
             crossed += line.intersects(area)
             given = (*move[0].tolist(), *move[1].tolist())
-            assert crosses(zones, 1, *given) == line.intersects(area)
-            assert overlaps(zones, 1, *given) == line.envelope.intersects(area)
+            assert segment_touches_zone(zones, 1, *given) == line.intersects(area)
+            assert box_touches_zone(zones, 1, *given) == line.envelope.intersects(area)
     assert 20 < crossed < 80

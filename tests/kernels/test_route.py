@@ -11,17 +11,17 @@ from leafcut.kernels.lin_kernighan import pop_from_queue, push_to_queue
 from leafcut.kernels.route import (
     BLOCK,
     Route,
-    choose_option,
-    keeps_order,
+    keeps_precedence,
     make_exchange,
     recompute_bias,
-    take_option,
+    switch_option,
+    switch_to_best_option,
     undo_exchanges,
 )
 from leafcut.kernels.sequential import find_exchange, kick
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order.construction import random_words
-from leafcut.order.directed import DirectedInstance, build_directed, greedy_path, route_of
+from leafcut.order.construction import random_states
+from leafcut.order.directed import DirectedInstance, build_directed_instance, create_route, greedy_path
 from leafcut.order.instance import costs_of_edges
 from leafcut.order.precedence import satisfies_pairs
 from plain_python import plain_python
@@ -44,7 +44,7 @@ def instance_of(kind: str, n: int, pairs: int, closed: bool, seed: int = 2) -> D
     ways = 2 if kind == "ways" else 1
     entry = rng.uniform(0, 90, (ways * n, 2))
     hidden = rng.permutation(n)
-    return build_directed(
+    return build_directed_instance(
         RoutingProblem(
             entry,
             entry if kind == "holes" else rng.uniform(0, 90, (ways * n, 2)),
@@ -62,7 +62,7 @@ def instance_of(kind: str, n: int, pairs: int, closed: bool, seed: int = 2) -> D
 def started(instance: DirectedInstance) -> Route:
     """Return the greedy path of an instance with an empty log and its sums."""
     first = greedy_path(instance)
-    route = route_of(instance, first.node, first.enter, log=50_000)
+    route = create_route(instance, first.node, first.enter, log=50_000)
     recompute_bias(instance.cost, route)
     return route
 
@@ -93,7 +93,7 @@ def check_exchanges(instance: DirectedInstance, nodes: list[int]) -> set[tuple[i
 
     The path was made worse by many kicks, so that each kind of exchange has a gain.
     """
-    route, rules, words = started(instance), instance.rules, random_words(1, 0, count=1)
+    route, rules, words = started(instance), instance.rules, random_states(1, 0, count=1)
     for _ in range(5):
         route.counts[2] = 0
         kick(instance.cost, route, rules, words, 0, 40)
@@ -147,7 +147,7 @@ def test_compiled_exchanges_have_true_gains_and_keep_precedence(kind: str, n: in
 
 def check_undo(instance: DirectedInstance, rounds: int) -> None:
     """Kick, check the cost of the kicks, make some exchanges, take all back, and check that no trace is left."""
-    route, words = started(instance), random_words(1, 0, count=1)
+    route, words = started(instance), random_states(1, 0, count=1)
     for _ in range(rounds):
         kept = [a.copy() for a in (route.node, route.place, route.enter, route.leave)]
         before = cost_of(instance, route)
@@ -182,8 +182,8 @@ def test_compiled_kicks_and_exchanges_are_undone_exactly(kind: str, n: int, pair
 def test_an_exchange_that_does_not_fit_in_the_log_is_not_applied() -> None:
     instance = instance_of("holes", 20, 0, closed=True)
     first = greedy_path(instance)
-    route = route_of(instance, first.node, first.enter, log=4)
-    words, node = random_words(1, 0, count=1), first.node.copy()
+    route = create_route(instance, first.node, first.enter, log=4)
+    words, node = random_states(1, 0, count=1), first.node.copy()
     with plain_python():
         for _ in range(20):
             route.counts[2] = route.counts[3] = 0
@@ -199,10 +199,10 @@ def test_a_way_that_does_not_fit_in_the_log_is_not_taken() -> None:
     first = greedy_path(instance)
     with plain_python():
         for log, fits in ((2, False), (3, True)):
-            route = route_of(instance, first.node, first.enter, log=log)
+            route = create_route(instance, first.node, first.enter, log=log)
             v = int(route.node[3])
             other = next(w for w in instance.rules.way[2 * v : 2 * v + 2].tolist() if w != route.enter[v])
-            assert take_option(instance.cost, route, instance.rules, v, other) == fits
+            assert switch_option(instance.cost, route, instance.rules, v, other) == fits
             assert route.counts[3] == (not fits)
             assert (route.enter[v] == other) == fits
             # The node and its two neighbours may gain now.
@@ -215,12 +215,12 @@ def test_the_chosen_way_of_a_node_is_the_best_of_all_its_ways(closed: bool) -> N
     instance = instance_of("ways", 12, 0, closed)
     rules, n = instance.rules, instance.problem.n_clusters
     route = started(instance)
-    words, gains = random_words(1, 0, count=1), []
+    words, gains = random_states(1, 0, count=1), []
     with plain_python():
         kick(instance.cost, route, rules, words, 0, 40)
         for v in range(instance.n):
             before = cost_of(instance, route)
-            gain = choose_option(instance.cost, route, rules, v, 1e-9)
+            gain = switch_to_best_option(instance.cost, route, rules, v, 1e-9)
             gains.append(gain)
             assert before - cost_of(instance, route) == pytest.approx(gain, abs=1e-9)
             check(instance, route)
@@ -242,7 +242,7 @@ def test_order_is_kept_by_an_exchange_exactly_if_no_pair_is_reversed(pairs: int)
                 for r in range(q + 1, 8):
                     for kind in EXCHANGE_KINDS:
                         route = started(instance)
-                        answer = keeps_order(route, instance.rules, p, q, r, *kind)
+                        answer = keeps_precedence(route, instance.rules, p, q, r, *kind)
                         route.move[:] = (p, q, r, *kind)
                         assert make_exchange(instance.cost, route)
                         assert answer == satisfies_pairs(instance.pairs, route.node)
@@ -255,7 +255,7 @@ def test_an_exchange_puts_the_pieces_together_as_stated() -> None:
     with plain_python():
         for kind in EXCHANGE_KINDS:
             swapped, b_reversed, c_reversed = kind
-            route = route_of(instance, np.arange(8, dtype=np.int32), instance.enter, log=100)
+            route = create_route(instance, np.arange(8, dtype=np.int32), instance.enter, log=100)
             route.move[:] = (1, 4, 6, *kind)
             assert make_exchange(instance.cost, route)
             pieces = [b[::-1] if b_reversed else b, c[::-1] if c_reversed else c]

@@ -9,10 +9,10 @@ import pytest
 from shapely import Point, Polygon, box
 
 from leafcut.kernels.surface import (
-    heights_at,
     maximum_within_reach,
-    raise_cell_middles,
-    raise_whole_cells,
+    mesh_heights_at,
+    raise_cells_at_centres,
+    raise_cells_to_maximum,
     reach_in_cells,
 )
 from plain_python import plain_python
@@ -47,7 +47,7 @@ def test_a_cell_is_as_high_as_the_highest_corner_of_the_triangles_clipped_to_it(
             corners = [] if part.is_empty else part.exterior.coords
             wanted[r, c] = max([wanted[r, c], *(plane_height(triangle, x, y) for x, y in corners)])
     with plain_python():
-        raise_whole_cells(triangles, X, Y, CELL, heights)
+        raise_cells_to_maximum(triangles, X, Y, CELL, heights)
     assert np.isneginf(wanted).any()
     assert heights == pytest.approx(wanted)
 
@@ -58,7 +58,7 @@ def test_an_upright_triangle_raises_the_cells_that_its_edges_cross() -> None:
     for triangles in (wall, wall[:, ::-1], wall[:, :, [1, 0, 2]]):
         heights = np.full((5, 5), -math.inf)
         with plain_python():
-            raise_whole_cells(triangles, 0.0, 0.0, 1.0, heights)
+            raise_cells_to_maximum(triangles, 0.0, 0.0, 1.0, heights)
         row = heights[0] if triangles[0, 0, 1] == triangles[0, 1, 1] else heights[:, 0]
         assert row.tolist() == [pytest.approx(1.5), pytest.approx(2.5), pytest.approx(3.5), 4.0, -math.inf]
         assert np.isfinite(heights).sum() == 4
@@ -84,7 +84,7 @@ def test_the_highest_and_the_lowest_triangle_at_every_point_are_found() -> None:
     top, under = np.full(60, -math.inf), np.full(60, math.inf)
     first = np.searchsorted(points[:, 0], triangles[:, :, 0].min(axis=1))
     with plain_python():
-        heights_at(triangles, first, points[:, 0].copy(), points[:, 1].copy(), top, under)
+        mesh_heights_at(triangles, first, points[:, 0].copy(), points[:, 1].copy(), top, under)
     covered = 0
     for k, (x, y) in enumerate(points.tolist()):
         here = [plane_height(t, x, y) for t in triangles[1:] if Polygon(t[:, :2]).covers(Point(x, y))]
@@ -105,7 +105,7 @@ def test_the_middle_of_a_cell_is_as_high_as_the_highest_triangle_over_it() -> No
             if Polygon(triangle[:, :2]).covers(Point(x, y)):
                 wanted[r, c] = max(wanted[r, c], plane_height(triangle, x, y))
     with plain_python():
-        assert raise_cell_middles(heights, X, Y, CELL, triangles) == 11
+        assert raise_cells_at_centres(heights, X, Y, CELL, triangles) == 11
     assert heights == pytest.approx(wanted, abs=1e-5)
 
 
@@ -115,7 +115,7 @@ def test_middles_on_the_edge_of_a_triangle_belong_to_it() -> None:
     for corners in ([0, 1, 2], [2, 1, 0], [1, 2, 0]):
         heights = np.full((7, 7), -9.0, dtype=np.float32)
         with plain_python():
-            assert raise_cell_middles(heights, -1.0, -1.0, 1.0, triangle[:, corners]) == 1
+            assert raise_cells_at_centres(heights, -1.0, -1.0, 1.0, triangle[:, corners]) == 1
         for r, c in np.ndindex(7, 7):
             x, y = c - 1, r - 1
             assert heights[r, c] == pytest.approx(1.0 + x if x >= 0 and y >= 0 and x + y <= 4 else -9.0)

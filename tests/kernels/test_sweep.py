@@ -7,7 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.kernels.sweep import CellRows, ToolShape, covered_range_in_row, lowest_height, sweep, tool_surface_height
+from leafcut.kernels.sweep import (
+    CellRows,
+    ToolShape,
+    covered_range_in_row,
+    cut_moves,
+    lowest_tool_height,
+    tool_surface_height,
+)
 from plain_python import plain_python
 
 ROWS, COLUMNS, CELL = 22, 26, 0.5
@@ -70,7 +77,7 @@ def test_a_move_lowers_the_cells_under_it_and_counts_what_it_has_removed(
         result = np.zeros((1, 9))
         cells = CellRows(heights, lowered, first, last, X, Y, CELL)
         with plain_python():
-            total = sweep(
+            total = cut_moves(
                 cells,
                 shape,
                 np.array([move]),
@@ -125,7 +132,7 @@ def test_material_over_a_wider_tool_is_measured_at_the_nearest_point_of_the_path
         result = np.zeros((1, 9))
         cells = CellRows(heights, np.zeros((0, 0), dtype=np.float32), 3, 18, X, Y, CELL)
         with plain_python():
-            sweep(
+            cut_moves(
                 cells, shape, np.array([move]), np.array([0]), np.zeros(1), margin, 0.2, 9.0, np.zeros((0, 8)), result
             )
         assert result[0, 5] == pytest.approx(over.max(), abs=1e-6)
@@ -192,8 +199,8 @@ def test_the_lowest_height_over_a_point_is_the_minimum_along_the_path(shape: Too
         along = float(rng.uniform(-0.6, 0.6)) * shape.radius + float(rng.uniform(0.0, length))
         wanted = lowest(shape, along, d, length, grade)
         with plain_python():
-            found = lowest_height(shape, 0.0, along, d, length, grade, math.inf)
-            early = lowest_height(shape, 0.0, along, d, length, grade, wanted - 0.1)
+            found = lowest_tool_height(shape, 0.0, along, d, length, grade, math.inf)
+            early = lowest_tool_height(shape, 0.0, along, d, length, grade, wanted - 0.1)
         reached = math.hypot(d, min(max(along, 0.0), length) - along) <= shape.radius
         assert found == pytest.approx(wanted, abs=1e-7) or not reached
         assert wanted - 0.1 <= early <= wanted + 1e-7 or not reached
@@ -211,7 +218,7 @@ def test_on_a_level_or_vertical_path_the_nearest_position_is_the_lowest(shape: T
     ):
         for margin in (0.0, 0.7, 3.0):
             with plain_python():
-                found = lowest_height(shape, margin, along, d, length, 0.0, math.inf)
+                found = lowest_tool_height(shape, margin, along, d, length, 0.0, math.inf)
             assert found == pytest.approx(float(underside(shape, np.array(min(away + margin, shape.radius)))))
 
 
@@ -262,7 +269,7 @@ def test_parts_above_the_flutes_meet_material_that_their_tool_has_not_cut(kind: 
         cells = CellRows(heights, np.zeros((0, 0), dtype=np.float32), 2, 20, X, Y, CELL)
         result = np.zeros((1, 9))
         with plain_python():
-            sweep(
+            cut_moves(
                 cells,
                 SHAPES["cylinder"],
                 np.array([move]),

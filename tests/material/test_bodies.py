@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from leafcut.material.cutting import Removed, cut
+from leafcut.material.cutting import Removed, simulate_cutting
 from leafcut.material.height_field import HeightField, StockBlock
-from leafcut.material.straight_moves import straight_moves
-from leafcut.model.cutter import Body, BodyPart, ball_mill, body_of, flat_mill
+from leafcut.material.straight_moves import convert_to_straight_moves
+from leafcut.model.cutter import Body, BodyPart, ball_mill, flat_mill, shank_and_holder_sections
 from leafcut.model.tool import BodySegment, Tool, ToolKind
 from leafcut.model.toolpath import Arc, ToolpathBuilder
 
@@ -30,10 +30,16 @@ def run(
     builder.rapid(places[0][0], places[0][1], 30.0)
     for place in places:
         builder.feed(*place, feed=10.0)
-    moves = straight_moves(builder.build(), 0.001, longest)
+    moves = convert_to_straight_moves(builder.build(), 0.001, longest)
     field = field or HeightField.of_block(BLOCK, CELL)
     cutter = flat_mill(tool.diameter)
-    return cut(field, moves, {0: cutter, 1: cutter}, 2, bodies={0: body_of(tool), 1: body_of(tool)})
+    return simulate_cutting(
+        field,
+        moves,
+        {0: cutter, 1: cutter},
+        2,
+        bodies={0: shank_and_holder_sections(tool), 1: shank_and_holder_sections(tool)},
+    )
 
 
 @pytest.mark.hazard
@@ -66,8 +72,10 @@ def test_a_helix_into_a_hole_deeper_than_the_flutes_meets_no_shank() -> None:
     builder.feed(22.0, 20.0, 0.0, feed=10.0)
     for turn in range(10):
         builder.arc(False, (22.0, 20.0, -1.0 - turn), Arc((20.0, 20.0, 0.0)), feed=10.0)
-    moves = straight_moves(builder.build(), 0.005, 1.0)
-    found = cut(HeightField.of_block(BLOCK, CELL), moves, {0: flat_mill(6.0)}, bodies={0: body_of(MILL)})
+    moves = convert_to_straight_moves(builder.build(), 0.005, 1.0)
+    found = simulate_cutting(
+        HeightField.of_block(BLOCK, CELL), moves, {0: flat_mill(6.0)}, bodies={0: shank_and_holder_sections(MILL)}
+    )
     assert found.shank.max() == 0.0
 
 
@@ -109,7 +117,7 @@ def test_what_is_narrower_than_the_tool_or_unknown_meets_nothing() -> None:
         Tool(1, 6.0, ToolKind.END_MILL, flute_length=5.0),
         Tool(1, 6.0, ToolKind.END_MILL, holder=(BodySegment(9.0, 40.0, 40.0),)),
     ):
-        assert body_of(tool) == ()
+        assert shank_and_holder_sections(tool) == ()
         assert run(tool, (20.0, 20.0, -19.0), (30.0, 20.0, -19.0)).shank.max() == 0.0
 
 
@@ -124,7 +132,7 @@ def test_a_body_is_its_shaft_then_its_shank_up_to_the_holder() -> None:
         shaft=(BodySegment(2.0, 2.8, 2.8), BodySegment(3.0, 3.0, 6.0)),
         holder=(BodySegment(5.0, 20.0, 28.0), BodySegment(30.0, 28.0, 20.0)),
     )
-    assert body_of(tool) == (
+    assert shank_and_holder_sections(tool) == (
         BodyPart(Body.SHANK, 8.0, 1.5, 3.0, 2.0),
         BodyPart(Body.SHANK, 11.0, 3.0, 3.0),
         BodyPart(Body.HOLDER, 25.0, 10.0, 14.0, 1.25),
@@ -149,8 +157,8 @@ def test_a_moving_holder_is_as_deep_as_a_holder_at_many_places(
     builder.rapid(places[0][0], places[0][1], 30.0)
     for place in places:
         builder.feed(*place, feed=10.0)
-    moves = straight_moves(builder.build(), 0.001, math.inf)
-    found = cut(field, moves, {0: cutter}, 1, bodies={0: body_of(tool)}).holder.max()
+    moves = convert_to_straight_moves(builder.build(), 0.001, math.inf)
+    found = simulate_cutting(field, moves, {0: cutter}, 1, bodies={0: shank_and_holder_sections(tool)}).holder.max()
     rows, columns = np.indices(field.heights.shape)
     wide = math.ceil(0.5 * upper / cell) + 1
     slope = 4.0 / (0.5 * (upper - 9.0))

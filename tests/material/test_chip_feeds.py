@@ -18,7 +18,7 @@ from leafcut.material.chip_feeds import (
     power_on_ramp,
     ramp_feed,
 )
-from leafcut.material.cutting_force import mean_chip, milling_power
+from leafcut.material.cutting_force import mean_chip_thickness, milling_power
 from leafcut.material.engagement import Engaged
 from leafcut.material.removal import engaged_tool_path
 from leafcut.model.feed_limits import FeedLimits
@@ -85,7 +85,7 @@ def test_the_power_of_a_side_cut_is_that_of_its_mean_chip(width: float) -> None:
     limits = replace(LIMITS, material=STEEL, teeth=4, power=1e9)
     angle, depth = math.acos(1.0 - width / 5.0), 8.0 if width <= 2.0 else 2.0
     engaged = Engaged(np.array([angle]), np.array([width]), np.ones(1))
-    expected = milling_power(STEEL, width * depth * 10.0, mean_chip(0.05, width, 10.0))
+    expected = milling_power(STEEL, width * depth * 10.0, mean_chip_thickness(0.05, width, 10.0))
     assert cutting_power(engaged, 10.0, limits)[0] == pytest.approx(float(expected))
 
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.material.cutting import chip_share, cut, cut_width
+from leafcut.material.cutting import cut_width, relative_chip_thickness, simulate_cutting
 from leafcut.material.height_field import HeightField, StockBlock
-from leafcut.material.straight_moves import straight_moves
+from leafcut.material.straight_moves import convert_to_straight_moves
 from leafcut.model.cutter import flat_mill
 from leafcut.model.toolpath import ToolpathBuilder
 
@@ -26,10 +26,10 @@ def test_a_cut_of_a_part_of_the_diameter_has_chips_by_the_formula(width: float, 
     builder.rapid(-10.0, y, -2.0)
     builder.feed(50.0, y, -2.0, feed=10.0)
     field = HeightField.of_block(StockBlock((0.0, 0.0, -5.0), (40.0, 20.0, 0.0)), CELL)
-    moves = straight_moves(builder.build(), 0.001, 2.0)
-    removed = cut(field, moves, {0: flat_mill(6.0)})
+    moves = convert_to_straight_moves(builder.build(), 0.001, 2.0)
+    removed = simulate_cutting(field, moves, {0: flat_mill(6.0)})
     radius = np.full(len(moves), 3.0)
-    share, wide = chip_share(removed, radius, CELL), cut_width(removed, radius, CELL)
+    share, wide = relative_chip_thickness(removed, radius, CELL), cut_width(removed, radius, CELL)
     inside = (moves.ends[:, 0] > 5) & (moves.ends[:, 3] < 35)
     part = width / 6.0
     exact = 2.0 * math.sqrt(part * (1.0 - part)) if part < 0.5 else 1.0

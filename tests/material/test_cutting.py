@@ -11,23 +11,23 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError
-from leafcut.material.cutting import Removed, cut
-from leafcut.material.height_field import HeightField, StockBlock, usual_cell
-from leafcut.material.straight_moves import straight_moves
-from leafcut.model.cutter import Cutter, ball_mill, bull_mill, flat_mill, pointed
+from leafcut.material.cutting import Removed, simulate_cutting
+from leafcut.material.height_field import HeightField, StockBlock, default_cell_size
+from leafcut.material.straight_moves import convert_to_straight_moves
+from leafcut.model.cutter import Cutter, ball_mill, bull_mill, flat_mill, pointed_cutter
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 
 #: 40 × 30 × 10 mm, its top at 0.
 BLOCK = StockBlock((0.0, 0.0, -10.0), (40.0, 30.0, 0.0))
-V_BIT = pointed(6.0, math.radians(90))
+V_BIT = pointed_cutter(6.0, math.radians(90))
 #: A tapered ball end, a chamfer mill, and all usual shapes.
 CUTTERS = {
     "flat": flat_mill(6.0),
     "ball": ball_mill(6.0),
     "bull": bull_mill(6.0, 1.0),
-    "drill": pointed(6.0, math.radians(118)),
+    "drill": pointed_cutter(6.0, math.radians(118)),
     "v-bit": V_BIT,
-    "chamfer": pointed(8.0, math.radians(90), 2.0),
+    "chamfer": pointed_cutter(8.0, math.radians(90), 2.0),
     "tapered ball": Cutter(3.0, 0.0, 1.0, 4.0),
 }
 
@@ -37,8 +37,8 @@ def run(
 ) -> tuple[HeightField, Removed]:
     """Cut the block by a path, with chords a thousandth of a millimetre off at most."""
     field = HeightField.of_block(BLOCK, cell)
-    moves = straight_moves(path, 0.001, longest)
-    return field, cut(field, moves, {0: cutter, 1: cutter}, threads)
+    moves = convert_to_straight_moves(path, 0.001, longest)
+    return field, simulate_cutting(field, moves, {0: cutter, 1: cutter}, threads)
 
 
 def lines(*places: tuple[float, float, float]) -> Toolpath:
@@ -116,7 +116,7 @@ def test_an_arc_in_an_upright_plane_lies_where_its_plane_says() -> None:
         builder = ToolpathBuilder()
         builder.feed(24.0, 15.0, 0.0, feed=10.0)
         builder.arc(clockwise, (16.0, 15.0, 0.0), Arc((20.0, 15.0, 0.0), plane=18), feed=10.0)
-        moves = straight_moves(builder.build(), 0.001, math.inf)
+        moves = convert_to_straight_moves(builder.build(), 0.001, math.inf)
         middle = moves.ends[np.abs(moves.ends[:, 0] - 20.0).argmin(), :3]
         assert middle == pytest.approx((20.0, 15.0, low), abs=0.2)
 
@@ -126,9 +126,9 @@ def test_a_cycle_drills_and_its_rapids_meet_nothing() -> None:
     builder.rapid(10.0, 10.0, 5.0)
     for x in (10.0, 30.0):
         builder.drill(x, 10.0, DrillCycle("G83", 1.0, -6.0, peck=2.0), feed=2.0)
-    moves = straight_moves(builder.build(), 0.001, math.inf)
+    moves = convert_to_straight_moves(builder.build(), 0.001, math.inf)
     field = HeightField.of_block(BLOCK, 0.05)
-    removed = cut(field, moves, {0: CUTTERS["flat"]})
+    removed = simulate_cutting(field, moves, {0: CUTTERS["flat"]})
     assert taken(field) == pytest.approx(2 * math.pi * 9 * 6, rel=0.005)
     assert not removed.cuts[moves.rapid].any()
 
@@ -140,8 +140,8 @@ def test_a_rapid_in_the_material_is_seen_and_one_along_a_wall_that_was_cut_is_no
     builder.feed(20.0, 15.0, -2.0, feed=5.0)
     builder.rapid(6.03, 15.0, -2.0)
     builder.rapid(25.0, 15.0, -2.0)
-    moves = straight_moves(builder.build(), 0.001, math.inf)
-    removed = cut(HeightField.of_block(BLOCK, 0.05), moves, {0: CUTTERS["flat"]})
+    moves = convert_to_straight_moves(builder.build(), 0.001, math.inf)
+    removed = simulate_cutting(HeightField.of_block(BLOCK, 0.05), moves, {0: CUTTERS["flat"]})
     assert removed.cuts.tolist() == [False, True, True, False, True]
     assert moves.rapid.tolist() == [True, False, False, True, True]
 
@@ -171,7 +171,7 @@ def test_every_moving_shape_cuts_as_deep_as_the_shape_at_many_places(
 ) -> None:
     cutter = CUTTERS[name]
     field = HeightField.of_block(BLOCK, 0.5)
-    cut(field, straight_moves(lines(begin, end), 0.001, math.inf), {0: cutter})
+    simulate_cutting(field, convert_to_straight_moves(lines(begin, end), 0.001, math.inf), {0: cutter})
     rows, columns = field.heights.shape
     x, y = field.x + field.cell * np.arange(columns), field.y + field.cell * np.arange(rows)[:, None]
     expected = np.zeros((rows, columns))
@@ -231,7 +231,7 @@ def test_a_round_corner_cuts_as_deep_on_a_slope_as_a_search_along_the_way_finds(
         builder.rapid(*move[:2], 20.0)
         builder.feed(*move[:3], feed=10.0)
         builder.feed(*move[3:], feed=10.0)
-        cut(field, straight_moves(builder.build(), 0.001, math.inf), {0: cutter})
+        simulate_cutting(field, convert_to_straight_moves(builder.build(), 0.001, math.inf), {0: cutter})
         x, y = field.x + field.cell * np.arange(columns), field.y + field.cell * np.arange(rows)[:, None]
         expected = lowest_of(cutter, move, *np.broadcast_arrays(x, y))
         assert np.abs(field.heights - expected).max() < 2e-6
@@ -251,12 +251,15 @@ def test_pieces_of_a_cut_come_to_the_cut() -> None:
     builder.feed(5.0, 10.0, -1.0, feed=5.0)
     builder.feed(35.0, 20.0, -3.0, feed=5.0)
     builder.arc(True, (35.0, 20.0, -3.0), Arc((30.0, 20.0, 0.0)), feed=5.0)
-    whole = straight_moves(builder.build(), 0.001, math.inf)
-    parts = straight_moves(builder.build(), 0.001, 1.0)
+    whole = convert_to_straight_moves(builder.build(), 0.001, math.inf)
+    parts = convert_to_straight_moves(builder.build(), 0.001, 1.0)
     assert len(parts) > len(whole)
     assert np.hypot(*(parts.ends[:, 3:5] - parts.ends[:, :2]).T).max() <= 1.0
     fields = [HeightField.of_block(BLOCK, 0.1) for _ in range(2)]
-    sums = [cut(field, m, {0: CUTTERS["bull"]}).volume.sum() for field, m in zip(fields, (whole, parts), strict=True)]
+    sums = [
+        simulate_cutting(field, m, {0: CUTTERS["bull"]}).volume.sum()
+        for field, m in zip(fields, (whole, parts), strict=True)
+    ]
     assert np.abs(fields[0].heights - fields[1].heights).max() < 0.01
     assert sums[0] == pytest.approx(sums[1], rel=1e-3)
 
@@ -267,11 +270,11 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(OptionError, match="corner radius of 4 mm"):
         bull_mill(6.0, 4.0)
     with pytest.raises(OptionError, match="between 0 and 180"):
-        pointed(6.0, math.radians(200))
+        pointed_cutter(6.0, math.radians(200))
     with pytest.raises(PlanError, match="no volume"):
         StockBlock((0.0, 0.0, 0.0), (1.0, 0.0, 1.0))
     with pytest.raises(PlanError, match=r"12,000,169,548 are needed.*use cells of 0\.005 mm"):
         HeightField.of_block(BLOCK, 0.0003162278)
-    assert usual_cell(BLOCK, 6.0) == pytest.approx(0.15)
-    assert usual_cell(StockBlock((0, 0, 0), (1000, 1000, 1)), 1.0) == pytest.approx(0.2)
-    assert usual_cell(StockBlock((0, 0, 0), (1000, 1000, 1)), 6.0) == pytest.approx(0.5)
+    assert default_cell_size(BLOCK, 6.0) == pytest.approx(0.15)
+    assert default_cell_size(StockBlock((0, 0, 0), (1000, 1000, 1)), 1.0) == pytest.approx(0.2)
+    assert default_cell_size(StockBlock((0, 0, 0), (1000, 1000, 1)), 6.0) == pytest.approx(0.5)

@@ -11,7 +11,7 @@ from leafcut.material.cutting_force import (
     drilling_power,
     drilling_thrust,
     drilling_torque,
-    mean_chip,
+    mean_chip_thickness,
     milling_power,
     specific_force,
     spindle_torque,
@@ -32,20 +32,20 @@ def test_the_mean_chip_is_the_mean_of_what_a_tooth_cuts_over_its_angle(width: fl
     """h = f_z sin φ from 0 to the angle where the tooth is 1 − 2 ae/D across; its mean by many small steps."""
     end = math.acos(1.0 - 2.0 * width / 10.0)
     angles = (np.arange(200_000) + 0.5) / 200_000 * end
-    assert mean_chip(0.1, width, 10.0) == pytest.approx(0.1 * np.sin(angles).mean(), rel=1e-6)
+    assert mean_chip_thickness(0.1, width, 10.0) == pytest.approx(0.1 * np.sin(angles).mean(), rel=1e-6)
 
 
 def test_the_mean_chip_of_a_slot_is_two_over_pi_and_of_a_narrow_cut_the_catalogues_root() -> None:
     """ae = D: 2 f_z / π. ae = D/100: f_z √0.01 (Dijet 2018, p. F007), which is 0.2 % off there."""
-    assert mean_chip(0.1, 10.0, 10.0) == pytest.approx(0.2 / math.pi)
-    assert mean_chip(0.1, 25.0, 10.0) == pytest.approx(0.2 / math.pi)
-    assert mean_chip(0.1, 0.1, 10.0) == pytest.approx(0.1 * math.sqrt(0.01), rel=2e-3)
+    assert mean_chip_thickness(0.1, 10.0, 10.0) == pytest.approx(0.2 / math.pi)
+    assert mean_chip_thickness(0.1, 25.0, 10.0) == pytest.approx(0.2 / math.pi)
+    assert mean_chip_thickness(0.1, 0.1, 10.0) == pytest.approx(0.1 * math.sqrt(0.01), rel=2e-3)
 
 
 def test_the_power_of_milling_is_the_catalogues_in_kilowatts() -> None:
     """Pc = ap ae vf kc / 60·10⁶ at the cutter, kW, mm/min (Dijet 2018, p. F007)."""
     ap, ae, vf = 5.0, 8.0, 600.0
-    chip = float(mean_chip(0.05, ae, 10.0))
+    chip = float(mean_chip_thickness(0.05, ae, 10.0))
     kilowatts = ap * ae * vf * 1700.0 * chip**-0.25 / 60e6
     assert milling_power(STEEL, ap * ae * vf / 60.0, chip) == pytest.approx(1000.0 * kilowatts)
 

@@ -10,8 +10,8 @@ import shapely
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
-from leafcut.material.engagement import engagement
-from leafcut.material.removal import removal
+from leafcut.material.engagement import engagement_along_path
+from leafcut.material.removal import measure_removal
 from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.clearing import measure_path
@@ -47,7 +47,9 @@ def engaged(*pieces: Polyline | list[tuple[float, float]]) -> tuple[PocketMeasur
     """The measures of a path in a wide pocket, and the engagement along its last piece, degrees."""
     path = path_of(*pieces)
     way = steps_along_path(path, RULES)
-    return measure_path(WIDE, path, RULES), np.degrees(engagement(way, RULES).angle[way.piece == way.piece[-1]])
+    return measure_path(WIDE, path, RULES), np.degrees(
+        engagement_along_path(way, RULES).angle[way.piece == way.piece[-1]]
+    )
 
 
 def test_a_frame_round_a_rectangle_leaves_the_middle_that_it_does_not_reach_and_no_corner_that_can_be_reached() -> None:
@@ -97,9 +99,9 @@ def test_an_island_and_a_path_outside_the_pocket_are_gouged_too() -> None:
 
 def test_ground_that_no_disc_sweeps_is_uncut_and_a_slot_is_clean_after_one_line() -> None:
     """A ring 5 mm inside a box of 60 × 40 leaves 40 × 20 in its middle."""
-    ring = removal(Pocket(box(0, 0, 60, 40)), path_of(box(5, 5, 55, 35)), RULES)
+    ring = measure_removal(Pocket(box(0, 0, 60, 40)), path_of(box(5, 5, 55, 35)), RULES)
     assert ring.gouges.is_empty and ring.uncovered.area == pytest.approx(800.0, rel=1e-3)
-    slot = removal(Pocket(box(0, 0, 60, 10)), path_of([(5, 5), (55, 5)]), RULES)
+    slot = measure_removal(Pocket(box(0, 0, 60, 10)), path_of([(5, 5), (55, 5)]), RULES)
     assert slot.gouges.is_empty and slot.uncovered.is_empty
 
 
@@ -116,7 +118,7 @@ def test_a_slot_engages_half_of_the_edge_and_going_back_through_it_is_air() -> N
 def test_the_width_of_a_cut_is_what_the_tool_takes_off_sideways_and_its_diameter_in_a_slot(width: float) -> None:
     path = path_of([(0, 0), (60, 0)], [(10, width), (50, width)])
     way = steps_along_path(path, RULES)
-    widths = engagement(way, RULES).width
+    widths = engagement_along_path(way, RULES).width
     assert widths[way.piece == 0][1:] == pytest.approx(10.0, abs=1e-6)
     assert widths[way.piece == 1][2:] == pytest.approx(width, abs=0.03)
     m = measure_path(WIDE, path, RULES)
@@ -156,7 +158,7 @@ def test_films_that_one_pass_after_the_other_takes_off_do_not_add_up_to_a_cut() 
     lines = [[(0.0, 0.006 * k), (600.0, 0.006 * k)] for k in range(8)]
     path = path_of(*lines)
     way = steps_along_path(path, RULES)
-    found = engagement(way, RULES)
+    found = engagement_along_path(way, RULES)
     swept = [shapely.LineString(line).buffer(RULES.radius, quad_segs=64) for line in lines]
     for k in range(1, len(lines)):
         film = swept[k].difference(shapely.union_all(swept[:k])).area / 610.0  # the discs at both ends included
@@ -234,5 +236,5 @@ def test_an_empty_path_leaves_everything_and_a_plunge_clears_a_disc() -> None:
     none = measure_path(pocket, PocketPath("test", ()), RULES)
     assert none.uncovered_mm2 == pytest.approx(none.reachable_mm2, rel=1e-4)
     assert (none.max_engagement, none.feed_mm, none.gouge_mm2) == (0.0, 0.0, 0.0)
-    plunge = removal(pocket, path_of([(30, 20)]), RULES)
+    plunge = measure_removal(pocket, path_of([(30, 20)]), RULES)
     assert plunge.swept.area == pytest.approx(math.pi * 25, rel=1e-3)

@@ -12,7 +12,7 @@ from removal_raster import raster_areas
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
-from leafcut.material.removal import removal
+from leafcut.material.removal import measure_removal
 from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.clearing import measure_path
 
@@ -27,7 +27,7 @@ def room_for(*shapes: object) -> float:
 
 def agree(pocket: Pocket, path: PocketPath) -> None:
     """Compare the areas of both methods."""
-    found, raster = removal(pocket, path, RULES), raster_areas(pocket, path, RULES, PIXEL)
+    found, raster = measure_removal(pocket, path, RULES), raster_areas(pocket, path, RULES, PIXEL)
     assert raster.pixel == PIXEL
     assert raster.pocket_mm2 == pytest.approx(found.pocket.area, abs=room_for(found.pocket))
     assert raster.reachable_mm2 == pytest.approx(found.reachable.area, abs=room_for(found.reachable))

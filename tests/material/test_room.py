@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from leafcut.material.cutting import cut
+from leafcut.material.cutting import simulate_cutting
 from leafcut.material.height_field import HeightField, StockBlock
-from leafcut.material.loads import largest_stock
-from leafcut.material.straight_moves import StraightMoves, straight_moves
-from leafcut.model.cutter import Cutter, ball_mill, flat_mill, pointed
+from leafcut.material.loads import infer_largest_safe_stock
+from leafcut.material.straight_moves import StraightMoves, convert_to_straight_moves
+from leafcut.model.cutter import Cutter, ball_mill, flat_mill, pointed_cutter
 from leafcut.model.toolpath import ToolpathBuilder
 
 BLOCK = StockBlock((0.0, 0.0, -10.0), (20.0, 15.0, 0.0))
-CUTTERS = [flat_mill(4.0), ball_mill(4.0), pointed(6.0, math.radians(90))]
+CUTTERS = [flat_mill(4.0), ball_mill(4.0), pointed_cutter(6.0, math.radians(90))]
 
 
 def ways(chance: random.Random, cutter: int, count: int = 6) -> StraightMoves:
@@ -31,7 +31,7 @@ def ways(chance: random.Random, cutter: int, count: int = 6) -> StraightMoves:
             builder.rapid(*place)
         else:
             builder.feed(*(place[:2] if chance.random() < 0.5 else place), feed=10.0)
-    return straight_moves(builder.build(), 0.01, math.inf)
+    return convert_to_straight_moves(builder.build(), 0.01, math.inf)
 
 
 def highest_by_places(field: HeightField, way: np.ndarray, cutter: Cutter, margin: float) -> float:
@@ -57,7 +57,7 @@ def test_the_height_of_material_over_a_wider_tool_equals_that_at_many_places(num
     moves = ways(random.Random(number), number)
     field = HeightField.of_block(BLOCK, 0.25)
     other = field.copy()
-    found = cut(field, moves, {number: cutter}, margin=margin).over
+    found = simulate_cutting(field, moves, {number: cutter}, margin=margin).over
     for k in range(len(moves)):
         worst = highest_by_places(other, moves.ends[k], cutter, margin)
         inside = bool(other.contains(moves.ends[k : k + 1], np.array([cutter.radius + margin]))[0])
@@ -69,7 +69,7 @@ def test_the_height_of_material_over_a_wider_tool_equals_that_at_many_places(num
         single = replace(
             moves, ends=moves.ends[only], row=moves.row[only], rapid=moves.rapid[only], tool=moves.tool[only]
         )
-        cut(other, single, {number: cutter})
+        simulate_cutting(other, single, {number: cutter})
     assert np.array_equal(field.heights, other.heights)
 
 
@@ -77,7 +77,8 @@ def test_the_same_is_found_with_any_number_of_threads() -> None:
     moves = ways(random.Random(9), 0, 40)
     fields = [HeightField.of_block(BLOCK, 0.25) for _ in range(2)]
     one, two = (
-        cut(field, moves, {0: CUTTERS[0]}, threads, margin=0.5) for field, threads in zip(fields, (1, 3), strict=True)
+        simulate_cutting(field, moves, {0: CUTTERS[0]}, threads, margin=0.5)
+        for field, threads in zip(fields, (1, 3), strict=True)
     )
     assert np.array_equal(one.over, two.over)
 
@@ -86,15 +87,15 @@ def test_the_same_is_found_with_any_number_of_threads() -> None:
 def test_in_the_largest_stock_no_rapid_of_the_program_meets_material_and_in_any_larger_one_does(seed: int) -> None:
     moves = ways(random.Random(seed), 1, 30)
     cutters = {1: CUTTERS[1]}
-    room = largest_stock(moves, cutters, 0.25, dogleg=False)
-    assert not cut(room.copy(), moves, cutters).cuts[moves.rapid].any()
+    room = infer_largest_safe_stock(moves, cutters, 0.25, dogleg=False)
+    assert not simulate_cutting(room.copy(), moves, cutters).cuts[moves.rapid].any()
     # Where it is lower than at first, a rapid came as low: with 0.1 mm more there one of them would cut.
     lowered = np.argwhere(room.heights < room.heights.max())
     assert len(lowered) > 20
     for row, column in lowered[:: max(len(lowered) // 15, 1)].tolist():
         larger = room.copy()
         larger.heights[row, column] += 0.1
-        assert cut(larger, moves, cutters).cuts[moves.rapid].any()
+        assert simulate_cutting(larger, moves, cutters).cuts[moves.rapid].any()
 
 
 def test_where_rapids_are_not_straight_their_ends_alone_are_believed() -> None:
@@ -104,8 +105,10 @@ def test_where_rapids_are_not_straight_their_ends_alone_are_believed() -> None:
     builder.feed(10.0, 10.0, 5.0, feed=10.0)
     builder.rapid(0.0, 0.0, 5.0)
     builder.rapid(0.0, 0.0, 2.0)
-    moves = straight_moves(builder.build(), 0.01, math.inf)
-    straight, bent = (largest_stock(moves, {1: flat_mill(2.0)}, 0.25, dogleg=dogleg) for dogleg in (False, True))
+    moves = convert_to_straight_moves(builder.build(), 0.01, math.inf)
+    straight, bent = (
+        infer_largest_safe_stock(moves, {1: flat_mill(2.0)}, 0.25, dogleg=dogleg) for dogleg in (False, True)
+    )
     assert straight.height_at(0.0, 0.0) == bent.height_at(0.0, 0.0) == 2.0
     assert straight.height_at(5.0, 5.0) == bent.height_at(5.0, 5.0) == 6.0  # a cut was there first, as deep
     assert straight.heights.max() == 6.0

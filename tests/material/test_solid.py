@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from leafcut.errors import PlanError
-from leafcut.material.solid import CELLS, Solid, solid_of
+from leafcut.material.solid import CELLS, Solid, cut_display_solid
 from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import BodySegment, Tool, ToolKind
@@ -34,7 +34,7 @@ def slot(depth: float = -4.0) -> Toolpath:
 
 
 def test_a_slot_takes_its_length_and_two_half_circles() -> None:
-    found = solid_of(slot(), ShownStock({1: MILL}, block=((0.0, 0.0, -10.0), (100.0, 60.0, 0.0))))
+    found = cut_display_solid(slot(), ShownStock({1: MILL}, block=((0.0, 0.0, -10.0), (100.0, 60.0, 0.0))))
     rapid = (
         10.0 * 20.0 * 4.0 - 10.0 * 5.0 * 4.0
     )  # where the rapid goes beside the slot, its round end as long as the wall
@@ -44,7 +44,7 @@ def test_a_slot_takes_its_length_and_two_half_circles() -> None:
 
 
 def test_a_rapid_in_the_stock_is_a_collision_with_its_place_and_its_depth() -> None:
-    found = solid_of(slot(), ShownStock({1: MILL}, block=((0.0, 0.0, -10.0), (100.0, 60.0, 0.0))))
+    found = cut_display_solid(slot(), ShownStock({1: MILL}, block=((0.0, 0.0, -10.0), (100.0, 60.0, 0.0))))
     (one,) = found.collisions
     x, y, z = one.place
     assert (one.kind, found.moves.path.line[one.row]) == ("rapid", 7)
@@ -54,7 +54,7 @@ def test_a_rapid_in_the_stock_is_a_collision_with_its_place_and_its_depth() -> N
 
 
 def test_a_slot_engages_the_whole_width_of_its_tool() -> None:
-    found = solid_of(slot(), ShownStock({1: MILL}))
+    found = cut_display_solid(slot(), ShownStock({1: MILL}))
     along = np.flatnonzero(found.moves.path.line[found.moves.row] == 3)
     assert found.width[along] == pytest.approx(1.0, abs=0.02)
     assert found.chip[along] == pytest.approx(1.0, abs=0.02)
@@ -65,10 +65,10 @@ def test_a_block_around_the_cuts_reaches_beyond_them_and_as_far_as_the_plate_is_
     path.tool(2)
     path.rapid(0.0, 0.0, 20.0)
     path.drill(10.0, 10.0, DrillCycle("G81", r_plane=2.0, bottom=-9.0), feed=5.0)
-    drawn = solid_of(path.build(), ShownStock({2: DRILL}, around=(0.0, -5.0, 200.0, 90.0), floor=-6.0)).block
+    drawn = cut_display_solid(path.build(), ShownStock({2: DRILL}, around=(0.0, -5.0, 200.0, 90.0), floor=-6.0)).block
     assert drawn.low == (0.0, -5.0, -6.0)
     assert drawn.high == (200.0, 90.0, 0.0)
-    alone = solid_of(path.build(), ShownStock({2: DRILL})).block
+    alone = cut_display_solid(path.build(), ShownStock({2: DRILL})).block
     assert all(low < 6.0 for low in alone.low[:2])
     assert all(high > 14.0 for high in alone.high[:2])
     assert alone.low[2] < -9.0
@@ -84,13 +84,13 @@ def test_a_block_around_the_cuts_reaches_beyond_them_and_as_far_as_the_plate_is_
 )
 def test_what_is_not_known_is_refused_in_one_line(stock: ShownStock, words: str) -> None:
     with pytest.raises(PlanError, match=words) as refused:
-        solid_of(slot(), stock)
+        cut_display_solid(slot(), stock)
     assert "\n" not in str(refused.value)
 
 
 def test_cuts_above_zero_alone_do_not_tell_where_the_stock_ends() -> None:
     with pytest.raises(PlanError, match="cuts nothing below Z0"):
-        solid_of(slot(depth=1.0), ShownStock({1: MILL}))
+        cut_display_solid(slot(depth=1.0), ShownStock({1: MILL}))
 
 
 #: Two steps, the lower one with a square hole of 5 mm that is open already.
@@ -113,7 +113,7 @@ def drilled(**stock: object) -> Solid:
     path.drill(60.0, 15.0, DrillCycle("G81", r_plane=-2.0, bottom=-14.0), feed=5.0)
     path.rapid(z=12.0)
     mesh = Mesh(np.concatenate([box_triangles(*box) for box in STEPS]), "steps.stl")
-    return solid_of(path.build(), ShownStock({2: DRILL}, surface=mesh, **stock))
+    return cut_display_solid(path.build(), ShownStock({2: DRILL}, surface=mesh, **stock))
 
 
 def at(solid: Solid, field: str, x: float, y: float) -> float:
@@ -156,7 +156,7 @@ def test_a_skin_ends_below_where_it_is_not_known_further_down_than_it_reaches() 
     path.tool(2)
     path.rapid(20.0, 15.0, 12.0)
     path.drill(20.0, 15.0, DrillCycle("G81", r_plane=2.0, bottom=-9.0), feed=5.0)
-    found = solid_of(path.build(), ShownStock({2: DRILL}, surface=skin, finished=True))
+    found = cut_display_solid(path.build(), ShownStock({2: DRILL}, surface=skin, finished=True))
     assert found.block.low[2] < -2.0
     assert at(found, "before", 20.0, 15.0) == pytest.approx(-1.0, abs=0.05)
 
@@ -172,7 +172,7 @@ def test_a_holder_in_the_stock_is_a_collision_over_the_tip() -> None:
         stickout=8.0,
         holder=(BodySegment(20.0, 20.0, 20.0),),
     )
-    found = solid_of(slot(-10.0), ShownStock({1: tool}, block=((0.0, 0.0, -15.0), (100.0, 60.0, 0.0))))
+    found = cut_display_solid(slot(-10.0), ShownStock({1: tool}, block=((0.0, 0.0, -15.0), (100.0, 60.0, 0.0))))
     holders = [one for one in found.collisions if one.kind == "holder"]
     assert [found.moves.path.line[one.row] for one in holders][:2] == [2, 3]
     assert holders[0].depth == pytest.approx(2.0)

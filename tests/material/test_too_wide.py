@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.material.step_over import WidePlaceFinder, wide_places
+from leafcut.material.step_over import WidePlaceFinder, points_beyond_step_over
 from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 
@@ -45,7 +45,7 @@ def test_a_path_that_differs_somewhere_from_the_last_is_told_as_if_there_had_bee
     ]
     again, counts = WidePlaceFinder(CENTRES, RULES), []
     for path in paths:
-        whole = wide_places(steps_along_path(path, RULES), CENTRES, RULES)
+        whole = points_beyond_step_over(steps_along_path(path, RULES), CENTRES, RULES)
         found = again(path)
         counts.append(len(found))
         assert np.array_equal(np.unique(found.round(6), axis=0), np.unique(whole.round(6), axis=0))

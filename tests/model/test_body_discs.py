@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.model.cutter import CONE_STEP, SAME_RADIUS, discs_of
+from leafcut.model.cutter import CONE_STEP, SAME_RADIUS, wide_discs_above_flutes
 from leafcut.model.tool import BodySegment, Tool, ToolKind
 
 diameters = st.floats(0.0, 80.0)
@@ -31,7 +31,10 @@ def test_every_place_of_a_cone_is_in_a_disc_that_begins_no_higher(
     height = share * sum(one.length for one in parts)
     outside = radius_at(parts, height)
     if outside > 0.5 * diameter + 2.0 * SAME_RADIUS:
-        assert any(disc.above <= 30.0 + height + 1e-9 and disc.radius >= outside - 1e-9 for disc in discs_of(tool))
+        assert any(
+            disc.above <= 30.0 + height + 1e-9 and disc.radius >= outside - 1e-9
+            for disc in wide_discs_above_flutes(tool)
+        )
 
 
 @given(segments, st.floats(0.5, 20.0))
@@ -41,7 +44,7 @@ def test_no_disc_is_wider_than_the_body_up_to_there_by_more_than_a_step(
     """So a way is refused for no more than a quarter of a millimetre beside the cone."""
     tool = Tool(1, diameter, ToolKind.END_MILL, stickout=30.0, holder=tuple(parts))
     begins = [sum(one.length for one in parts[:k]) for k in range(len(parts) + 1)]
-    for disc in discs_of(tool):
+    for disc in wide_discs_above_flutes(tool):
         height = disc.above - 30.0
         widest = max(radius_at(parts, z) for z in (*(z for z in begins if z <= height + 1e-9), height))
         assert disc.radius <= widest + CONE_STEP + 1e-9

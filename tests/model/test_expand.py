@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
-from leafcut.model.cycles import expand, expand_drill
+from leafcut.model.cycles import expand_cycle, expand_cycles
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
 
 HEIGHT = st.sampled_from([-3.0, 0.5, 1.0, 2.0, 10.0])
@@ -59,7 +59,7 @@ def one_by_one(path: Toolpath) -> list[Motion]:
     for motion in path:
         steps = [motion]
         if motion.kind is Kind.DRILL:
-            steps = list(expand_drill(motion, path.cycles[motion.ref], z))
+            steps = list(expand_cycle(motion, path.cycles[motion.ref], z))
         for step in steps:
             end = step.end
             if step.kind <= Kind.ARC_CCW:
@@ -75,7 +75,7 @@ def one_by_one(path: Toolpath) -> list[Motion]:
 @given(st.lists(STEP, max_size=8))
 def test_all_holes_at_once_are_the_same_moves_as_one_by_one(steps) -> None:
     path = build(steps)
-    assert [repr(m) for m in expand(path)] == [repr(m) for m in one_by_one(path)]
+    assert [repr(m) for m in expand_cycles(path)] == [repr(m) for m in one_by_one(path)]
 
 
 @given(st.lists(STEP, max_size=8))
@@ -92,10 +92,10 @@ def test_the_place_before_a_row_is_the_end_of_the_row_before(steps) -> None:
 
 def test_a_peck_that_cannot_be_meant_is_refused_before_it_fills_the_memory() -> None:
     with pytest.raises(PlanError, match="strokes per hole"):
-        expand(build([("drill", DrillCycle("G83", 2.0, -1000.0, peck=1e-9))]))
+        expand_cycles(build([("drill", DrillCycle("G83", 2.0, -1000.0, peck=1e-9))]))
     many = [DrillCycle("G83", 2.0, -4000.0 - i, peck=0.5) for i in range(300)]
     with pytest.raises(PlanError, match="use larger pecks"):
-        expand(build([("drill", cycle) for cycle in many]))
+        expand_cycles(build([("drill", cycle) for cycle in many]))
 
 
 PROGRAM = """G21 G90 G17 G40 G49 G80 G54 G94
@@ -154,7 +154,7 @@ def test_linuxcnc_makes_the_same_moves_of_the_same_cycles(tmp_path: Path, rs274:
     for word, numbers in re.findall(r"(STRAIGHT_TRAVERSE|STRAIGHT_FEED|DWELL)\((.*)\)", run.stdout):
         theirs.append((words[word], *map(float, numbers.split(",")[:3])))
     ours = []
-    for motion in expand(in_our_words()):
+    for motion in expand_cycles(in_our_words()):
         place = (motion.value,) if motion.kind is Kind.DWELL else motion.end
         ours.append((motion.kind.name.lower(), *(round(v, 4) for v in place)))
     theirs, ours = without_still(theirs), without_still(ours)
@@ -170,9 +170,9 @@ def test_cycles_that_the_controller_has_are_kept_and_the_others_written_out() ->
         builder.drill(x, 0.0, cycle, feed=1.0)
     builder.drill(3.0, 0.0, DrillCycle("G81", 2.0, -3.0), feed=1.0)
     path = builder.build()
-    mixed = expand(path, keep=("G81", "G82"))
+    mixed = expand_cycles(path, keep=("G81", "G82"))
     drills = [m for m in mixed if m.kind is Kind.DRILL]
     assert [(m.end, mixed.cycles[m.ref].name) for m in drills] == [((1, 0, 2), "G81"), ((3, 0, 2), "G81")]
     assert [m.end for m in mixed if m.kind is Kind.FEED] == [(2, 0, -0.5), (2, 0, -3)]
-    assert [tuple(m) for m in expand(mixed)] == [tuple(m) for m in expand(path)]
-    assert expand(path, keep=("G81", "G83")) is path
+    assert [tuple(m) for m in expand_cycles(mixed)] == [tuple(m) for m in expand_cycles(path)]
+    assert expand_cycles(path, keep=("G81", "G83")) is path

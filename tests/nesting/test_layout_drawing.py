@@ -12,13 +12,13 @@ import pytest
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
-from leafcut.nesting.post import write_layout
+from leafcut.nesting.post import layout_as_dxf
 
 
 def entities(*contours: Contour) -> list[tuple[str, str]]:
     """Return type and layer of all that is drawn of a part, at X100 Y50."""
     nest = Nest((NestPart("part", contours),), (Stock(300, 200),), (Layout((Placement(0, 0.0, 100, 50),)),), (0,))
-    drawing = ezdxf.read(io.StringIO(write_layout(nest, nest.layouts[0])))
+    drawing = ezdxf.read(io.StringIO(layout_as_dxf(nest, nest.layouts[0])))
     return [(one.dxftype(), one.dxf.layer) for one in drawing.modelspace() if one.dxf.layer != "SHEET"]
 
 
@@ -54,7 +54,7 @@ def test_a_circle_has_the_centre_and_radius_of_its_hole() -> None:
         (Layout((Placement(0, math.pi / 2, 100, 50),)),),
         (0,),
     )
-    (circle,) = ezdxf.read(io.StringIO(write_layout(nest, nest.layouts[0]))).modelspace().query("CIRCLE")
+    (circle,) = ezdxf.read(io.StringIO(layout_as_dxf(nest, nest.layouts[0]))).modelspace().query("CIRCLE")
     # A quarter turn brings (20, 25) to (-25, 20).
     assert tuple(circle.dxf.center) == pytest.approx((75, 70, 0))
     assert circle.dxf.radius == pytest.approx(5)

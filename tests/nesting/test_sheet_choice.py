@@ -22,7 +22,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import NestOutcome, NestPart, Stock
 from leafcut.nesting import run as nest_run
 from leafcut.nesting.plan import remnant as nest_remnant
-from leafcut.nesting.plan.pieces import pieces_of
+from leafcut.nesting.plan.pieces import pieces_from_parts
 from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import program_as_json
 
@@ -215,7 +215,7 @@ def test_the_drawing_of_a_nested_sheet_is_the_sheet_with_its_parts_cut_out(plate
 def test_a_remnant_is_filled_once_for_the_same_parts_and_ends_with_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
     square = Polyline.of_points([(0, 0), (40, 0), (40, 40), (0, 40)], closed=True)
     edge = Polyline.of_points([(0, 0), (200, 0), (200, 60), (0, 60)], closed=True)
-    pieces = pieces_of([NestPart("square", (Contour(square),), quantity=3)])
+    pieces = pieces_from_parts([NestPart("square", (Contour(square),), quantity=3)])
     stock = Stock(200.0, 60.0, 1, None, (edge,), "rest")
     looked = []
     find_position = nest_remnant.find_position

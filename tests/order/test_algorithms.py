@@ -234,14 +234,14 @@ def test_an_algorithm_has_a_title_in_one_line_and_a_method(title: str | None) ->
     for one in (Bare(), Toy()):
         one.title = title  # type: ignore[union-attr]
         if title == "good" and isinstance(one, Toy):
-            assert packaged._algorithm_of("toy", one) is one
+            assert packaged._create_algorithm("toy", one) is one
             continue
         with pytest.raises(
             TypeError, match=r"^an algorithm has a title in one line and a method solve\(instance, run\)$"
         ):
             one.solve = 5 if isinstance(one, Bare) else one.solve  # type: ignore[union-attr]
-            packaged._algorithm_of("toy", one)
-    assert isinstance(packaged._algorithm_of("toy", Toy), Toy)
+            packaged._create_algorithm("toy", one)
+    assert isinstance(packaged._create_algorithm("toy", Toy), Toy)
 
 
 @pytest.mark.parametrize("reports", [False, True])
@@ -250,7 +250,7 @@ def test_an_algorithm_has_a_budget_of_visits_and_its_progress_is_passed_on(repor
     instance, seen = build_instance(RoutingProblem.of_points(POINTS, closed=True), 3), []
     best = Best(Stop(), seen.append if reports else None)
     run = AlgorithmRun(SolveOptions(), AcoOptions(), FireflyOptions(), best)
-    found = packaged.run_packaged("telling", instance, run)
+    found = packaged.run_plugin_algorithm("telling", instance, run)
     assert (run.stop.iterations, run.stop.patience) == (math.ceil(4e6 / 30), 40)
     assert found.tour.tolist() == list(range(30))
     assert (found.iterations, len(seen)) == (1, int(reports))
@@ -263,6 +263,6 @@ def test_an_algorithm_has_a_budget_of_visits_and_its_progress_is_passed_on(repor
         toy = packaged.PACKAGED.load("toy")
         with pytest.MonkeyPatch.context() as patch, pytest.raises(error):
             patch.setattr(type(toy), "solve", fail)
-            packaged.run_packaged(
+            packaged.run_plugin_algorithm(
                 "toy", instance, AlgorithmRun(SolveOptions(), AcoOptions(), FireflyOptions(), Best(Stop()))
             )

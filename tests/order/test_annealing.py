@@ -11,12 +11,12 @@ import pytest
 from test_sequential import ENDS, KINDS, added_up, check, least, random_problem
 
 from leafcut.kernels.annealing import insert_cluster
-from leafcut.kernels.cluster_paths import ring_length
+from leafcut.kernels.cluster_paths import closed_path_length
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.order.annealing import PathAnnealing, build_clusters, is_small
-from leafcut.order.directed import build_directed, greedy_path
+from leafcut.order.annealing import PathAnnealing, build_clusters, is_small_enough_to_anneal
+from leafcut.order.directed import build_directed_instance, greedy_path
 from leafcut.order.solve import solve
 from plain_python import plain_parts
 
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("plain_parts")
 
 def greedy_nodes(instance) -> np.ndarray:
     route = greedy_path(instance)
-    return instance.nodes(route.node, route.enter)
+    return instance.nodes_from_path(route.node, route.enter)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -36,7 +36,7 @@ def test_a_cooling_down_keeps_precedence_and_finds_the_optimum_of_seven_clusters
     missed = 0
     for seed in range(20):
         problem = random_problem(seed, 7, kind, ENDS[seed % 5], pairs=seed % 6)
-        instance = build_directed(problem, 6)
+        instance = build_directed_instance(problem, 6)
         ant = PathAnnealing(instance, np.array([seed + 1], dtype=np.uint64))
         *_, (nodes, _) = ant.anneal(greedy_nodes(instance), 20.0, 400, 1e-9)
         cost = added_up(problem, nodes)
@@ -50,7 +50,7 @@ def test_a_cluster_is_put_where_it_is_cheapest_of_all_places_that_precedence_lea
     """Every place and every node of it are tried by hand."""
     for seed in range(12):
         problem = random_problem(seed, 9, kind, ENDS[seed % 5], pairs=4)
-        instance = build_directed(problem, 6)
+        instance = build_directed_instance(problem, 6)
         ant, words = PathAnnealing(instance, np.array([5], dtype=np.uint64)), np.array([5], dtype=np.uint64)
         layers, walk, m = ant.layers, ant.walk, instance.n
         nodes = greedy_nodes(instance)
@@ -66,15 +66,15 @@ def test_a_cluster_is_put_where_it_is_cheapest_of_all_places_that_precedence_lea
             tried = [*ring[:spot], node, *ring[spot:]]
             order = [int(layers.owner[v]) for v in tried]
             if all(order.index(a) < order.index(b) for a, b in problem.precedence.tolist()):
-                places.append(ring_length(layers, np.array(tried)))
+                places.append(closed_path_length(layers, np.array(tried)))
         insert_cluster(layers, walk, c, m - 1, 0.0, words, 0)
-        assert ring_length(layers, walk.trial) == pytest.approx(min(places))
+        assert closed_path_length(layers, walk.trial) == pytest.approx(min(places))
         assert layers.owner[walk.trial[walk.place[c]]] == c
 
 
 def test_costs_between_clusters_are_the_least_of_their_nodes() -> None:
     problem = random_problem(4, 8, "ways", "closed", pairs=0)
-    layers = build_clusters(build_directed(problem, 6))
+    layers = build_clusters(build_directed_instance(problem, 6))
     for c, d in itertools.permutations(range(8), 2):
         ways = [
             layers.table[u, v] for u in np.flatnonzero(layers.owner == c) for v in np.flatnonzero(layers.owner == d)
@@ -125,4 +125,4 @@ def test_stopping_from_outside_ends_all_threads_with_the_best_so_far() -> None:
 @pytest.mark.parametrize(("n", "nodes", "small"), [(500, 2500, True), (501, 501, False), (500, 2501, False)])
 def test_paths_of_few_clusters_with_few_nodes_are_annealed(n: int, nodes: int, small: bool) -> None:
     instance = SimpleNamespace(n=n, rules=SimpleNamespace(way=range(nodes)))
-    assert is_small(instance) is small  # type: ignore[arg-type]
+    assert is_small_enough_to_anneal(instance) is small  # type: ignore[arg-type]

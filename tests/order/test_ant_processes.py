@@ -26,7 +26,7 @@ from leafcut.errors import OptionError, SolveError
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.construction import random_words
+from leafcut.order.construction import random_states
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.literature import processes
 from leafcut.order.literature.ants import initial_trails
@@ -70,7 +70,9 @@ def master(instance: Instance, algorithm: str, workers: int, ants: int, parallel
     aco = AcoOptions(parallel=parallel, n_processes=workers, n_ants=ants)
     run = AlgorithmRun(SolveOptions(algorithm=algorithm, seed=3), aco, FireflyOptions(), Best(Stop()))
     moves = Places(instance, False)
-    return AntProcesses(moves, run, AntParameters.of(algorithm, aco, instance.n, False), moves.start(run.best))
+    return AntProcesses(
+        moves, run, AntParameters.from_options(algorithm, aco, instance.n, False), moves.start(run.best)
+    )
 
 
 @pytest.mark.usefixtures("workers_are")
@@ -134,7 +136,7 @@ class PlainAnts:
 
     def iterate(self, iteration: int) -> list[list[int]]:
         """Return the tours of an iteration in the order of the ants; then all colonies learn from all tours."""
-        words = random_words(3, iteration, count=self.ants).tolist()
+        words = random_states(3, iteration, count=self.ants).tolist()
         tours = [self.tour(self.trails[ant % self.workers], words[ant]) for ant in range(self.ants)]
         steps = [[frozenset(pair) for pair in pairwise([*tour, tour[0]])] for tour in tours]
         lengths = [sum(self.length(a, b) for a, b in pairwise([*tour, tour[0]])) for tour in tours]
@@ -157,7 +159,7 @@ def test_processes_that_exchange_deposits_agree_with_a_plain_simulation() -> Non
         plain = PlainAnts(instance, start.c_nn, 2, 5, offset)
         for iteration in range(8):
             tours, costs = ants.construct(iteration)
-            expected = plain.iterate(iteration)
+            expected = plain.run_iteration(iteration)
             assert tours.tolist() == expected
             assert costs == pytest.approx([sum(plain.length(a, b) for a, b in pairwise([*t, t[0]])) for t in expected])
 
@@ -173,7 +175,7 @@ def test_separate_pheromone_diverges_as_in_a_sequential_simulation(algorithm: st
         for iteration in range(ITERATIONS):
             tours, costs = ants.construct(iteration)
             others = [[c for j in range(3) if j != k for c in laid[j]] for k in range(3)]
-            answers = [w.iterate(iteration, math.inf, None, others[k]) for k, w in enumerate(workers)]
+            answers = [w.run_iteration(iteration, math.inf, None, others[k]) for k, w in enumerate(workers)]
             laid = [changes for _, _, changes, _ in answers]
             for k, (own_tours, own_costs, *_) in enumerate(answers):
                 assert np.array_equal(tours[k::3], own_tours)
@@ -250,7 +252,7 @@ def test_a_worker_that_is_killed_is_reported_in_one_line() -> None:
 def test_a_worker_whose_time_is_over_reports_no_cost_and_learns_nothing() -> None:
     (worker,) = master(build_instance(PROBLEM, 8), "mmas", workers=1, ants=4).colonies
     before = worker.ants.trails.pheromone.copy()
-    _, costs, changes, _ = worker.iterate(1, -1.0, None, [])
+    _, costs, changes, _ = worker.run_iteration(1, -1.0, None, [])
     assert np.isinf(costs).any()
     assert changes == []
     assert np.array_equal(worker.ants.trails.pheromone, before)

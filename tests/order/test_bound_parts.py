@@ -11,7 +11,7 @@ from leafcut.kernels.cost import CostModel
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import bound
 from leafcut.order.bound import SpanningTree, lower_bound
-from leafcut.order.instance import Instance, build_instance, cost_model
+from leafcut.order.instance import Instance, build_cost_model, build_instance
 
 #: Five points of a 3-4-5 grid.
 XY = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 4.0), (0.0, 4.0), (6.0, 8.0)])
@@ -19,7 +19,7 @@ XY = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 4.0), (0.0, 4.0), (6.0, 8.0)])
 
 def model(name: str = "euclidean", **more: object) -> CostModel:
     """Return the costs between the five points."""
-    return cost_model(Metric(name, (10.0, 10.0), (50.0, 50.0), **more), XY)  # type: ignore[arg-type]
+    return build_cost_model(Metric(name, (10.0, 10.0), (50.0, 50.0), **more), XY)  # type: ignore[arg-type]
 
 
 def scattered(n: int, metric: Metric | None = None, **ends: object) -> Instance:
@@ -29,7 +29,7 @@ def scattered(n: int, metric: Metric | None = None, **ends: object) -> Instance:
 
 
 def test_the_ascent_has_more_steps_for_more_nodes_up_to_a_limit_of_work() -> None:
-    assert [bound._ascent_steps(n) for n in (4, 10, 1000, 1500, 2000, 10_000, 30_000, 30_001, 200_000)] == [
+    assert [bound._ascent_step_count(n) for n in (4, 10, 1000, 1500, 2000, 10_000, 30_000, 30_001, 200_000)] == [
         202,
         205,
         700,
@@ -86,7 +86,7 @@ def test_the_plane_has_distances_that_grow_and_lifts_that_cost() -> None:
 def test_the_hub_is_the_free_node_a_tied_one_or_the_last(ends: dict[str, object]) -> None:
     """Points 0 … 4, then the start, the end, and the free node; costs of its edges, 0 for a tied or free one."""
     instance = build_instance(RoutingProblem.of_points(XY, **ends), 0)  # type: ignore[arg-type]
-    hub, cost = bound._choose_hub(instance.cost, instance.n), instance.cost
+    hub, cost = bound._choose_one_tree_hub(instance.cost, instance.n), instance.cost
     if "closed" in ends:
         assert (hub.node, hub.tied) == (4, -1)
         assert hub.spokes.tolist() == np.hypot(*(cost.xy - cost.xy[4]).T).tolist()
@@ -119,15 +119,15 @@ def test_a_graph_has_every_edge_once_at_both_ends_with_its_cost() -> None:
 
 def test_the_two_spokes_are_the_cheapest_under_penalties_and_the_tied_one() -> None:
     hub = bound.Hub(2, -1, np.array([5.0, 1.0, 0.0, 2.0, 4.0]))
-    assert sorted(bound._two_spokes(hub, np.zeros(5)).tolist()) == [1, 3]
-    assert sorted(bound._two_spokes(hub, np.array([-5.0, 2.0, -99.0, 0.0, 0.0])).tolist()) == [0, 3]
-    assert bound._two_spokes(hub._replace(tied=4), np.zeros(5)).tolist() == [4, 1]
+    assert sorted(bound._two_cheapest_hub_neighbours(hub, np.zeros(5)).tolist()) == [1, 3]
+    assert sorted(bound._two_cheapest_hub_neighbours(hub, np.array([-5.0, 2.0, -99.0, 0.0, 0.0])).tolist()) == [0, 3]
+    assert bound._two_cheapest_hub_neighbours(hub._replace(tied=4), np.zeros(5)).tolist() == [4, 1]
 
 
 def test_the_weight_of_a_tree_is_that_of_its_edges_and_spokes_less_twice_the_penalties() -> None:
     """Tree 0–1–2–3 of 3, 4 and 3; the hub 4 has spokes of 10, √73, 5 and √52."""
     cost, penalty = model(), np.array([1.0, -2.0, 0.5, 0.25, 0.0])
-    hub = bound._choose_hub(cost, 5)
+    hub = bound._choose_one_tree_hub(cost, 5)
     tree = SpanningTree(np.array([[0, 1, 2], [1, 2, 3]], dtype=np.int32), np.array([3.0, 4.0, 3.0]))
     spokes = [5.0 + 0.5, min(math.sqrt(52.0) + 0.25, math.sqrt(73.0) - 2.0)]
     plain = (3.0 - 1.0) + (4.0 - 1.5) + (3.0 + 0.75) + sum(spokes) - 2.0 * penalty.sum()
@@ -199,7 +199,7 @@ def test_the_ascent_asks_after_fifty_thousand_node_steps_whether_to_stop(monkeyp
         asked.append(len(calls))
         return len(calls) >= 3
 
-    monkeypatch.setattr(bound, "climb", climb)
+    monkeypatch.setattr(bound, "ascend_subgradient", climb)
     hub = bound.Hub(299, -1, np.zeros(300))
     ascent = bound._Ascent(300, None, hub, 77.0, stop)  # type: ignore[arg-type]
     assert ascent.climb(None, 200).tolist() == [20.0] * 300  # type: ignore[arg-type]

@@ -15,12 +15,12 @@ from leafcut.order.algorithms import (
     CHOICES,
     PLACES,
     Algorithm,
-    algorithm_for,
     check_options,
+    choose_algorithm,
     fits_cost_table,
     needs_choices,
 )
-from leafcut.order.directed import build_directed, greedy_path
+from leafcut.order.directed import build_directed_instance, greedy_path
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.stop import Stop
@@ -117,7 +117,7 @@ def test_few_clusters_are_a_thousand_with_six_thousand_nodes() -> None:
 )
 def test_an_algorithm_has_the_moves_that_a_problem_needs(name: str, problem: RoutingProblem, choices: bool) -> None:
     """Too many clusters with directions are ordered as points."""
-    found = algorithm_for(problem, SolveOptions(algorithm=name))
+    found = choose_algorithm(problem, SolveOptions(algorithm=name))
     assert found is (CHOICES if choices else PLACES)["colony" if name == "auto" else name]
 
 
@@ -140,7 +140,7 @@ def test_an_algorithm_has_the_moves_that_a_problem_needs(name: str, problem: Rou
 )
 def test_an_algorithm_refuses_what_it_cannot_order(name: str, problem: RoutingProblem, message: str) -> None:
     with pytest.raises(SolveError) as refused:
-        algorithm_for(problem, SolveOptions(algorithm=name))
+        choose_algorithm(problem, SolveOptions(algorithm=name))
     assert str(refused.value) == message
 
 
@@ -175,12 +175,12 @@ def test_lists_have_the_candidates_of_the_algorithm_or_those_asked_for(monkeypat
     monkeypatch.setattr(algorithms, "build_instance", lambda _, k: given.append(k))
     algorithm = Algorithm("toy", lambda *_: None, candidates=7)  # type: ignore
     for candidates in (None, 0, 5):
-        algorithm.instance(points(9), candidates)
+        algorithm.build_instance(points(9), candidates)
     assert given == [7, 0, 5]
 
 
 def test_nearest_neighbours_are_offered_with_their_cost() -> None:
-    for problem, build, name in ((points(9), build_instance, PLACES), (cuts(9), build_directed, CHOICES)):
+    for problem, build, name in ((points(9), build_instance, PLACES), (cuts(9), build_directed_instance, CHOICES)):
         instance, best = build(problem, 5), Best(Stop())
         run = AlgorithmRun(SolveOptions(algorithm="nn"), AcoOptions(), FireflyOptions(), best)
         found = name["nn"].load()(instance, run)
@@ -190,5 +190,5 @@ def test_nearest_neighbours_are_offered_with_their_cost() -> None:
         else:
             path = greedy_path(instance)
             assert best.cost == instance.length(path.node, path.enter, path.leave)
-            assert best.tour.tolist() == instance.nodes(path.node, path.enter).tolist()
+            assert best.tour.tolist() == instance.nodes_from_path(path.node, path.enter).tolist()
         assert best.iteration == 0

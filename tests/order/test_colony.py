@@ -28,9 +28,9 @@ from leafcut.order.colony import (
     recombine_tours,
     run_colony,
 )
-from leafcut.order.construction import greedy, random_words
+from leafcut.order.construction import greedy_tour, random_states
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import descend, kick_until, tour_with_buffers
+from leafcut.order.kicks import improve_queued_nodes, kick_within_time, tour_with_buffers
 from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
@@ -44,7 +44,7 @@ def instance_of(n: int, seed: int = 1) -> Instance:
 
 def workers(executor: Executor | None = None, count: int = 1) -> Workers:
     """Return workers without a clock."""
-    return Workers(executor, count, Stop(), WorkerLog.of(count))
+    return Workers(executor, count, Stop(), WorkerLog.empty(count))
 
 
 def lived(instance: Instance, where: Workers, generations: int = 4) -> Colony:
@@ -159,7 +159,7 @@ def test_ants_that_kick_have_tours_no_longer_the_same_for_a_seed_and_none_when_t
     assert np.array_equal(kicked.tours, again.tours)
     assert all(sorted(t.tolist()) == list(range(150)) for t in kicked.tours)
     assert kicked.costs.tolist() == pytest.approx([tour_cost(instance.cost, t) for t in kicked.tours])
-    late = Workers(None, 1, Stop(seconds=0.0), WorkerLog.of(1))
+    late = Workers(None, 1, Stop(seconds=0.0), WorkerLog.empty(1))
     assert len(create_colony(instance, 6, 3, 0, late, 300).costs) == 0
 
 
@@ -226,7 +226,7 @@ def test_a_run_has_the_work_budget_of_its_preset_unless_it_is_limited(
     assert (first, seed, same, budget) == (instance, options.seed, best, visits - instance.n)
     assert (crew.count, crew.stop, crew.executor is None) == (threads, best.stop, threads == 1)
     assert (best.view.shown, best.view.log) == (instance, crew.log)
-    assert (found.iterations, found.tour.tolist(), found.workers) == (9, list(range(20)), crew.log.figures())
+    assert (found.iterations, found.tour.tolist(), found.workers) == (9, list(range(20)), crew.log.worker_figures())
     assert len(found.workers) == threads
     assert (found.workers[0].ants, found.workers[0].best) == (6, 70.0)
 
@@ -256,11 +256,11 @@ def test_an_ant_builds_a_random_greedy_tour_which_is_improved_and_kicked(kicks: 
     instance = instance_of(60)
     word, same = np.array([77], dtype=np.uint64), np.array([77], dtype=np.uint64)
     (node,), (cost,) = colony_module.build_tour(instance, word, kicks, Stop())
-    tour = tour_with_buffers(greedy(instance, np.random.default_rng(77)))
-    assert descend(instance, tour, (0, 8, 5, 3, 1), Stop())
+    tour = tour_with_buffers(greedy_tour(instance, np.random.default_rng(77)))
+    assert improve_queued_nodes(instance, tour, (0, 8, 5, 3, 1), Stop())
     if kicks:
         tour = tour_with_buffers(tour.node, queued=False, log=2 * 60 + 1000)
-        kick_until(instance, tour, same, kicks, Stop())
+        kick_within_time(instance, tour, same, kicks, Stop())
     assert node.tolist() == tour.node.tolist()
     assert cost == tour_cost(instance.cost, tour.node)
     assert word.tolist() == same.tolist()
@@ -281,7 +281,7 @@ def test_the_states_of_ants_depend_on_the_seed_and_the_number_of_the_colony(monk
 
     monkeypatch.setattr(colony_module, "build_tour", build)
     colony = create_colony(instance, 4, 7, 3, workers(), 25)
-    assert seen == [(instance, int(word), 25) for word in random_words(7, 1, 3, count=4)]
+    assert seen == [(instance, int(word), 25) for word in random_states(7, 1, 3, count=4)]
     assert colony.costs.tolist() == [11.0, 13.0, 14.0]
     assert colony.tours[:, 0].tolist() == [1, 3, 4]
     assert (colony.number, colony.generation) == (3, 0)
@@ -303,7 +303,7 @@ def test_a_generation_is_shared_in_two_blocks_per_worker(
     monkeypatch.setattr(colony_module, "recombine_tours", note)
     tours = np.arange(9, dtype=np.int32)[:, None] * np.ones(12, dtype=np.int32)
     after = next_generation(instance, Colony(tours, np.arange(9.0), 3, 5), 7, workers(count=count))
-    words = random_words(7, 2, 3, 5, count=9)
+    words = random_states(7, 2, 3, 5, count=9)
     mixed = np.random.default_rng(words[0]).permutation(9).tolist()
     assert [len(mine) for mine, *_ in seen] == blocks
     assert [v for mine, *_ in seen for v in mine] == mixed
@@ -319,7 +319,7 @@ def test_meetings_are_assembled_in_groups_between_two_looks_at_the_clock(monkeyp
     """12 nodes and 30 nodes a look: two pairs at once. Costs are summed again where a tour has gained."""
     monkeypatch.setattr(colony_module, "NODES_PER_LOOK", 30)
     instance, ranges = instance_of(12), []
-    lists = instance.exchange_lists
+    lists = instance.exchange_candidates
 
     def assemble(*given: object) -> None:
         _, tour, assembly, *rest = given
@@ -331,7 +331,7 @@ def test_meetings_are_assembled_in_groups_between_two_looks_at_the_clock(monkeyp
         if first == 2:
             tours[3], gains[3] = np.arange(12), 0.5  # type: ignore[index]
 
-    monkeypatch.setattr(colony_module, "assemble", assemble)
+    monkeypatch.setattr(colony_module, "recombine_by_edge_assembly", assemble)
     mine = np.array([np.roll(np.arange(12), k) for k in range(5)], dtype=np.int32)[:, ::-1].copy()
     costs, words = np.full(5, 7.0), np.arange(1, 6, dtype=np.uint64)
     tours, after = recombine_tours(instance, mine, mine[::-1].copy(), costs, words, Stop())
@@ -344,7 +344,7 @@ def test_meetings_are_assembled_in_groups_between_two_looks_at_the_clock(monkeyp
 
 
 def test_the_buffers_of_an_assembly_hold_two_tours_and_the_longest_cycle() -> None:
-    a = colony_module.assembly_for(7)
+    a = colony_module.allocate_assembly_buffers(7)
     shapes = [(7, 4), (7, 8), (4, 16), (4, 6000), (6000, 3)]
     assert [buffer.shape for buffer in a] == shapes
     assert {buffer.dtype for buffer in a} == {np.dtype(np.int32)}

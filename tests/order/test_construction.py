@@ -15,7 +15,7 @@ import leafcut
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import construction
-from leafcut.order.construction import greedy, nearest_neighbour
+from leafcut.order.construction import greedy_tour, nearest_neighbour_tour
 from leafcut.order.instance import build_instance
 from plain_python import plain_python
 
@@ -62,7 +62,7 @@ def test_with_full_lists_it_is_the_greedy_tour_by_sorting_all_pairs(n: int, seed
     places = [*map(tuple, xy.tolist()), *given_ends]
     tied = (n, n + 1) if len(given_ends) == 2 else None
     expected = plain_greedy(places, tied, {n} if len(given_ends) == 1 else set())
-    tour = instance.label[greedy(instance)]
+    tour = instance.label[greedy_tour(instance)]
     found = {frozenset(p) for p in zip(tour.tolist(), np.roll(tour, 1).tolist(), strict=True)}
     found = {e for e in found if max(e) < len(places)}
     assert expected <= found
@@ -83,7 +83,7 @@ def test_a_greedy_tour_visits_each_node_once_and_keeps_the_tied_edge(
     xy = np.random.default_rng(seed).integers(0, grid, (n, 2)).astype(np.float64)
     instance = build_instance(problem_of(xy, ends), k)
     for random in (None, np.random.default_rng(seed)):
-        tour = greedy(instance, random)
+        tour = greedy_tour(instance, random)
         assert tour.dtype == np.int32
         assert sorted(tour.tolist()) == list(range(instance.n))
         if instance.second >= 0:
@@ -97,7 +97,7 @@ def test_a_greedy_tour_of_a_matrix_visits_each_node_once(n: int, seed: int, k: i
     metric = Metric("EXPLICIT", matrix=matrix + matrix.T)
     for ends in ("closed", (None, None)):
         instance = build_instance(problem_of(np.zeros((n, 2)), ends, metric), k)
-        assert sorted(greedy(instance).tolist()) == list(range(instance.n))
+        assert sorted(greedy_tour(instance).tolist()) == list(range(instance.n))
 
 
 def test_places_visited_often_cost_nothing_more() -> None:
@@ -105,16 +105,16 @@ def test_places_visited_often_cost_nothing_more() -> None:
     xy = np.random.default_rng(9).uniform(0, 100, (30, 2))
     once = build_instance(problem_of(xy, "closed"), 0)
     often = build_instance(problem_of(np.repeat(xy, 40, axis=0), "closed"), 8)
-    many = greedy(often)
+    many = greedy_tour(often)
     steps = np.hypot(*(often.cost.xy[many] - often.cost.xy[np.roll(many, 1)]).T)
     assert (steps > 0).sum() == 30
-    assert tour_cost(often.cost, many) < 1.3 * tour_cost(once.cost, greedy(once))
+    assert tour_cost(often.cost, many) < 1.3 * tour_cost(once.cost, greedy_tour(once))
 
 
 def test_random_changes_give_other_tours_that_are_nearly_as_good() -> None:
     instance = build_instance(problem_of(np.random.default_rng(3).uniform(0, 90, (500, 2)), "closed"), 8)
-    plain = tour_cost(instance.cost, greedy(instance))
-    tours = [greedy(instance, np.random.default_rng(seed)) for seed in (1, 2, 1)]
+    plain = tour_cost(instance.cost, greedy_tour(instance))
+    tours = [greedy_tour(instance, np.random.default_rng(seed)) for seed in (1, 2, 1)]
     assert np.array_equal(tours[0], tours[2])
     assert not np.array_equal(tours[0], tours[1])
     assert all(tour_cost(instance.cost, t) < 1.1 * plain for t in tours)
@@ -125,7 +125,7 @@ def test_greedy_is_better_than_nearest_neighbour(name: str, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
     metric = Metric(part.edge_weight_type)
     instance = build_instance(RoutingProblem.of_points(part.hole_xy, metric, closed=True), 8)
-    cost, nearest = (tour_cost(instance.cost, make(instance)) for make in (greedy, nearest_neighbour))
+    cost, nearest = (tour_cost(instance.cost, make(instance)) for make in (greedy_tour, nearest_neighbour_tour))
     assert part.optimum <= cost < nearest
     assert cost < 1.25 * part.optimum
 
@@ -134,10 +134,10 @@ def test_greedy_is_better_than_nearest_neighbour(name: str, data: Path) -> None:
 def test_the_nearest_neighbours_of_few_nodes_are_those_of_the_tree(n: int, seed: int, ends: object) -> None:
     xy = np.random.default_rng(seed).integers(0, 40, (n, 2)).astype(float) + np.arange(n)[:, None] * 1e-3
     instance = build_instance(problem_of(xy, ends), 8)
-    few = nearest_neighbour(instance)
+    few = nearest_neighbour_tour(instance)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(construction, "FEW", 0)
-        assert np.array_equal(few, nearest_neighbour(instance))
+        assert np.array_equal(few, nearest_neighbour_tour(instance))
 
 
 def test_the_nearest_neighbours_of_a_matrix_are_the_cheapest() -> None:
@@ -145,7 +145,7 @@ def test_the_nearest_neighbours_of_a_matrix_are_the_cheapest() -> None:
         [[0, 5, 1, 9, 7], [5, 0, 4, 2, 8], [1, 4, 0, 6, 3], [9, 2, 6, 0, 5], [7, 8, 3, 5, 0]], dtype=float
     )
     problem = RoutingProblem.of_points(np.zeros((5, 2)), Metric("EXPLICIT", matrix=matrix), closed=True)
-    assert nearest_neighbour(build_instance(problem, 3)).tolist() == [0, 2, 4, 3, 1]
+    assert nearest_neighbour_tour(build_instance(problem, 3)).tolist() == [0, 2, 4, 3, 1]
 
 
 @pytest.mark.parametrize("closed", [True, False])
@@ -154,7 +154,7 @@ def test_the_nearest_neighbour_of_a_table_always_goes_to_the_cheapest_that_is_le
     xy = np.random.default_rng(4).uniform(0.0, 90.0, (30, 2))
     matrix = np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1))
     instance = build_instance(RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=closed), 6)
-    path = [node for node in instance.label[nearest_neighbour(instance)].tolist() if node < 30]
+    path = [node for node in instance.label[nearest_neighbour_tour(instance)].tolist() if node < 30]
     assert sorted(path) == list(range(30))
     for k in range(29):
         assert matrix[path[k], path[k + 1]] == min(matrix[path[k], later] for later in path[k + 1 :])
@@ -173,7 +173,7 @@ def test_the_nearest_neighbours_of_many_nodes_are_found_by_the_kernel(
     metric = Metric(name, matrix=half + half.T) if name == "EXPLICIT" else None
     instance = build_instance(problem_of(np.random.default_rng(1).uniform(0, 50, (25, 2)), ends, metric), 6)
     xy, free = instance.cost.xy, instance.cost.free
-    tour = [instance.home] if instance.second < 0 else [instance.first, instance.second]
+    tour = [instance.default_start] if instance.second < 0 else [instance.first, instance.second]
     while len(tour) < instance.n:
         here, left = tour[-1], [v for v in range(instance.n) if v not in tour]
         if here == free or name == "EXPLICIT":
@@ -181,4 +181,4 @@ def test_the_nearest_neighbours_of_many_nodes_are_found_by_the_kernel(
         else:
             tour.append(min((v for v in left if v != free), key=lambda v: math.dist(xy[here], xy[v])))
     with plain_python():
-        assert nearest_neighbour(instance).tolist() == tour
+        assert nearest_neighbour_tour(instance).tolist() == tour

@@ -13,7 +13,7 @@ from leafcut.errors import SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import directed
 from leafcut.order.annealing import build_clusters
-from leafcut.order.directed import build_directed, is_directed, least_costs
+from leafcut.order.directed import build_directed_instance, cheapest_move_costs, is_directed
 from leafcut.order.instance import path_cost
 from travel_reference import travel_cost
 
@@ -73,7 +73,7 @@ def cheapest(problem: RoutingProblem, a: int, b: int) -> float:
 @pytest.mark.parametrize("ends", [None, *ENDS])
 def test_the_table_of_least_costs_is_that_of_trying_all_nodes(kind: str, ends: tuple[object, object] | None) -> None:
     problem = problem_of(kind, ends)
-    table = least_costs(problem)
+    table = cheapest_move_costs(problem)
     n = M if ends is None else M + 1
     assert table is not None
     assert table.shape == (n, n)
@@ -104,7 +104,7 @@ def test_lists_hold_all_possible_neighbours_the_cheapest_first(
     if not closure:
         monkeypatch.setattr(directed, "CLOSURE_LIMIT", 2)
     problem = problem_of(kind, ends, PAIRS)
-    instance = build_directed(problem, M - 1)
+    instance = build_directed_instance(problem, M - 1)
     lists, n = instance.rules.onward, instance.n
     assert n == (M if ends is None else M + 1)
     assert instance.anchored == (ends is not None)
@@ -136,7 +136,7 @@ def test_short_lists_are_the_first_of_the_long_ones(kind: str, pairs: list[tuple
     if kind in ("holes", "cuts"):
         return  # candidates of places are also chosen by direction
     problem = problem_of(kind, None, pairs)
-    short, long = (build_directed(problem, k).rules.onward for k in (3, M - 1))
+    short, long = (build_directed_instance(problem, k).rules.onward for k in (3, M - 1))
     assert short.near.shape == (M, 3)
     for few, many in ((short.near, long.near), (short.back, long.back)):
         assert np.array_equal(few, many[:, :3])
@@ -149,18 +149,18 @@ def test_a_path_has_its_cost_and_its_nodes_in_both_forms(
     kind: str, ends: tuple[object, object] | None, pairs: list[tuple[int, int]]
 ) -> None:
     problem = problem_of(kind, ends, pairs)
-    instance, rng = build_directed(problem, 5), np.random.default_rng(1)
+    instance, rng = build_directed_instance(problem, 5), np.random.default_rng(1)
     for _ in range(5):
         order = rng.permutation(M)
         nodes = np.array([rng.choice(np.flatnonzero(problem.cluster == c)) for c in order], dtype=np.int32)
-        node, enter = instance.path_of(nodes)
+        node, enter = instance.path_from_nodes(nodes)
         leave = enter + np.int32(instance.rules.beyond[0])
         if instance.anchored:
             assert node[0] == M
             leave[M] = instance.leave[M]
         assert instance.length(node, enter, leave) == pytest.approx(path_cost(problem, nodes))
         first = int(np.flatnonzero(order == 0)[0]) if ends is None and not pairs else 0
-        assert instance.nodes(node, enter).tolist() == np.roll(nodes, -first).tolist()
+        assert instance.nodes_from_path(node, enter).tolist() == np.roll(nodes, -first).tolist()
 
 
 def test_costs_by_direction_are_seen_in_tables_and_in_places() -> None:
@@ -181,7 +181,7 @@ def test_lists_by_the_middles_of_clusters_name_the_nearest_ones(monkeypatch: pyt
     )
     exit_ = entry * (1.0, -1.0)  # each may be worked in two directions
     problem = RoutingProblem(entry, exit_, np.repeat(np.arange(M, dtype=np.int32), 2), np.zeros(2 * M), closed=True)
-    lists = build_directed(problem, 3).rules.onward
+    lists = build_directed_instance(problem, 3).rules.onward
     for c in range(M):
         nearest = sorted(abs(int(where[c]) - int(where[w])) for w in range(M) if w != c)[:2]
         assert sorted(abs(int(where[c]) - int(where[w])) for w in lists.near[c].tolist() if w >= 0)[:2] == nearest
@@ -196,7 +196,7 @@ def test_layers_hold_the_costs_of_all_moves_with_the_work_at_their_end(
 ) -> None:
     """The nodes by cluster, then the anchor: a move from it starts at the start, a move to it ends at the end."""
     problem = problem_of(kind, ends, pairs)
-    instance = build_directed(problem, 5)
+    instance = build_directed_instance(problem, 5)
     layers, m = build_clusters(instance), M if ends is None else M + 1
     nodes = sorted(range(problem.n_nodes), key=lambda v: (problem.cluster[v], v))
     owner = [int(problem.cluster[v]) for v in nodes] + [M] * (m - M)
@@ -241,20 +241,20 @@ def test_the_places_of_a_path_are_its_entries_and_exits_with_the_ends(
     kind: str, ends: tuple[object, object] | None
 ) -> None:
     problem = problem_of(kind, ends)
-    instance, nodes = build_directed(problem, 5), np.array([3, 1, 0, 2, 7, 6, 5, 4], dtype=np.int32)
-    assert instance.path(nodes).tolist() == problem.cluster[nodes].tolist()
+    instance, nodes = build_directed_instance(problem, 5), np.array([3, 1, 0, 2, 7, 6, 5, 4], dtype=np.int32)
+    assert instance.cluster_order(nodes).tolist() == problem.cluster[nodes].tolist()
     assert (instance.service, instance.exact) == (0.0, True)
     places = [problem.entry[nodes].tolist()]
     if kind == "cuts":
         places.append(problem.exit[nodes].tolist())
     path = [place for row in zip(*places, strict=True) for place in row]
     first, last = ([], [path[0]]) if ends is None else ([list(p)] if p is not None else [] for p in ends)  # type: ignore
-    assert instance.places(nodes).tolist() == [*first, *path, *last]
+    assert instance.path_positions(nodes).tolist() == [*first, *path, *last]
 
 
 def test_a_table_with_ends_is_refused_in_one_line() -> None:
     table = replace(problem_of("table"), start=START)
-    for work in (lambda: build_directed(table, 5), lambda: least_costs(table)):
+    for work in (lambda: build_directed_instance(table, 5), lambda: cheapest_move_costs(table)):
         with pytest.raises(SolveError) as refused:
             work()
         assert (
@@ -264,6 +264,6 @@ def test_a_table_with_ends_is_refused_in_one_line() -> None:
 
 def test_least_costs_are_given_up_when_it_is_late() -> None:
     asked: list[bool] = []
-    assert least_costs(problem_of("ways"), lambda: bool(asked.append(True)) or len(asked) == 8) is None
+    assert cheapest_move_costs(problem_of("ways"), lambda: bool(asked.append(True)) or len(asked) == 8) is None
     assert len(asked) == 8
-    assert least_costs(problem_of("ways"), lambda: False) is not None
+    assert cheapest_move_costs(problem_of("ways"), lambda: False) is not None

@@ -10,9 +10,9 @@ import pytest
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import exact
-from leafcut.order.exact import best_nodes, choose_nodes, is_exactly_solvable
+from leafcut.order.exact import choose_nodes_for_order, is_exactly_solvable, solve_exactly
 from leafcut.order.instance import path_cost
-from leafcut.order.precedence import checked_pairs, satisfies_pairs
+from leafcut.order.precedence import satisfies_pairs, validate_pairs
 from leafcut.order.solve import solve
 
 METRICS = [Metric(), Metric("linear", (40.0, 20.0), (90.0, 70.0)), Metric("dogleg", (40.0, 20.0), (90.0, 70.0))]
@@ -40,17 +40,19 @@ def cuts(seed: int, ends: object, ways: int = 2, pairs: int = 2, m: int = 5) -> 
 
 def least(problem: RoutingProblem) -> float:
     """Return the cost of the cheapest of all orders that keep the precedence, each with its best nodes."""
-    pairs = checked_pairs(problem)
+    pairs = validate_pairs(problem)
     every = (np.array(o, dtype=np.int32) for o in itertools.permutations(range(problem.n_clusters)))
-    return min(path_cost(problem, choose_nodes(problem, order)) for order in every if satisfies_pairs(pairs, order))
+    return min(
+        path_cost(problem, choose_nodes_for_order(problem, order)) for order in every if satisfies_pairs(pairs, order)
+    )
 
 
 @pytest.mark.parametrize("ends", ENDS)
 def test_no_order_and_no_choice_of_nodes_is_cheaper(ends: object) -> None:
     for seed, pairs in itertools.product(range(3), (0, 3)):
         problem = cuts(seed, ends, pairs=pairs)
-        nodes = best_nodes(problem, checked_pairs(problem))
-        assert satisfies_pairs(checked_pairs(problem), problem.cluster[nodes])
+        nodes = solve_exactly(problem, validate_pairs(problem))
+        assert satisfies_pairs(validate_pairs(problem), problem.cluster[nodes])
         assert path_cost(problem, nodes) == pytest.approx(least(problem))
 
 
@@ -58,7 +60,7 @@ def test_a_table_that_differs_by_direction_is_solved_to_the_optimum() -> None:
     for seed, closed in itertools.product(range(4), (True, False)):
         matrix = np.random.default_rng(seed).uniform(0, 40, (6, 6))
         problem = RoutingProblem.of_points(np.zeros((6, 2)), Metric("EXPLICIT", matrix=matrix), closed=closed)
-        assert path_cost(problem, best_nodes(problem, checked_pairs(problem))) == pytest.approx(least(problem))
+        assert path_cost(problem, solve_exactly(problem, validate_pairs(problem))) == pytest.approx(least(problem))
 
 
 def test_by_default_the_path_of_a_few_cuts_is_proved_to_be_the_shortest() -> None:

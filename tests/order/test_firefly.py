@@ -12,21 +12,21 @@ from hypothesis import strategies as st
 
 from leafcut.errors import SolveError
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
+from leafcut.kernels.firefly import count_different_edges, invert_and_repair, make_random_inversions
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.construction import random_words
-from leafcut.order.directed import build_directed
+from leafcut.order.construction import random_states
+from leafcut.order.directed import build_directed_instance
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import BREADTH, descend, search_breadth, tour_with_buffers
+from leafcut.order.kicks import BREADTH, improve_queued_nodes, search_breadth, tour_with_buffers
 from leafcut.order.literature import fireflies, flight
-from leafcut.order.literature.fireflies import ChoiceFireflies, PlaceFireflies, all_costs
+from leafcut.order.literature.fireflies import ChoiceFireflies, PlaceFireflies, cost_table
 from leafcut.order.literature.flight import Flight, Swarm
 from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 
-SIMPLE = Flight.of(FireflyOptions(), limited=False)
+SIMPLE = Flight.from_options(FireflyOptions(), limited=False)
 
 
 def places(n: int, seed: int = 1) -> np.ndarray:
@@ -43,19 +43,21 @@ def test_distances_are_counted_by_hand() -> None:
     """0–1–2–3–4–5 and 0–1–2–5–4–3: the run 3 4 5 is inverted, so the edges 2–3 and 5–0 are not in the other."""
     tour, other = np.arange(6, dtype=np.int32), np.array([0, 1, 2, 5, 4, 3], dtype=np.int32)
     place = np.argsort(other).astype(np.int32)
-    assert edges_apart(tour, other, place) == 2
-    assert edges_apart(np.roll(other, 2)[::-1].copy(), other, place) == 0
-    assert edges_apart(np.array([0, 2, 4, 1, 5, 3], dtype=np.int32), other, place) == 5  # 3–0 alone is in both
+    assert count_different_edges(tour, other, place) == 2
+    assert count_different_edges(np.roll(other, 2)[::-1].copy(), other, place) == 0
+    assert (
+        count_different_edges(np.array([0, 2, 4, 1, 5, 3], dtype=np.int32), other, place) == 5
+    )  # 3–0 alone is in both
 
 
 @given(st.integers(5, 40), st.integers(0, 99), st.integers(2, 38), st.integers(1, 300))
 def test_flying_keeps_a_tour_whole_and_never_makes_it_longer(n: int, seed: int, longest: int, moves: int) -> None:
     instance = instance_of(n, closed=seed % 2 == 0, seed=seed)
-    h, costs = instance.n, all_costs(instance)
+    h, costs = instance.n, cost_table(instance)
     tour = np.random.default_rng(seed).permutation(h).astype(np.int32)
     place, before = np.argsort(tour).astype(np.int32), tour_cost(instance.cost, tour)
     words = np.array([seed + 1], dtype=np.uint64)
-    gained = fly(costs, tour, place, moves, min(longest, h - 2), words, 0)
+    gained = make_random_inversions(costs, tour, place, moves, min(longest, h - 2), words, 0)
     assert sorted(tour.tolist()) == list(range(h))
     assert place.tolist() == np.argsort(tour).tolist()
     assert gained >= 0.0
@@ -70,7 +72,7 @@ def test_mended_moves_keep_a_tour_whole_and_never_make_it_longer(n: int, seed: i
         np.random.default_rng(seed).permutation(h).astype(np.int32), queued=False, log=2 * h + 1000
     )
     before, words = tour_cost(instance.cost, tour.node), np.array([seed + 1], dtype=np.uint64)
-    gained = fly_and_mend(
+    gained = invert_and_repair(
         instance.cost,
         tour,
         instance.candidates,
@@ -166,7 +168,7 @@ def test_a_preset_has_a_number_of_inversions_repaired_moves_or_visits() -> None:
     assert budget_of(mended, time_limit=7.0) == (math.inf, math.inf)
     rng = np.random.default_rng(1)
     cuts = RoutingProblem(*rng.uniform(0, 9, (2, 10, 2)), np.arange(10, dtype=np.int32), np.zeros(10))
-    orders = ChoiceFireflies(build_directed(cuts, 5), SIMPLE, SolveOptions(), Stop())
+    orders = ChoiceFireflies(build_directed_instance(cuts, 5), SIMPLE, SolveOptions(), Stop())
     assert budget_of(orders, preset="fast") == (math.ceil(2e5 / (11 * 11 * 20)), 30)
     assert budget_of(orders, preset="thorough") == (math.ceil(1e8 / (11 * 11 * 20)), 2000)
 
@@ -180,7 +182,7 @@ def test_repaired_moves_of_a_swarm_are_those_of_the_kernel_between_looks_at_the_
     monkeypatch.setattr(fireflies, "MENDED_PER_LOOK", 2)
     monkeypatch.setattr(fireflies, "LONGEST_REWRITE", 9)
     instance, stop = instance_of(60), Stop(iterations=4)
-    flight_of_four = Flight.of(FireflyOptions(n_fireflies=4, attractiveness=2.0), limited=True)
+    flight_of_four = Flight.from_options(FireflyOptions(n_fireflies=4, attractiveness=2.0), limited=True)
     swarm = PlaceFireflies(instance, flight_of_four, SolveOptions(seed=3), stop, None, 1)
     assert swarm.costs.shape == (0, 0)
     assert swarm.lengths.tolist() == [instance.length(swarm.swarm[0].node), math.inf, math.inf, math.inf]
@@ -190,23 +192,25 @@ def test_repaired_moves_of_a_swarm_are_those_of_the_kernel_between_looks_at_the_
     plain = []
     for f in range(4):
         tour = tour_with_buffers(flight.initial_tour(instance, flight_of_four, 3, f))
-        descend(instance, tour, BREADTH, Stop())
+        improve_queued_nodes(instance, tour, BREADTH, Stop())
         plain.append(tour_with_buffers(tour.node, queued=False, log=2 * 60 + 1000))
     tours, lengths = swarm.construct(0)
     for iteration in range(4):
         if iteration:
-            words = random_words(3, iteration, count=4)
+            words = random_states(3, iteration, count=4)
             given = np.array([instance.length(t.node) for t in plain])
             plans = []
             for f, tour in enumerate(plain):
-                apart = [int(edges_apart(tour.node, t.node, t.place)) for t in plain]
-                beta, longest = flight_of_four.aim(given, f, apart.__getitem__, 60, iteration / 4, mended=True)
+                apart = [int(count_different_edges(tour.node, t.node, t.place)) for t in plain]
+                beta, longest = flight_of_four.choose_target(
+                    given, f, apart.__getitem__, 60, iteration / 4, mended=True
+                )
                 plans.append((max(1, round(beta * 60 * 0.05)), min(9, longest)))
             for f, (moves, longest) in enumerate(plans):
-                fly_and_mend(
+                invert_and_repair(
                     instance.cost,
                     plain[f],
-                    *instance.exchange_lists,
+                    *instance.exchange_candidates,
                     search_breadth(instance, BREADTH),
                     moves,
                     longest,
@@ -244,7 +248,7 @@ def test_a_stopped_swarm_moves_its_first_firefly_until_the_next_look(
 
 def test_costs_between_all_nodes_leave_out_those_of_a_node_to_itself() -> None:
     instance = build_instance(RoutingProblem.of_points(places(6), Metric("GEO"), closed=True), 3)
-    costs = all_costs(instance)
+    costs = cost_table(instance)
     assert (costs.dtype, costs.shape, costs.diagonal().tolist()) == (np.float32, (6, 6), [0.0] * 6)
     for a, b in itertools.permutations(range(6), 2):
         assert costs[a, b] == instance.costs(a, b)[0]
@@ -290,15 +294,15 @@ def test_a_run_has_a_swarm_of_its_variant_with_a_worker_per_core_or_firefly(
         return 6
 
     monkeypatch.setattr("os.cpu_count", lambda: cores)
-    monkeypatch.setattr(fireflies, "search", searched)
+    monkeypatch.setattr(fireflies, "run_population", searched)
     run = AlgorithmRun(options, AcoOptions(), FireflyOptions(**fireflies_of), best)  # type: ignore[arg-type]
     found = fireflies.run_fireflies(instance, run)
     (swarm,) = seen
     assert type(swarm).__name__ == kind
-    assert swarm.flight == Flight.of(run.firefly, limited=options.is_limited)
+    assert swarm.flight == Flight.from_options(run.firefly, limited=options.is_limited)
     if kind == "PlaceFireflies":
         assert (swarm.workers, swarm.executor is None) == (threads, threads == 1)
     assert best.stop.patience == (math.inf if options.is_limited else 20)
     assert best.stop.iterations == (math.inf if options.is_limited else 4000)
     assert (found.iterations, found.tour.tolist()) == (6, list(range(20)))
-    assert found.workers == swarm.log.figures()
+    assert found.workers == swarm.log.worker_figures()

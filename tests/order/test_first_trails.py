@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from leafcut.errors import OptionError
-from leafcut.kernels.construct import choose_next
+from leafcut.kernels.construct import choose_next_candidate
 from leafcut.kernels.ordering import choose_next_cluster
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ANT_ALGORITHMS, AcoOptions, SolveOptions
@@ -32,7 +32,7 @@ LINE, C_NN = build_instance(RoutingProblem.of_points([(x, 0.0) for x in range(5)
 
 def trails(instance: Instance, c_nn: float, algorithm: str = "as", seed: int = 1, **options: object) -> Trails:
     """Return the first trails of an algorithm."""
-    parameters = AntParameters.of(algorithm, AcoOptions(**options), instance.n, local_search=False)
+    parameters = AntParameters.from_options(algorithm, AcoOptions(**options), instance.n, local_search=False)
     return initial_trails(Places(instance, False), parameters, c_nn, seed)
 
 
@@ -82,9 +82,9 @@ def test_an_ant_without_any_trail_chooses_by_nearness_alone() -> None:
     near, nothing = np.array([[3.0, 1.0, 4.0]] * 4), np.zeros((4, 3))
     lists, visited = np.array([[1, 2, 3]] * 4, dtype=np.int32), np.array([1, 0, 0, 1], dtype=np.uint8)
     words = np.array([5], dtype=np.uint64)
-    taken = [choose_next(lists, nothing, near, visited, 0, 0.0, words, 0) for _ in range(4000)]
+    taken = [choose_next_candidate(lists, nothing, near, visited, 0, 0.0, words, 0) for _ in range(4000)]
     assert np.bincount(taken, minlength=3) / 4000 == pytest.approx([0.75, 0.25, 0.0], abs=0.03)
-    assert {choose_next(lists, nothing, near, visited, 0, 1.0, words, 0) for _ in range(20)} == {0}
+    assert {choose_next_candidate(lists, nothing, near, visited, 0, 1.0, words, 0) for _ in range(20)} == {0}
     missing = np.array([-1, 0, 0, -1], dtype=np.int32)
     near, nothing = np.array([[0.0, 3.0, 1.0, 4.0]] * 4), np.zeros((4, 4))
     taken = [choose_next_cluster(nothing, near, missing, 0, 0.0, words, 0) for _ in range(4000)]
@@ -95,7 +95,7 @@ def test_where_some_edge_has_a_trail_one_without_is_not_taken() -> None:
     near, weights = np.ones((3, 2)), np.array([[0.0, 1e-9]] * 3)
     lists, visited = np.array([[1, 2]] * 3, dtype=np.int32), np.array([1, 0, 0], dtype=np.uint8)
     words = np.array([5], dtype=np.uint64)
-    assert {choose_next(lists, weights, near, visited, 0, 0.0, words, 0) for _ in range(100)} == {1}
+    assert {choose_next_candidate(lists, weights, near, visited, 0, 0.0, words, 0) for _ in range(100)} == {1}
 
 
 @pytest.mark.parametrize("algorithm", ANT_ALGORITHMS)
@@ -146,7 +146,7 @@ def test_the_example_of_a_step_shows_the_five_likeliest_places_after_the_first(e
     """Their shares are of the weights of all candidates, the start and the free node included."""
     xy = np.random.default_rng(3).uniform(0.0, 9.0, (12, 2))
     instance = build_instance(RoutingProblem.of_points(xy, **ends), 0)  # type: ignore[arg-type]
-    parameters = AntParameters.of("as", AcoOptions(), instance.n, False)
+    parameters = AntParameters.from_options("as", AcoOptions(), instance.n, False)
     moves = Places(instance, False)
     laid = initial_trails(moves, parameters, 50.0, 1)
     laid.pheromone[:] = np.random.default_rng(4).uniform(0.1, 1.0, laid.pheromone.shape)
@@ -157,7 +157,7 @@ def test_the_example_of_a_step_shows_the_five_likeliest_places_after_the_first(e
     listed = sorted(
         (-laid.weights[here, c], c) for c in range(len(near)) if near[c] >= 0 and instance.label[near[c]] < 12
     )
-    step = moves.parts(laid, Best(Stop()))["step"]
+    step = moves.snapshot_fields(laid, Best(Stop()))["step"]
     assert step.here == 1
     assert [place.place for place in step.choices] == [int(instance.label[near[c]]) + 1 for _, c in listed[:5]]
     for place, (weight, c) in zip(step.choices, listed[:5], strict=True):
@@ -166,6 +166,6 @@ def test_the_example_of_a_step_shows_the_five_likeliest_places_after_the_first(e
         assert place.attraction == pytest.approx(1.0 / (place.cost + 0.05 / instance.n))
         assert place.probability == pytest.approx(-weight / total)
     laid.weights[here] = 0.0
-    assert moves.parts(laid, Best(Stop()))["step"].choices == ()
+    assert moves.snapshot_fields(laid, Best(Stop()))["step"].choices == ()
     laid.weights[here] = math.inf
-    assert moves.parts(laid, Best(Stop()))["step"].choices == ()
+    assert moves.snapshot_fields(laid, Best(Stop()))["step"].choices == ()

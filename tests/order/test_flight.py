@@ -34,7 +34,7 @@ from leafcut.order.stop import Stop
 def test_options_and_the_defaults_of_the_variant_give_the_parameters(
     options: dict[str, object], limited: bool, expected: tuple[object, ...]
 ) -> None:
-    assert Flight.of(FireflyOptions(**options), limited) == Flight(*expected)  # type: ignore[arg-type]
+    assert Flight.from_options(FireflyOptions(**options), limited) == Flight(*expected)  # type: ignore[arg-type]
 
 
 #: β₀ = 8, γ = 0.02.
@@ -46,43 +46,43 @@ def test_the_target_is_the_brighter_firefly_with_the_largest_attraction_times_br
     assert FLIGHT.attraction(8, 40) == pytest.approx(8.0 * math.exp(-0.08))
     assert FLIGHT.attraction(20, 40) == pytest.approx(8.0 * math.exp(-0.5))
     # 4.852 / 60 = 0.0809 is less than 7.385 / 90 = 0.0821, and 4.852 / 59 = 0.0822 is more.
-    assert FLIGHT.target(np.array([60.0, 90.0, 95.0]), 2, {0: 20, 1: 8}, 40) == 1
-    assert FLIGHT.target(np.array([59.0, 90.0, 95.0]), 2, {0: 20, 1: 8}, 40) == 0
+    assert FLIGHT.most_attractive(np.array([60.0, 90.0, 95.0]), 2, {0: 20, 1: 8}, 40) == 1
+    assert FLIGHT.most_attractive(np.array([59.0, 90.0, 95.0]), 2, {0: 20, 1: 8}, 40) == 0
     # Lengths of a table may be negative: all are equally bright, so the nearest attracts.
-    assert FLIGHT.target(np.array([-60.0, -50.0, -40.0]), 2, {0: 20, 1: 8}, 40) == 1
+    assert FLIGHT.most_attractive(np.array([-60.0, -50.0, -40.0]), 2, {0: 20, 1: 8}, 40) == 1
 
 
 def test_a_firefly_aims_at_its_target_and_the_brightest_one_at_random() -> None:
     """Long inversions have at most as many nodes as edges differ, short ones a quarter of 40, or 50 with repair."""
     lengths, apart, h = np.array([60.0, 90.0, 95.0]), {0: 20, 1: 8}.__getitem__, 40
     near = pytest.approx(8.0 * math.exp(-0.08))
-    assert FLIGHT.aim(lengths, 2, apart, h, 0.0, mended=False) == (near, 8)
+    assert FLIGHT.choose_target(lengths, 2, apart, h, 0.0, mended=False) == (near, 8)
     far = pytest.approx(8.0 * math.exp(-0.5))
-    assert FLIGHT.aim(lengths, 1, apart, h, 0.26, mended=False) == (far, 20)
-    assert FLIGHT.aim(lengths, 1, apart, h, 0.27, mended=False) == (far, 10)
-    assert FLIGHT.aim(lengths, 1, apart, h, 0.27, mended=True) == (far, 20)
-    assert FLIGHT.aim(lengths, 0, apart, h, 0.0, mended=False) == (8.0, 38)
-    assert FLIGHT.aim(lengths, 0, apart, h, 0.5, mended=False) == (8.0, 10)
-    assert FLIGHT.aim(lengths, 0, apart, 41, 0.5, mended=False) == (8.0, 11)
-    assert FLIGHT.aim(lengths, 0, apart, 90, 0.5, mended=True) == (8.0, 50)
+    assert FLIGHT.choose_target(lengths, 1, apart, h, 0.26, mended=False) == (far, 20)
+    assert FLIGHT.choose_target(lengths, 1, apart, h, 0.27, mended=False) == (far, 10)
+    assert FLIGHT.choose_target(lengths, 1, apart, h, 0.27, mended=True) == (far, 20)
+    assert FLIGHT.choose_target(lengths, 0, apart, h, 0.0, mended=False) == (8.0, 38)
+    assert FLIGHT.choose_target(lengths, 0, apart, h, 0.5, mended=False) == (8.0, 10)
+    assert FLIGHT.choose_target(lengths, 0, apart, 41, 0.5, mended=False) == (8.0, 11)
+    assert FLIGHT.choose_target(lengths, 0, apart, 90, 0.5, mended=True) == (8.0, 50)
     # Fireflies of equal length do not attract each other.
-    assert FLIGHT.aim(np.array([60.0, 60.0]), 1, apart, h, 0.0, mended=False) == (8.0, 38)
+    assert FLIGHT.choose_target(np.array([60.0, 60.0]), 1, apart, h, 0.0, mended=False) == (8.0, 38)
 
 
 def test_an_inversion_has_from_two_nodes_to_all_but_two() -> None:
-    assert [FLIGHT.longest(a, 10, 0.0, 3) for a in (0, 1, 2, 3, 7, 8, 9)] == [2, 2, 2, 3, 7, 8, 8]
-    assert [FLIGHT.longest(a, 10, 1.0, 3) for a in (0, 2, 3, 4, 9)] == [2, 2, 3, 3, 3]
-    assert FLIGHT.longest(0, 3, 0.0, 3) == 2
+    assert [FLIGHT.longest_inversion(a, 10, 0.0, 3) for a in (0, 1, 2, 3, 7, 8, 9)] == [2, 2, 2, 3, 7, 8, 8]
+    assert [FLIGHT.longest_inversion(a, 10, 1.0, 3) for a in (0, 2, 3, 4, 9)] == [2, 2, 3, 3, 3]
+    assert FLIGHT.longest_inversion(0, 3, 0.0, 3) == 2
 
 
 class Three(Swarm):
     """Three fireflies on 40 nodes whose differing edges are given."""
 
-    def apart(self, one: int, other: int) -> int:
+    def count_different_edges(self, one: int, other: int) -> int:
         """Return the number of differing edges."""
         return {(2, 0): 20, (2, 1): 8, (1, 0): 12}[one, other]
 
-    def moves_of(self, attraction: float) -> int:
+    def moves_per_flight(self, attraction: float) -> int:
         """Return the number of moves of a flight."""
         return round(10.0 * attraction)
 
@@ -122,17 +122,17 @@ def test_the_step_shown_is_that_of_the_darkest_firefly_with_a_known_length() -> 
     there = {"target": 2, "c_target": 90.0, "edges_apart": 8, "r": 2.0}
     flown = {"beta": pytest.approx(beta), "moves": round(10 * beta), "longest": 8}
     swarm = three([60.0, 90.0, 95.0])
-    assert swarm.step(best) == SearchStep("firefly", own | {"dark": 3, "c_dark": 95.0} | there | flown)
+    assert swarm.describe_next_flight(best) == SearchStep("firefly", own | {"dark": 3, "c_dark": 95.0} | there | flown)
     # The length of the third is unknown.
     beta = 8.0 * math.exp(-0.18)
     there = {"target": 1, "c_target": 60.0, "edges_apart": 12, "r": 3.0}
     flown = {"beta": pytest.approx(beta), "moves": round(10 * beta), "longest": 10}
     swarm = three([60.0, 90.0, math.inf], done=0.9)
-    assert swarm.step(best) == SearchStep("firefly", own | {"dark": 2, "c_dark": 90.0} | there | flown)
+    assert swarm.describe_next_flight(best) == SearchStep("firefly", own | {"dark": 2, "c_dark": 90.0} | there | flown)
     swarm = three([60.0, 60.0, 60.0])
     alone = {"dark": 1, "c_dark": 60.0, "beta": 8.0, "moves": 80, "longest": 38}
-    assert swarm.step(best) == SearchStep("firefly", own | alone)
-    shown = three([4.0, 60.0, math.inf]).parts(best)
+    assert swarm.describe_next_flight(best) == SearchStep("firefly", own | alone)
+    shown = three([4.0, 60.0, math.inf]).snapshot_fields(best)
     assert shown["brightness"].tolist() == [0.25, 1 / 60.0, 0.0]
     assert shown["step"].values["dark"] == 2
     assert shown["workers"] is not None
@@ -142,7 +142,7 @@ def test_the_step_shown_is_that_of_the_darkest_firefly_with_a_known_length() -> 
 def test_the_first_tours_are_greedy_or_random_with_a_tied_edge(ends: dict[str, object]) -> None:
     xy = np.random.default_rng(2).uniform(0, 9, (30, 2))
     instance = build_instance(RoutingProblem.of_points(xy, **ends), 8)  # type: ignore[arg-type]
-    published = Flight.of(FireflyOptions(variant="published"), limited=True)
+    published = Flight.from_options(FireflyOptions(variant="published"), limited=True)
     for flight in (FLIGHT, published):
         tours = [initial_tour(instance, flight, 5, f).tolist() for f in range(4)]
         assert tours == [initial_tour(instance, flight, 5, f).tolist() for f in range(4)]

@@ -64,7 +64,7 @@ for name, (problem, candidates) in problems.items():
         for kind in (Ants, GpuAnts):
             stop = Stop()
             best = Best(stop)
-            parameters = AntParameters.of(algorithm, AcoOptions(n_ants=40), instance.n, False)
+            parameters = AntParameters.from_options(algorithm, AcoOptions(n_ants=40), instance.n, False)
             moves = Places(instance, False)
             ants = kind(moves, initial_trails(moves, parameters, moves.start(best), 3), 3, stop)
             for iteration in range(1, 4):
@@ -219,10 +219,10 @@ class FakeCuda:
 @pytest.fixture
 def fresh_kernels() -> Iterator[None]:
     """Compile the kernel of the GPU again, before and after a test."""
-    for compiled in (gpu._kernel, gpu.for_gpu):
+    for compiled in (gpu._compile_tour_kernel, gpu.compile_for_gpu):
         compiled.cache_clear()
     yield
-    for compiled in (gpu._kernel, gpu.for_gpu):
+    for compiled in (gpu._compile_tour_kernel, gpu.compile_for_gpu):
         compiled.cache_clear()
 
 
@@ -249,7 +249,7 @@ def test_a_fake_gpu_builds_the_tours_of_the_cpu(
     per_ant = 4 * instance.n + instance.n + 4 * len(instance.tree.parent) + 4 * 64 + 8
     fake = FakeCuda(free_ants * per_ant)
     monkeypatch.setattr(numba, "cuda", fake, raising=False)
-    parameters = AntParameters.of("mmas", AcoOptions(n_ants=ants), instance.n, False)
+    parameters = AntParameters.from_options("mmas", AcoOptions(n_ants=ants), instance.n, False)
     swarms = []
     for kind in (Ants, GpuAnts):
         moves, best = Places(instance, False), Best(Stop())
@@ -268,7 +268,7 @@ def test_a_fake_gpu_builds_the_tours_of_the_cpu(
 def test_words_of_ants_advance_on_the_gpu_too(fresh_kernels: None, monkeypatch: pytest.MonkeyPatch) -> None:
     instance = build_instance(RoutingProblem.of_points(np.random.default_rng(4).uniform(0, 9, (6, 2)), closed=True), 3)
     monkeypatch.setattr(numba, "cuda", FakeCuda(1e9), raising=False)
-    parameters = AntParameters.of("as", AcoOptions(n_ants=3), instance.n, False)
+    parameters = AntParameters.from_options("as", AcoOptions(n_ants=3), instance.n, False)
     moves, words = Places(instance, False), np.arange(1, 4, dtype=np.uint64)
     with plain_python():
         ants = GpuAnts(moves, initial_trails(moves, parameters, 9.0, 3), 3, Stop())

@@ -13,14 +13,14 @@ from leafcut.kernels.cost import CODES, tour_cost
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.order.instance import (
     Instance,
+    build_cost_model,
     build_instance,
     build_tree,
     candidate_lists,
-    cluster_places,
-    cost_model,
+    cluster_positions,
     is_directed,
     is_symmetric,
-    matrix_of,
+    matrix_of_nodes,
     path_cost,
 )
 
@@ -53,7 +53,7 @@ def test_a_tour_costs_what_its_path_costs(n: int, seed: int, metric: str, ends: 
     """So the path visits the right clusters in the right order, from the right end."""
     instance = instance_of(n, seed, ends, metric)
     tour = random_tour(instance, seed)
-    path = instance.path(tour)
+    path = instance.cluster_order(tour)
     assert sorted(path.tolist()) == list(range(n))
     assert path_cost(instance.problem, path) == pytest.approx(tour_cost(instance.cost, tour))
 
@@ -63,7 +63,7 @@ def test_the_path_does_not_depend_on_where_and_which_way_the_tour_is_written_dow
     instance = instance_of(12, 3, ends)
     for seed in range(8):
         tour = random_tour(instance, seed)
-        paths = [instance.path(np.roll(way, by)) for way in (tour, tour[::-1]) for by in range(instance.n)]
+        paths = [instance.cluster_order(np.roll(way, by)) for way in (tour, tour[::-1]) for by in range(instance.n)]
         assert all(np.array_equal(paths[0], p) for p in paths)
         if ends == "closed":
             assert paths[0][0] == 0
@@ -76,9 +76,9 @@ def test_the_path_does_not_depend_on_where_and_which_way_the_tour_is_written_dow
 def test_the_places_of_a_tour_are_those_of_its_path_with_the_given_ends(ends: object) -> None:
     instance = instance_of(12, 3, ends)
     tour = random_tour(instance, 5)
-    path = instance.problem.entry[instance.path(tour)].tolist()
+    path = instance.problem.entry[instance.cluster_order(tour)].tolist()
     first, last = ([], [path[0]]) if ends == "closed" else ([list(p)] if p is not None else [] for p in ends)
-    assert instance.places(tour).tolist() == [*first, *path, *last]
+    assert instance.path_positions(tour).tolist() == [*first, *path, *last]
 
 
 @pytest.mark.parametrize("ends", ENDS)
@@ -90,13 +90,13 @@ def test_extra_nodes_come_last_and_every_node_stands_where_its_cluster_is(n: int
     assert np.array_equal(instance.cost.xy[:n], instance.problem.entry[instance.label[:n]])
     given_ends = [] if ends == "closed" else [p for p in ends if p is not None]
     assert instance.cost.xy[n : n + len(given_ends)].tolist() == [list(p) for p in given_ends]
-    assert instance.label[instance.home] == max(0, instance.first)
+    assert instance.label[instance.default_start] == max(0, instance.first)
 
 
 @pytest.mark.parametrize("ends", ENDS)
 def test_lists_for_exchanges_are_the_candidates_without_the_free_node(ends: object) -> None:
     instance = instance_of(40, 8, ends)
-    lists, costs = instance.exchange_lists
+    lists, costs = instance.exchange_candidates
     for v in range(instance.n):
         wanted = [c for c in instance.candidates[v].tolist() if c not in (-1, instance.cost.free)]
         assert [c for c in lists[v].tolist() if c >= 0] == wanted
@@ -117,7 +117,7 @@ def test_costs_from_a_matrix_keep_the_numbers_of_the_clusters() -> None:
     assert instance.label.tolist() == list(range(60))
     assert len(instance.tree.x) == 0
     tour = random_tour(instance, 6)
-    assert path_cost(instance.problem, instance.path(tour)) == tour_cost(instance.cost, tour)
+    assert path_cost(instance.problem, instance.cluster_order(tour)) == tour_cost(instance.cost, tour)
 
 
 def test_the_same_points_always_get_the_same_numbers_and_lists() -> None:
@@ -135,7 +135,7 @@ def test_lists_of_a_matrix_are_those_of_sorting_all(n: int, k: int, seed: int) -
     rng = np.random.default_rng(seed)
     matrix = rng.integers(-3, 9, (n, n)).astype(float)
     matrix[rng.random((n, n)) < (seed % 3) / 6.0] = np.inf
-    cost = cost_model(Metric("EXPLICIT", matrix=matrix), np.zeros((n, 2)))
+    cost = build_cost_model(Metric("EXPLICIT", matrix=matrix), np.zeros((n, 2)))
     lists, lengths = candidate_lists(cost, build_tree(np.zeros((0, 2)))[0], n, n + 1, k)
     for i in range(n):
         order = [j for j in np.argsort(matrix[i], kind="stable").tolist() if j != i][:k]
@@ -148,7 +148,7 @@ def test_a_cost_model_has_the_numbers_of_its_metric_and_is_plain_without_anythin
     xy = np.array([(1, 2), (3, 4)])
     zones = np.array([(0, 1, 2, 3)])
     plain = Metric("dogleg", (10.0, 20.0), (30.0, 40.0), per_mm=0.5)
-    model = cost_model(plain, xy)
+    model = build_cost_model(plain, xy)
     assert (model.code, model.plain, model.lift, model.per_mm) == (CODES["dogleg"], True, 0.0, 0.5)
     assert (model.vx, model.vy, model.ax, model.ay) == (10.0, 20.0, 30.0, 40.0)
     assert (model.xy.tolist(), model.xy.dtype) == ([[1.0, 2.0], [3.0, 4.0]], np.float64)
@@ -167,22 +167,22 @@ def test_a_cost_model_has_the_numbers_of_its_metric_and_is_plain_without_anythin
         ({}, Metric("EXPLICIT", matrix=np.array([[0, 1], [2, 3]]))),
         ({}, replace(plain, relief=relief)),
     ):
-        model = cost_model(metric, xy, **more)  # type: ignore[arg-type]
+        model = build_cost_model(metric, xy, **more)  # type: ignore[arg-type]
         assert not model.plain
         assert (model.tied_a, model.tied_b) == more.get("tied", (-1, -1))
         assert model.free == more.get("free", -1)
-    assert cost_model(replace(plain, zones=zones, lift=0.25), xy).zones.tolist() == [[0.0, 1.0, 2.0, 3.0]]
-    assert cost_model(replace(plain, zones=zones, lift=0.25), xy).lift == 0.25
-    table = cost_model(Metric("EXPLICIT", matrix=np.array([[0, 1], [2, 3]])), xy).matrix
+    assert build_cost_model(replace(plain, zones=zones, lift=0.25), xy).zones.tolist() == [[0.0, 1.0, 2.0, 3.0]]
+    assert build_cost_model(replace(plain, zones=zones, lift=0.25), xy).lift == 0.25
+    table = build_cost_model(Metric("EXPLICIT", matrix=np.array([[0, 1], [2, 3]])), xy).matrix
     assert (table.tolist(), table.dtype) == ([[0.0, 1.0], [2.0, 3.0]], np.float64)
     # With travel heights: lower left corner, side, speed and acceleration, rows of heights, columns; heights; tiles.
     assert model.matrix.tolist() == [[0.0, 0.0, 9.0, 2.0, 3.0, 1.0, 1.0], [5.0, 6.0, 0, 0, 0, 0, 0], [0.0] * 7]
 
 
 def test_a_part_of_a_table_of_costs_is_that_of_its_nodes() -> None:
-    model = cost_model(Metric("EXPLICIT", matrix=np.arange(9.0).reshape(3, 3)), np.zeros((3, 2)))
-    assert matrix_of(model, np.array([2, 0])).tolist() == [[8.0, 6.0], [2.0, 0.0]]
-    assert matrix_of(cost_model(Metric(), np.zeros((3, 2))), np.array([2, 0])).shape == (0, 0)
+    model = build_cost_model(Metric("EXPLICIT", matrix=np.arange(9.0).reshape(3, 3)), np.zeros((3, 2)))
+    assert matrix_of_nodes(model, np.array([2, 0])).tolist() == [[8.0, 6.0], [2.0, 0.0]]
+    assert matrix_of_nodes(build_cost_model(Metric(), np.zeros((3, 2))), np.array([2, 0])).shape == (0, 0)
 
 
 @pytest.mark.parametrize(
@@ -218,7 +218,7 @@ def test_the_extra_nodes_of_an_instance(
         assert np.isinf(instance.lengths[9:, -1]).all()
         assert (instance.candidates[free] == -1).all()
         assert cost.xy[free].tolist() == [0.0, 0.0]
-    lists, costs = instance.exchange_lists
+    lists, costs = instance.exchange_candidates
     assert lists.shape == (n, width)
     for v in range(places):
         known = lists[v] >= 0
@@ -234,8 +234,8 @@ def test_costs_are_exact_for_one_node_per_cluster_and_equal_directions() -> None
     assert not build_instance(replace(points, exit=xy + 1.0), 3).exact
     two = replace(points, cluster=np.array([0, 1, 2, 3, 4, 4], dtype=np.int32))
     assert not build_instance(two, 3).exact
-    assert cluster_places(two).tolist() == [*xy[:4].tolist(), ((xy[4] + xy[5]) / 2).tolist()]
-    assert cluster_places(replace(points, exit=xy + 1.0)) == pytest.approx(xy + 0.5)
+    assert cluster_positions(two).tolist() == [*xy[:4].tolist(), ((xy[4] + xy[5]) / 2).tolist()]
+    assert cluster_positions(replace(points, exit=xy + 1.0)) == pytest.approx(xy + 0.5)
     matrix = np.arange(36.0).reshape(6, 6)
     table = RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix + matrix.T), closed=True)
     assert build_instance(table, 3).exact

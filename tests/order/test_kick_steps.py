@@ -11,21 +11,21 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import WAITING, Tour
 from leafcut.model.problem import RoutingProblem
 from leafcut.order import kicks
-from leafcut.order.construction import greedy, random_words
+from leafcut.order.construction import greedy_tour, random_states
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import (
     BREADTH,
-    descend,
+    build_piece_instance,
+    improve_queued_nodes,
     kick_pieces,
     kick_repeatedly,
-    kick_until,
+    kick_within_time,
     kicks_per_iteration,
-    piece_instance,
     shorten_long_edges,
     split_tour,
     tour_with_buffers,
 )
-from leafcut.order.search import Best, iterate
+from leafcut.order.search import Best, run_steps
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog, Workers
 
@@ -102,7 +102,7 @@ def test_a_piece_is_an_instance_with_tied_ends_and_the_costs_of_the_whole(ends: 
     nodes = np.random.default_rng(2).permutation(instance.n)[:20].astype(np.int32)
     if instance.cost.free >= 0 and instance.cost.free not in nodes:
         nodes[5] = instance.cost.free
-    own, tour, label = piece_instance(instance, nodes)
+    own, tour, label = build_piece_instance(instance, nodes)
     assert label.tolist() == sorted(nodes.tolist())
     assert label[tour].tolist() == nodes.tolist()
     cost = own.cost
@@ -125,7 +125,7 @@ def test_every_round_cuts_elsewhere_and_kicks_each_piece_with_a_state_of_its_own
     """0.1 kicks a node, one at least; the round has its number in the random streams."""
     monkeypatch.setattr(kicks, "PIECE", 20)
     instance, given = board(), []
-    workers = Workers(None, 1, Stop(), WorkerLog.of(1))
+    workers = Workers(None, 1, Stop(), WorkerLog.empty(1))
 
     def turned(one: Instance, piece: np.ndarray, word: np.ndarray, count: int, stop: Stop) -> tuple[np.ndarray, object]:
         assert (one, stop) == (instance, workers.stop)
@@ -133,14 +133,14 @@ def test_every_round_cuts_elsewhere_and_kicks_each_piece_with_a_state_of_its_own
         return piece[::-1][None], np.zeros(0)
 
     monkeypatch.setattr(kicks, "kick_piece", turned)
-    tour = start = greedy(instance)
+    tour = start = greedy_tour(instance)
     best, reported = Best(Stop()), []
     monkeypatch.setattr(best, "tell", lambda iteration, _: reported.append(iteration))
-    assert iterate(kick_pieces(instance, start, 5, best, workers, 3, 3 * (2 * 2 + 2 * 2) - 1), best, 3) == 6
+    assert run_steps(kick_pieces(instance, start, 5, best, workers, 3, 3 * (2 * 2 + 2 * 2) - 1), best, 3) == 6
     wanted, costs = [], []
     for iteration in (3, 4, 5):
         pieces = split_tour(instance, tour, np.random.default_rng((5, 4, iteration)))
-        words = random_words(5, 3, iteration, count=4)
+        words = random_states(5, 3, iteration, count=4)
         wanted += [(p.tolist(), [int(w)], max(1, len(p) // 10)) for p, w in zip(pieces, words, strict=True)]
         tour = np.concatenate([p[::-1] for p in pieces])
         costs.append(tour_cost(instance.cost, tour))
@@ -152,21 +152,21 @@ def test_every_round_cuts_elsewhere_and_kicks_each_piece_with_a_state_of_its_own
 
 def test_iterations_of_kicks_offer_a_tour_that_has_gained(monkeypatch: pytest.MonkeyPatch) -> None:
     instance, gains, seen = board(), iter([0.0, 2.0, 0.0, 1.0]), []
-    start = greedy(instance)
-    breadth = np.minimum(BREADTH, instance.exchange_lists[0].shape[1]).tolist()
+    start = greedy_tour(instance)
+    breadth = np.minimum(BREADTH, instance.exchange_candidates[0].shape[1]).tolist()
 
     def kick(cost: object, tour: Tour, lists: np.ndarray, lengths: np.ndarray, *rest: object) -> float:
         tries, words, k, count = rest
-        assert (lists is instance.exchange_lists[0], lengths is instance.exchange_lists[1]) == (True, True)
+        assert (lists is instance.exchange_candidates[0], lengths is instance.exchange_candidates[1]) == (True, True)
         seen.append((tries.tolist(), words.tolist(), k, count, tour.log.shape, tour.counts.tolist()))  # type: ignore
         return next(gains)
 
     best, offered, reported = Best(Stop()), [], []
-    monkeypatch.setattr(kicks, "kick_and_mend", kick)
+    monkeypatch.setattr(kicks, "kick_and_repair", kick)
     monkeypatch.setattr(best, "offer", lambda tour, cost, iteration: offered.append((tour.tolist(), cost, iteration)))
     monkeypatch.setattr(best, "tell", lambda iteration, _: reported.append(iteration))
-    assert iterate(kick_repeatedly(instance, start, 5, best, 7, 601), best, 7) == 11
-    word = random_words(5, 0, count=1).tolist()
+    assert run_steps(kick_repeatedly(instance, start, 5, best, 7, 601), best, 7) == 11
+    word = random_states(5, 0, count=1).tolist()
     assert seen == [(breadth, word, 0, 200, (2 * N + 1000, 2), [0] * 4)] * 4
     length = tour_cost(instance.cost, start)
     assert offered == [(start.tolist(), length, 9), (start.tolist(), length, 11)]
@@ -177,15 +177,15 @@ def test_kicks_of_a_piece_are_counted_between_two_looks_at_the_clock(monkeypatch
     instance, counts, spared = board(), [], []
 
     class Looks(Stop):
-        def now(self, spare: float = 0.0) -> bool:
+        def must_stop(self, spare: float = 0.0) -> bool:
             spared.append(spare)
             return len(spared) == 6
 
-    monkeypatch.setattr(kicks, "kick_and_mend", lambda *given: counts.append(given[-1]))
-    tour, word = tour_with_buffers(greedy(instance), queued=False), np.ones(1, dtype=np.uint64)
-    kick_until(instance, tour, word, 250, Looks(), 0.5)
+    monkeypatch.setattr(kicks, "kick_and_repair", lambda *given: counts.append(given[-1]))
+    tour, word = tour_with_buffers(greedy_tour(instance), queued=False), np.ones(1, dtype=np.uint64)
+    kick_within_time(instance, tour, word, 250, Looks(), 0.5)
     assert counts == [100, 100, 50]
-    kick_until(instance, tour, word, 900, Looks(), 0.5)
+    kick_within_time(instance, tour, word, 900, Looks(), 0.5)
     assert counts == [100, 100, 50, 100, 100]
     assert spared == [0.5] * 6
 
@@ -203,11 +203,11 @@ def test_edges_longer_than_all_candidates_at_their_ends_are_shortened_the_longes
     tour = tour_with_buffers(np.random.default_rng(1).permutation(N).astype(np.int32), queued=False)
     assert shorten_long_edges(instance, tour) is True
     cost, same, lists, lengths, edges, onto, steps, places = given[0]
-    assert (cost, same, lists, lengths) == (instance.cost, tour, *instance.exchange_lists)
+    assert (cost, same, lists, lengths) == (instance.cost, tour, *instance.exchange_candidates)
     node = tour.node.tolist()
     excess = {}
     for a, b in zip(node, [*node[1:], node[0]], strict=True):
-        longest = max(instance.exchange_lists[1][v].max() for v in (a, b))
+        longest = max(instance.exchange_candidates[1][v].max() for v in (a, b))
         if instance.costs(a, b)[0] > longest:
             excess[a, b] = instance.costs(a, b)[0] - longest
     assert len(excess) > 10
@@ -221,10 +221,10 @@ def test_edges_longer_than_all_candidates_at_their_ends_are_shortened_the_longes
 def test_a_descent_makes_short_moves_first_and_looks_every_five_thousand_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kicks, "LONGEST_REWRITE", 12)
     instance, seen, looks = board(), [], []
-    tour = tour_with_buffers(greedy(instance))
+    tour = tour_with_buffers(greedy_tour(instance))
 
     def improve(cost: object, working: Tour, *rest: object) -> None:
-        assert rest[:2] == instance.exchange_lists
+        assert rest[:2] == instance.exchange_candidates
         seen.append((len(working.buffer), rest[3], int(tour.counts[1])))
         if len(seen) == 2:
             tour.queued[:], tour.queued[[3, 5]], tour.counts[:2] = 0, WAITING, (7, 0)
@@ -232,7 +232,7 @@ def test_a_descent_makes_short_moves_first_and_looks_every_five_thousand_nodes(m
             tour.counts[1] = 0
 
     monkeypatch.setattr(kicks, "improve_queued", improve)
-    assert descend(instance, tour, BREADTH, Stop(), lambda: looks.append(len(seen)))
+    assert improve_queued_nodes(instance, tour, BREADTH, Stop(), lambda: looks.append(len(seen)))
     assert seen == [(12, 5000, N), (12, 5000, N), (N, 5000, 2)]
     assert looks == [1, 2, 3]
     order = [v for v in tour.node.tolist() if v in (3, 5)]
@@ -242,7 +242,7 @@ def test_a_descent_makes_short_moves_first_and_looks_every_five_thousand_nodes(m
     seen.clear()
     stopped = Stop()
     stopped.cancelled.set()
-    full = tour_with_buffers(greedy(instance))
-    assert descend(instance, full, BREADTH, stopped) is False
+    full = tour_with_buffers(greedy_tour(instance))
+    assert improve_queued_nodes(instance, full, BREADTH, stopped) is False
     assert seen == []
     assert math.isinf(stopped.seconds)

@@ -12,19 +12,19 @@ from leafcut.kernels.lin_kernighan import WAITING, improve_queued
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import kicks
-from leafcut.order.construction import greedy
+from leafcut.order.construction import greedy_tour
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import (
     BREADTH,
-    descend,
-    first_tour,
+    build_improved_greedy_tour,
+    improve_queued_nodes,
     kick_repeatedly,
-    queue_waiting,
-    run_kicks,
+    queue_waiting_nodes,
+    run_iterated_local_search,
     search_breadth,
     tour_with_buffers,
 )
-from leafcut.order.search import AlgorithmRun, Best, iterate
+from leafcut.order.search import AlgorithmRun, Best, run_steps
 from leafcut.order.stop import Stop
 
 
@@ -48,7 +48,7 @@ def check_best(instance: Instance, best: Best) -> None:
 def first_of(instance: Instance) -> Best:
     """Return the best tour after the first improvement."""
     best = Best(Stop())
-    tour = first_tour(instance, BREADTH, best)
+    tour = build_improved_greedy_tour(instance, BREADTH, best)
     check_best(instance, best)
     assert float(tour_cost(instance.cost, tour)) == pytest.approx(best.cost)
     return best
@@ -62,7 +62,7 @@ def test_the_first_tour_is_better_than_greedy_and_no_worse_with_long_edges_short
         instance = field(200, seed)
         monkeypatch.setattr(kicks, "MANY", 201)
         usual = first_of(instance)
-        assert usual.cost < tour_cost(instance.cost, greedy(instance)) == usual.history[0][1]
+        assert usual.cost < tour_cost(instance.cost, greedy_tour(instance)) == usual.history[0][1]
         assert [cost for _, cost in usual.history] == [usual.history[0][1], usual.cost]
         monkeypatch.setattr(kicks, "MANY", 200)
         shorter = first_of(instance)
@@ -79,14 +79,14 @@ def test_a_first_tour_that_takes_long_is_offered_on_the_way(many: int, monkeypat
     monkeypatch.setattr(kicks, "OFFER_EVERY", -1.0)
     monkeypatch.setattr(kicks, "MANY", many)
     best = Best(Stop(iterations=10), progress=lambda now: reported.append(now.cost or 0.0))
-    first_tour(instance, BREADTH, best)
+    build_improved_greedy_tour(instance, BREADTH, best)
     check_best(instance, best)
     assert len(best.history) > 5
     assert len(reported) > 5
     assert reported == sorted(reported, reverse=True)
     monkeypatch.setattr(kicks, "OFFER_EVERY", math.inf)
     once = Best(Stop())
-    first_tour(instance, BREADTH, once)
+    build_improved_greedy_tour(instance, BREADTH, once)
     assert len(once.history) == 2
     assert once.cost == pytest.approx(best.cost)
 
@@ -104,7 +104,7 @@ def test_a_stop_ends_the_first_improvement_with_a_whole_tour(long_edges: bool, m
     class StopsThen(Stop):
         armed = not long_edges
 
-        def now(self, spare: float = 0.0) -> bool:
+        def must_stop(self, spare: float = 0.0) -> bool:
             if self.armed:
                 asked.append(True)
             return self.armed and len(asked) > (0 if long_edges else 3)
@@ -118,7 +118,7 @@ def test_a_stop_ends_the_first_improvement_with_a_whole_tour(long_edges: bool, m
 
     monkeypatch.setattr(kicks, "shorten_long_edges", shorten_then_stop)
     best = Best(stop)
-    first_tour(instance, BREADTH, best)
+    build_improved_greedy_tour(instance, BREADTH, best)
     check_best(instance, best)
     assert best.cost > whole + 1e-6
     assert len(asked) == (1 if long_edges else 4)
@@ -130,10 +130,10 @@ def test_a_descent_does_nothing_once_stopped_and_everything_otherwise() -> None:
     tour = tour_with_buffers(np.random.default_rng(1).permutation(60).astype(np.int32))
     before = tour.node.copy()
     stop.cancelled.set()
-    assert not descend(instance, tour, BREADTH, stop)
+    assert not improve_queued_nodes(instance, tour, BREADTH, stop)
     assert np.array_equal(tour.node, before)
     assert tour.counts[1] == 60
-    assert descend(instance, tour, BREADTH, Stop())
+    assert improve_queued_nodes(instance, tour, BREADTH, Stop())
     assert tour.counts[1] == 0
     assert tour_cost(instance.cost, tour.node) < tour_cost(instance.cost, before)
 
@@ -144,13 +144,15 @@ def test_moves_too_long_at_first_are_made_in_a_second_pass(monkeypatch: pytest.M
     node = np.random.default_rng(4).permutation(120).astype(np.int32)
     monkeypatch.setattr(kicks, "LONGEST_REWRITE", 5)
     tour, short = tour_with_buffers(node), tour_with_buffers(node)
-    assert descend(instance, tour, BREADTH, Stop())
+    assert improve_queued_nodes(instance, tour, BREADTH, Stop())
     assert not tour.queued.any()
     breadth = search_breadth(instance, BREADTH)
-    improve_queued(instance.cost, short._replace(buffer=short.buffer[:5]), *instance.exchange_lists, breadth, 10**6)
+    improve_queued(
+        instance.cost, short._replace(buffer=short.buffer[:5]), *instance.exchange_candidates, breadth, 10**6
+    )
     waiting = short.node[short.queued[short.node] == WAITING].tolist()
     assert waiting
-    queue_waiting(short)
+    queue_waiting_nodes(short)
     assert short.queue[: short.counts[1]].tolist() == waiting
     assert short.counts[0] == 0
     assert tour_cost(instance.cost, tour.node) < tour_cost(instance.cost, short.node)
@@ -158,7 +160,7 @@ def test_moves_too_long_at_first_are_made_in_a_second_pass(monkeypatch: pytest.M
 
 def improve_by_kicks(instance: Instance, seed: int, best: Best) -> int:
     """Improve the first tour by kicks; return the iterations."""
-    return iterate(kick_repeatedly(instance, first_tour(instance, BREADTH, best), seed, best), best)
+    return run_steps(kick_repeatedly(instance, build_improved_greedy_tour(instance, BREADTH, best), seed, best), best)
 
 
 @pytest.mark.parametrize("budget", [0, 1, 4])
@@ -179,8 +181,8 @@ def test_kicks_stop_after_their_number_and_their_patience() -> None:
     best = Best(Stop())
     best.offer(start.tour, start.cost, 0)
     # Iterations go on from the given number; begun ones are whole.
-    assert iterate(kick_repeatedly(instance, start.tour, 3, best, 7, 2 * each + 1), best, 7) == 10
-    assert iterate(kick_repeatedly(instance, start.tour, 3, best, 7, 0), best, 7) == 7
+    assert run_steps(kick_repeatedly(instance, start.tour, 3, best, 7, 2 * each + 1), best, 7) == 10
+    assert run_steps(kick_repeatedly(instance, start.tour, 3, best, 7, 0), best, 7) == 7
     check_best(instance, best)
     patient = Best(Stop(patience=3))
     last = improve_by_kicks(instance, 3, patient)
@@ -222,7 +224,7 @@ def test_a_preset_has_a_number_of_kicks_per_node_and_the_result_counts_them(
     instance = field(n, 3)
     best = Best(Stop(iterations=options.get("iterations", math.inf)))  # type: ignore[arg-type]
     run = AlgorithmRun(SolveOptions(algorithm="kicks", **options), AcoOptions(), FireflyOptions(), best)  # type: ignore[arg-type]
-    found = run_kicks(instance, run)
+    found = run_iterated_local_search(instance, run)
     assert found.iterations == best.stop.iterations == iterations
     assert np.array_equal(found.tour, best.tour)
     check_best(instance, best)

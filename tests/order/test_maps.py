@@ -10,7 +10,7 @@ import pytest
 from leafcut.api import solve
 from leafcut.errors import PlanError, SolveError
 from leafcut.model.part import Grouping, Hole, Part
-from leafcut.order.maps import check_forbidden_edges, problem_of_map
+from leafcut.order.maps import check_forbidden_edges, problem_from_map
 
 #: Costs of five nodes, by hand; sets 1, 2, 2, 3, 4.
 COSTS = np.array([
@@ -72,7 +72,7 @@ def test_a_map_is_a_closed_problem_whose_first_set_comes_before_all_others() -> 
     """A forbidden edge costs more than the four most expensive edges of a tour."""
     costs = COSTS.copy()
     costs[[2, 4], [3, 0]] = -1
-    problem = problem_of_map(four_sets(costs, pairs=[(1, 3)], first=2))
+    problem = problem_from_map(four_sets(costs, pairs=[(1, 3)], first=2))
     assert problem.precedence.tolist() == [[1, 3], [2, 0], [2, 1], [2, 3]]
     assert problem.cluster.tolist() == [0, 1, 1, 2, 3]
     assert (problem.closed, problem.name, problem.metric.name) == (True, "four", "EXPLICIT")
@@ -80,19 +80,19 @@ def test_a_map_is_a_closed_problem_whose_first_set_comes_before_all_others() -> 
     assert matrix is not None
     assert matrix[2, 3] == matrix[4, 0] > 4 * 9.0
     assert np.array_equal(np.where(costs < 0, -1, matrix), costs)
-    anywhere = problem_of_map(four_sets(pairs=[(1, 3)], first=-1))
+    anywhere = problem_from_map(four_sets(pairs=[(1, 3)], first=-1))
     assert anywhere.precedence.tolist() == [[1, 3]]
     assert np.array_equal(anywhere.metric.matrix, COSTS)  # type: ignore[arg-type]
-    plain = problem_of_map(replace(four_sets(), grouping=None, matrix=None, edge_weight_type=None))
+    plain = problem_from_map(replace(four_sets(), grouping=None, matrix=None, edge_weight_type=None))
     assert (plain.n_clusters, plain.metric.name, plain.closed) == (5, "euclidean", True)
-    rounded = problem_of_map(replace(four_sets(), matrix=None, edge_weight_type="CEIL_2D"))
+    rounded = problem_from_map(replace(four_sets(), matrix=None, edge_weight_type="CEIL_2D"))
     assert (rounded.metric.name, rounded.metric.matrix, rounded.n_clusters) == ("CEIL_2D", None, 4)
 
 
 def test_the_messages_about_a_map_name_its_file() -> None:
     part = replace(four_sets(np.where(COSTS == 9, -1.0, COSTS), pairs=[(3, 1)], first=1), source="four.tsp")
     with pytest.raises(PlanError) as refused:
-        problem_of_map(part)
+        problem_from_map(part)
     assert str(refused.value) == (
         "four.tsp: the tour begins with set 2, and set 4 must come before it; change one of the two"
     )

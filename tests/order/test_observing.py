@@ -13,7 +13,7 @@ from leafcut.model.snapshot import Observer, Snapshot
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import stop
 from leafcut.order.instance import build_instance
-from leafcut.order.pheromone_view import FAINT, pheromone_of_tours, pheromone_on_edges
+from leafcut.order.pheromone_view import FAINT, pheromone_from_tours, pheromone_on_edges
 from leafcut.order.solve import solve
 
 ANTS = ("as", "eas", "asrank", "mmas", "acs")
@@ -211,7 +211,7 @@ def test_edges_of_a_colony_have_the_share_of_ants_that_use_them(closed: bool) ->
                 if max(a, b) < n:
                     edge = (min(a, b), max(a, b))
                     used[edge] = used.get(edge, 0.0) + 1.0 / len(shown)
-        laid = pheromone_of_tours(instance, tours)
+        laid = pheromone_from_tours(instance, tours)
         assert laid.strength.tolist() == sorted(laid.strength.tolist(), reverse=True)
         found = dict(zip(map(tuple, laid.edges.tolist()), laid.strength.tolist(), strict=True))
         assert found == pytest.approx(used, abs=1e-6)

@@ -9,12 +9,12 @@ import pytest
 from test_sequential import ENDS, KINDS, check, least, random_problem
 
 from leafcut.errors import SolveError
-from leafcut.kernels.ordering import invert_runs, steps_apart
+from leafcut.kernels.ordering import count_different_steps, invert_runs
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.construction import random_words
-from leafcut.order.directed import build_directed
-from leafcut.order.exact import choose_nodes
+from leafcut.order.construction import random_states
+from leafcut.order.directed import build_directed_instance
+from leafcut.order.exact import choose_nodes_for_order
 from leafcut.order.instance import path_cost
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.fireflies import ChoiceFireflies
@@ -55,18 +55,18 @@ def test_the_nodes_of_an_order_are_the_best_of_all(kind: str) -> None:
     """The kernel's choice costs what the plain one by NumPy does."""
     for seed in range(10):
         problem = random_problem(seed, 8, kind, ENDS[seed % 5], pairs=0)
-        moves = Choices(build_directed(problem, 6), False)
-        order, length = moves.nearest_neighbour()
-        nodes = moves.nodes()
+        moves = Choices(build_directed_instance(problem, 6), False)
+        order, length = moves.nearest_neighbour_order()
+        nodes = moves.nodes_of_last_order()
         assert path_cost(problem, nodes) == pytest.approx(length)
-        assert path_cost(problem, choose_nodes(problem, problem.cluster[nodes])) == pytest.approx(length)
+        assert path_cost(problem, choose_nodes_for_order(problem, problem.cluster[nodes])) == pytest.approx(length)
         assert len(order) == moves.instance.n
 
 
 def test_an_inversion_turns_one_run_round_and_leaves_the_rest() -> None:
     """Without precedence an order is two pieces of the old one and a third, turned, in between."""
     problem = random_problem(2, 9, "ways", (None, None), pairs=0)
-    moves = Choices(build_directed(problem, 6), False)
+    moves = Choices(build_directed_instance(problem, 6), False)
     words, m = np.array([9], dtype=np.uint64), moves.instance.n
     turned = set()
     for _ in range(60):
@@ -85,8 +85,8 @@ def test_a_firefly_never_breaks_precedence() -> None:
     words = np.array([9], dtype=np.uint64)
     for seed in range(10):
         problem = random_problem(seed, 9, "holes", "closed", pairs=6)
-        moves = Choices(build_directed(problem, 6), False)
-        order, _ = moves.nearest_neighbour()
+        moves = Choices(build_directed_instance(problem, 6), False)
+        order, _ = moves.nearest_neighbour_order()
         before, place = order.copy(), np.argsort(order).astype(np.int32)
         invert_runs(moves.layers, order, place, 200, 5, words, 0)
         assert order.tolist() != before.tolist()
@@ -96,8 +96,8 @@ def test_a_firefly_never_breaks_precedence() -> None:
 
 def test_steps_apart_are_counted_as_by_hand() -> None:
     place = np.argsort([0, 1, 2, 3, 4]).astype(np.int32)
-    assert steps_apart(np.array([2, 3, 4, 0, 1], dtype=np.int32), place) == 1
-    assert steps_apart(np.array([4, 3, 2, 1, 0], dtype=np.int32), place) == 4
+    assert count_different_steps(np.array([2, 3, 4, 0, 1], dtype=np.int32), place) == 1
+    assert count_different_steps(np.array([4, 3, 2, 1, 0], dtype=np.int32), place) == 4
 
 
 def test_the_same_seed_gives_the_same_answer_and_another_one_another_search() -> None:
@@ -124,36 +124,36 @@ def test_a_swarm_of_orders_flies_one_after_the_other_the_shortest_first(local: b
     """A flight has as many inversions as its attraction, each of one run, or two before a local search; an order that
     is not longer is kept at once. The first order is that of nearest neighbours.
     """
-    instance = build_directed(random_problem(6, 12, "ways", ends, pairs=4), 6)
-    flight = Flight.of(FireflyOptions(n_fireflies=4, attractiveness=3.0), limited=True)
+    instance = build_directed_instance(random_problem(6, 12, "ways", ends, pairs=4), 6)
+    flight = Flight.from_options(FireflyOptions(n_fireflies=4, attractiveness=3.0), limited=True)
     stop = Stop(iterations=6)
     swarm, best = ChoiceFireflies(instance, flight, SolveOptions(seed=5, local_search=local), stop), Best(stop)
     moves, m = Choices(instance, local), instance.n
-    drawn, words = np.zeros((4, m), dtype=np.int32), random_words(5, 0, count=4)
+    drawn, words = np.zeros((4, m), dtype=np.int32), random_states(5, 0, count=4)
     for f in range(4):
         moves.construct_at_random(words, f, drawn[f])
     assert swarm.orders.tolist() == drawn.tolist()
     swarm.start(best)
-    drawn[0], length = moves.nearest_neighbour()
+    drawn[0], length = moves.nearest_neighbour_order()
     assert (best.tour.tolist(), best.cost, best.iteration) == (drawn[0].tolist(), length, 0)
     lengths, gained = np.full(4, np.inf), 0
     for iteration in range(6):
         orders, found = swarm.construct(iteration)
-        words = random_words(5, iteration + 1, count=4)
+        words = random_states(5, iteration + 1, count=4)
         for f in np.argsort(lengths, kind="stable").tolist():
             if iteration == 0:
-                lengths[f] = moves.finish(drawn[f], stop)
+                lengths[f] = moves.improve_and_measure(drawn[f], stop)
                 continue
             apart = {}
             for j in range(4):
                 steps = {(int(a), int(b)) for a, b in itertools.pairwise(drawn[f])}
                 apart[j] = sum((int(a), int(b)) not in steps for a, b in itertools.pairwise(drawn[j]))
-            attraction, longest = flight.aim(lengths, f, apart.__getitem__, m, iteration / 6, local)
+            attraction, longest = flight.choose_target(lengths, f, apart.__getitem__, m, iteration / 6, local)
             for _ in range(max(1, round(attraction))):
                 trial = drawn[f].copy()
                 place = np.argsort(trial).astype(np.int32)
                 invert_runs(moves.layers, trial, place, 2 if local else 1, longest, words, f)
-                length = moves.finish(trial, stop)
+                length = moves.improve_and_measure(trial, stop)
                 if length <= lengths[f]:
                     gained += length < lengths[f]
                     drawn[f], lengths[f] = trial, length
@@ -162,12 +162,12 @@ def test_a_swarm_of_orders_flies_one_after_the_other_the_shortest_first(local: b
         assert swarm.log.ants == [4 * (iteration + 1)]
         assert swarm.log.best == [lengths.min()]
     assert gained > 3
-    assert swarm.result(drawn[1]).tolist() == moves.result(drawn[1]).tolist()
+    assert swarm.instance_nodes(drawn[1]).tolist() == moves.instance_nodes(drawn[1]).tolist()
 
 
 def test_a_swarm_of_orders_stops_between_its_fireflies_once_one_has_its_length() -> None:
-    instance = build_directed(random_problem(6, 12, "ways", ENDS[0], pairs=4), 6)
-    flight, stop = Flight.of(FireflyOptions(n_fireflies=4), limited=True), Stop()
+    instance = build_directed_instance(random_problem(6, 12, "ways", ENDS[0], pairs=4), 6)
+    flight, stop = Flight.from_options(FireflyOptions(n_fireflies=4), limited=True), Stop()
     swarm = ChoiceFireflies(instance, flight, SolveOptions(), stop)
     swarm.start(Best(Stop()))
     stop.cancelled.set()

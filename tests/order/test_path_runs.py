@@ -14,9 +14,9 @@ from leafcut.model.solution import WorkerFigures
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import path_search
 from leafcut.order.annealing import build_clusters
-from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
+from leafcut.order.directed import DirectedInstance, build_directed_instance, greedy_path
 from leafcut.order.literature.ants import Ants
-from leafcut.order.path_search import PathSearch, kicks_of_preset, offer_path_of_ants, run_paths
+from leafcut.order.path_search import PathSearch, offer_ant_path, preset_kicks, run_path_search
 from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.stop import PayoffLimit, Stop
 
@@ -29,7 +29,7 @@ def cuts(table: bool = False) -> DirectedInstance:
     entry, leave = rng.uniform(0, 90, (2, N, 2))
     metric = Metric("EXPLICIT", matrix=rng.uniform(-9, -8, (N, N))) if table else Metric("euclidean")
     problem = RoutingProblem(entry, leave, np.arange(N, dtype=np.int32), np.full(N, 2.0), metric, closed=table)
-    return build_directed(problem, 8)
+    return build_directed_instance(problem, 8)
 
 
 def path_of(route: Route) -> list[int]:
@@ -70,10 +70,10 @@ def test_a_search_per_thread_runs_if_only_the_time_is_limited(
         return 5 + self.number
 
     monkeypatch.setattr("os.cpu_count", lambda: cores)
-    monkeypatch.setattr(path_search, "is_small", lambda one: small and one is instance)
-    monkeypatch.setattr(path_search, "offer_path_of_ants", lambda *given: before.append(given))
+    monkeypatch.setattr(path_search, "is_small_enough_to_anneal", lambda one: small and one is instance)
+    monkeypatch.setattr(path_search, "offer_ant_path", lambda *given: before.append(given))
     monkeypatch.setattr(PathSearch, "run", ran_by)
-    found = run_paths(instance, AlgorithmRun(options, AcoOptions(), FireflyOptions(), best))
+    found = run_path_search(instance, AlgorithmRun(options, AcoOptions(), FireflyOptions(), best))
     greedy = path_of(greedy_path(instance))
     assert sorted(ran) == [(k, kicks, greedy) for k in range(threads)]
     assert found.iterations == sum(5 + k for k in range(threads))
@@ -100,10 +100,10 @@ def test_an_error_in_one_of_several_searches_ends_the_others(failing: int, monke
         return 1
 
     monkeypatch.setattr(PathSearch, "run", fail)
-    monkeypatch.setattr(path_search, "is_small", lambda _: False)
+    monkeypatch.setattr(path_search, "is_small_enough_to_anneal", lambda _: False)
     options = SolveOptions(time_limit=9.0, threads=2)
     with pytest.raises(KeyError, match="lost"):
-        run_paths(cuts(), AlgorithmRun(options, AcoOptions(), FireflyOptions(), best))
+        run_path_search(cuts(), AlgorithmRun(options, AcoOptions(), FireflyOptions(), best))
     assert best.stop.cancelled.is_set()
 
 
@@ -114,10 +114,10 @@ def test_ctrl_c_in_one_of_several_searches_ends_the_others(monkeypatch: pytest.M
         raise KeyboardInterrupt
 
     monkeypatch.setattr(PathSearch, "run", interrupt)
-    monkeypatch.setattr(path_search, "is_small", lambda _: False)
+    monkeypatch.setattr(path_search, "is_small_enough_to_anneal", lambda _: False)
     options = SolveOptions(time_limit=9.0, threads=2)
     with pytest.raises(KeyboardInterrupt):
-        run_paths(cuts(), AlgorithmRun(options, AcoOptions(), FireflyOptions(), best))
+        run_path_search(cuts(), AlgorithmRun(options, AcoOptions(), FireflyOptions(), best))
     assert best.stop.cancelled.is_set()
 
 
@@ -134,8 +134,8 @@ def test_ants_with_local_search_order_a_path_in_a_share_of_the_time(monkeypatch:
         own.offer(np.array([N, *optimum], dtype=np.int32), 0.5, 1)
         return 1
 
-    monkeypatch.setattr(path_search, "search", searched)
-    offer_path_of_ants(instance, layers, greedy, 9, best)
+    monkeypatch.setattr(path_search, "run_population", searched)
+    offer_ant_path(instance, layers, greedy, 9, best)
     ((ants, own),) = seen
     stop = own.stop
     assert (stop.iterations, stop.patience) == (20, 10)
@@ -149,7 +149,7 @@ def test_ants_with_local_search_order_a_path_in_a_share_of_the_time(monkeypatch:
     assert ants.trails.c_nn == pytest.approx(instance.length(greedy.node, greedy.enter, greedy.leave))
     # The greedy path was offered first; the path of the ants is kept only if it is shorter.
     assert best.history[0][1] == instance.length(greedy.node, greedy.enter, greedy.leave)
-    length = instance.length(*instance.path_of(optimum.astype(np.int32)), instance.leave)
+    length = instance.length(*instance.path_from_nodes(optimum.astype(np.int32)), instance.leave)
     assert best.cost == pytest.approx(min(length, best.history[0][1]))
     assert best.iteration == 0
 
@@ -158,14 +158,14 @@ def test_no_ant_starts_where_a_table_has_no_costs_to_save(monkeypatch: pytest.Mo
     def never(*_: object) -> int:
         raise AssertionError
 
-    monkeypatch.setattr(path_search, "search", never)
+    monkeypatch.setattr(path_search, "run_population", never)
     instance = cuts(table=True)
     best, greedy = Best(Stop()), greedy_path(instance)
-    offer_path_of_ants(instance, build_clusters(instance), greedy, 1, best)
+    offer_ant_path(instance, build_clusters(instance), greedy, 1, best)
     assert best.cost == pytest.approx(instance.length(greedy.node, greedy.enter, greedy.leave))
 
 
 def test_the_budget_of_a_preset_lies_between_its_fewest_and_most() -> None:
-    assert [kicks_of_preset("thorough", m) for m in (50, 51, 100)] == [1e5, 1.02e5, 2e5]
-    assert [kicks_of_preset("default", m) for m in (80, 81, 2000, 2001)] == [2e4, 20_250, 5e5, 5e5]
-    assert [kicks_of_preset("fast", m) for m in (83, 84, 1666, 1667)] == [5e3, 5040, 99_960, 1e5]
+    assert [preset_kicks("thorough", m) for m in (50, 51, 100)] == [1e5, 1.02e5, 2e5]
+    assert [preset_kicks("default", m) for m in (80, 81, 2000, 2001)] == [2e4, 20_250, 5e5, 5e5]
+    assert [preset_kicks("fast", m) for m in (83, 84, 1666, 1667)] == [5e3, 5040, 99_960, 1e5]

@@ -12,10 +12,10 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import colony, kicks
-from leafcut.order.construction import greedy
-from leafcut.order.instance import Instance, build_instance, costs_of_edges, matrix_of
-from leafcut.order.kicks import kick_piece, kick_pieces, piece_instance, split_tour
-from leafcut.order.search import Best, iterate
+from leafcut.order.construction import greedy_tour
+from leafcut.order.instance import Instance, build_instance, costs_of_edges, matrix_of_nodes
+from leafcut.order.kicks import build_piece_instance, kick_piece, kick_pieces, split_tour
+from leafcut.order.search import Best, run_steps
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog, Workers
@@ -42,8 +42,8 @@ def word() -> np.ndarray:
 def kicked(instance: Instance, rounds: int, executor: Executor | None = None) -> Best:
     """Return the best after some rounds of kicks on the pieces of the greedy tour."""
     best = Best(Stop(iterations=rounds))
-    workers = Workers(executor, 2, best.stop, WorkerLog.of(2))
-    assert iterate(kick_pieces(instance, greedy(instance), 5, best, workers, 0, 1e9), best) == rounds
+    workers = Workers(executor, 2, best.stop, WorkerLog.empty(2))
+    assert run_steps(kick_pieces(instance, greedy_tour(instance), 5, best, workers, 0, 1e9), best) == rounds
     return best
 
 
@@ -57,7 +57,7 @@ def small_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("ends", ENDS)
 def test_a_kicked_path_visits_all_once_keeps_its_ends_and_costs_what_is_said(ends: str) -> None:
     instance = board(ends)
-    start = greedy(instance)
+    start = greedy_tour(instance)
     best = kicked(instance, 12)
     assert sorted(best.tour.tolist()) == list(range(instance.n))
     assert best.cost == pytest.approx(tour_cost(instance.cost, best.tour))
@@ -65,13 +65,13 @@ def test_a_kicked_path_visits_all_once_keeps_its_ends_and_costs_what_is_said(end
     if instance.cost.tied_a >= 0:
         places = [int(np.flatnonzero(best.tour == v)[0]) for v in (instance.cost.tied_a, instance.cost.tied_b)]
         assert abs(places[0] - places[1]) in (1, instance.n - 1)
-    assert sorted(instance.path(best.tour).tolist()) == list(range(90))
+    assert sorted(instance.cluster_order(best.tour).tolist()) == list(range(90))
 
 
 @pytest.mark.parametrize("ends", ENDS)
 def test_pieces_follow_each_other_and_no_cut_parts_the_ends_of_a_path_from_their_side(ends: str) -> None:
     instance = board(ends)
-    tour = greedy(instance)
+    tour = greedy_tour(instance)
     for seed in range(20):
         parts = split_tour(instance, tour, np.random.default_rng(seed))
         assert min(map(len, parts)) >= 4
@@ -85,8 +85,8 @@ def test_pieces_follow_each_other_and_no_cut_parts_the_ends_of_a_path_from_their
 @pytest.mark.parametrize("ends", ENDS)
 def test_a_piece_costs_what_it_costs_in_the_whole_and_its_candidates_are_those_of_the_whole(ends: str) -> None:
     instance = board(ends)
-    for nodes in split_tour(instance, greedy(instance), np.random.default_rng(1)):
-        own, tour, label = piece_instance(instance, nodes)
+    for nodes in split_tour(instance, greedy_tour(instance), np.random.default_rng(1)):
+        own, tour, label = build_piece_instance(instance, nodes)
         assert np.array_equal(label[tour], nodes)
         inside = set(nodes.tolist())
         for v, row in enumerate(own.candidates):
@@ -106,9 +106,9 @@ def test_a_kicked_piece_keeps_its_ends_and_gets_no_longer_until_it_is_stopped(
     instance = board(ends)
     monkeypatch.setattr(kicks, "KICKS_PER_LOOK", 10)
     stopped, asked = Stop(), []
-    monkeypatch.setattr(stopped, "now", lambda spare=0.0: asked.append(spare) or len(asked) > 2, raising=False)
+    monkeypatch.setattr(stopped, "must_stop", lambda spare=0.0: asked.append(spare) or len(asked) > 2, raising=False)
     gained = 0
-    for nodes in split_tour(instance, greedy(instance), np.random.default_rng(1)):
+    for nodes in split_tour(instance, greedy_tour(instance), np.random.default_rng(1)):
         (after,), none = kick_piece(instance, nodes, word(), 100, Stop())
         assert len(none) == 0
         assert (after[0], after[-1]) == (nodes[0], nodes[-1])
@@ -129,11 +129,11 @@ def test_kicks_on_pieces_end_with_their_number() -> None:
     """A round has five kicks a node; iterations go on from the given number."""
     instance = board("closed")
     best = Best(Stop())
-    workers = Workers(None, 1, best.stop, WorkerLog.of(1))
-    tour = greedy(instance)
-    assert iterate(kick_pieces(instance, tour, 5, best, workers, 3, 0), best, 3) == 3
-    assert iterate(kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90), best, 3) == 4
-    assert iterate(kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90 + 1), best, 3) == 5
+    workers = Workers(None, 1, best.stop, WorkerLog.empty(1))
+    tour = greedy_tour(instance)
+    assert run_steps(kick_pieces(instance, tour, 5, best, workers, 3, 0), best, 3) == 3
+    assert run_steps(kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90), best, 3) == 4
+    assert run_steps(kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90 + 1), best, 3) == 5
 
 
 def test_pieces_are_the_same_kicked_here_and_in_threads() -> None:
@@ -175,12 +175,12 @@ def test_a_piece_of_a_tour_over_a_surface_has_the_costs_of_the_whole() -> None:
     metric = Metric("linear", (100.0, 80.0), (500.0, 300.0), relief=relief)
     whole = build_instance(RoutingProblem.of_points(xy, metric, start=(1.0, 2.0)), 8)
     nodes = random.permutation(whole.n - 2)[:25].astype(np.int32)
-    piece, tour, label = piece_instance(whole, nodes)
+    piece, tour, label = build_piece_instance(whole, nodes)
     pairs = [(i, j) for i in range(25) for j in range(25) if {i, j} != {int(tour[0]), int(tour[-1])}]
     leave, arrive = np.array(pairs, dtype=np.int32).T
     assert np.array_equal(piece.costs(leave, arrive), whole.costs(label[leave], label[arrive]))
     among = whole.cost._replace(
-        xy=whole.cost.xy[nodes], matrix=matrix_of(whole.cost, nodes), tied_a=-1, tied_b=-1, free=-1
+        xy=whole.cost.xy[nodes], matrix=matrix_of_nodes(whole.cost, nodes), tied_a=-1, tied_b=-1, free=-1
     )
     leave, arrive = np.array([(i, j) for i in range(25) for j in range(25)], dtype=np.int32).T
     assert np.array_equal(costs_of_edges(among, leave, arrive), whole.costs(nodes[leave], nodes[arrive]))

@@ -8,12 +8,12 @@ import pytest
 from leafcut.errors import SolveError
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.precedence import (
-    broken_pair,
-    checked_pairs,
     compressed_rows,
     impossible_moves_and_reduction,
     satisfies_pairs,
     transitive_closure,
+    validate_pairs,
+    violated_pair,
 )
 
 #: 0 before 1 and 2, both before 3; 3 before 4, and 0 before 4, which follows. Cluster 5 is in no pair.
@@ -31,9 +31,9 @@ def problem_with(pairs: list[list[int]], n: int = 6) -> RoutingProblem:
 
 
 def test_pairs_are_sorted_and_each_is_kept_once() -> None:
-    assert checked_pairs(problem_with([[3, 1], [0, 5], [3, 1], [0, 2]])).tolist() == [[0, 2], [0, 5], [3, 1]]
-    assert checked_pairs(problem_with([])).shape == (0, 2)
-    assert checked_pairs(problem_with([[5, 0]])).tolist() == [[5, 0]]
+    assert validate_pairs(problem_with([[3, 1], [0, 5], [3, 1], [0, 2]])).tolist() == [[0, 2], [0, 5], [3, 1]]
+    assert validate_pairs(problem_with([])).shape == (0, 2)
+    assert validate_pairs(problem_with([[5, 0]])).tolist() == [[5, 0]]
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_pairs_are_sorted_and_each_is_kept_once() -> None:
 )
 def test_pairs_that_no_order_satisfies_are_refused_by_naming_one(pairs: list[list[int]], message: str) -> None:
     with pytest.raises(SolveError) as refused:
-        checked_pairs(problem_with(pairs))
+        validate_pairs(problem_with(pairs))
     assert str(refused.value) == message
 
 
@@ -81,7 +81,7 @@ def test_an_order_breaks_the_first_pair_whose_second_comes_first() -> None:
         ([2, 0, 3, 1], (3, 0)),
         ([0, 1, 3, 2], (2, 3)),
     ):
-        assert broken_pair(pairs, np.array(order, dtype=np.int32)) == broken
+        assert violated_pair(pairs, np.array(order, dtype=np.int32)) == broken
         assert satisfies_pairs(pairs, np.array(order, dtype=np.int32)) is (broken is None)
     assert satisfies_pairs(pairs[:0], np.array([1, 0, 2, 3], dtype=np.int32)) is True
 

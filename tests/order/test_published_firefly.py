@@ -11,10 +11,10 @@ import pytest
 
 import leafcut
 from leafcut.errors import OptionError, SolveError
-from leafcut.kernels.firefly import PairRules, move_pairs
+from leafcut.kernels.firefly import PairRules, move_firefly_pairs
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import FireflyOptions, SolveOptions
-from leafcut.order.construction import random_words
+from leafcut.order.construction import random_states
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.literature.flight import Flight
 from leafcut.order.literature.published_fireflies import PublishedFireflies
@@ -25,7 +25,8 @@ from leafcut.processes.settings import collect_settings, settings_for
 from plain_random import Xorshift
 
 SIMPLE, COMPLEX = (
-    Flight.of(FireflyOptions(variant=variant), limited=False) for variant in ("published", "published-complex")
+    Flight.from_options(FireflyOptions(variant=variant), limited=False)
+    for variant in ("published", "published-complex")
 )
 
 
@@ -77,12 +78,14 @@ def plain_iteration(
 @pytest.mark.parametrize("short", ["distance", "tenth"])
 def test_twelve_places_have_the_tours_of_a_plain_implementation(variant: str, moving: str, short: str) -> None:
     instance = instance_of(12)
-    flight = Flight.of(FireflyOptions(variant=variant, reading=f"{moving}-{short}", n_fireflies=5), limited=True)
+    flight = Flight.from_options(
+        FireflyOptions(variant=variant, reading=f"{moving}-{short}", n_fireflies=5), limited=True
+    )
     swarm = PublishedFireflies(instance, flight, SolveOptions(seed=3), Stop(iterations=20))
     d, plain = instance.cost.matrix.tolist(), swarm.tours.tolist()
     swarm.construct(0)
     for iteration in range(1, 20):
-        draw = Xorshift(int(random_words(3, iteration, count=1)[0])).below
+        draw = Xorshift(int(random_states(3, iteration, count=1)[0])).below
         plain = plain_iteration(d, plain, iteration / 20, flight, draw)
         tours, lengths = swarm.construct(iteration)
         assert tours.tolist() == plain
@@ -102,7 +105,7 @@ def test_near_tours_give_most_moves_to_the_firefly_that_moves_first(darker_first
     kept, lengths = np.zeros((100, 3), dtype=np.int32), np.full(100, np.inf)
     rules = PairRules(20, 0.015, False, False, darker_first, 0)
     words = np.array([7], dtype=np.uint64)
-    move_pairs(instance.cost, tours, np.array([10.0, 12.0]), 0, 2, rules, words, 0, kept, lengths)
+    move_firefly_pairs(instance.cost, tours, np.array([10.0, 12.0]), 0, 2, rules, words, 0, kept, lengths)
     assert np.isfinite(lengths).sum() == 60
     moves = np.bincount(kept[:60, 0], minlength=2) - 20
     assert moves.tolist() == ([4, 16] if most_moves_of else [16, 4])
@@ -113,7 +116,7 @@ def test_the_published_swarm_is_random_and_has_the_published_numbers() -> None:
     assert SIMPLE.at_random
     assert COMPLEX.at_random
     assert (SIMPLE.fireflies, SIMPLE.attractiveness, COMPLEX.fireflies, COMPLEX.attractiveness) == (11, 20, 10, 15)
-    assert not Flight.of(FireflyOptions(), limited=False).at_random
+    assert not Flight.from_options(FireflyOptions(), limited=False).at_random
 
 
 @pytest.mark.parametrize(
@@ -129,7 +132,7 @@ def test_the_published_swarm_is_random_and_has_the_published_numbers() -> None:
 def test_only_complex_pockets_begin_with_long_moves_and_exploration(
     flight: Flight, done: float, long: bool, explore: bool
 ) -> None:
-    rules = PublishedFireflies(instance_of(8), flight, SolveOptions(), Stop()).rules(done)
+    rules = PublishedFireflies(instance_of(8), flight, SolveOptions(), Stop()).pair_rules(done)
     assert (rules.long, rules.explore) == (long, explore)
 
 

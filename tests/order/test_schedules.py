@@ -14,11 +14,11 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import annealing, colony, path_search
 from leafcut.order.annealing import PathAnnealing
 from leafcut.order.colony import Colony, improve_by_colony
-from leafcut.order.construction import greedy
-from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
+from leafcut.order.construction import greedy_tour
+from leafcut.order.directed import DirectedInstance, build_directed_instance, greedy_path
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.path_search import PathSearch, kicks_of_preset
-from leafcut.order.search import Best, iterate
+from leafcut.order.path_search import PathSearch, preset_kicks
+from leafcut.order.search import Best, run_steps
 from leafcut.order.stop import PayoffLimit, Stop
 from leafcut.order.workers import WorkerLog, Workers
 
@@ -31,7 +31,7 @@ def cuts(closed: bool = False) -> DirectedInstance:
     problem = RoutingProblem(
         entry, leave, np.arange(N, dtype=np.int32), np.full(N, 2.0), Metric("euclidean"), closed=closed
     )
-    return build_directed(problem, 8)
+    return build_directed_instance(problem, 8)
 
 
 @pytest.mark.parametrize("worse", [False, True])
@@ -55,7 +55,7 @@ def test_hot_kicks_follow_cold_ones_and_the_search_returns_to_the_best_path(
         return 0.0
 
     monkeypatch.setattr(path_search, "kick_route", note)
-    monkeypatch.setattr(path_search, "is_small", lambda _: False)
+    monkeypatch.setattr(path_search, "is_small_enough_to_anneal", lambda _: False)
     greedy = greedy_path(instance)
     most = 10 * N + 4 * 5 * N + 7
     assert search.run(most, greedy) == search.iteration == len(calls)
@@ -68,7 +68,9 @@ def test_hot_kicks_follow_cold_ones_and_the_search_returns_to_the_best_path(
     assert search.kicks == most
     at_best = [call[2] for call in calls if call[0]]
     assert at_best == ([True, True, False, True, False] if worse else [True] * 5)
-    assert search.best.cost == pytest.approx(instance.length(*instance.path_of(search.best.tour), instance.leave))
+    assert search.best.cost == pytest.approx(
+        instance.length(*instance.path_from_nodes(search.best.tour), instance.leave)
+    )
 
 
 def test_a_small_problem_is_annealed_between_kicks_of_twice_the_number(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,7 +101,7 @@ def test_a_small_problem_is_annealed_between_kicks_of_twice_the_number(monkeypat
 
 
 def test_the_budget_of_kicks_grows_with_the_clusters_between_a_least_and_a_most() -> None:
-    budgets = [[kicks_of_preset(preset, m) for m in (10, 100, 10_000)] for preset in ("fast", "default", "thorough")]
+    budgets = [[preset_kicks(preset, m) for m in (10, 100, 10_000)] for preset in ("fast", "default", "thorough")]
     assert budgets == [[5e3, 6e3, 1e5], [2e4, 2.5e4, 5e5], [1e5, 2e5, 2e7]]
 
 
@@ -169,9 +171,9 @@ def colonies(
     monkeypatch.setattr(colony, "next_generation", lambda _, c, *__: replace(c, generation=c.generation + 1))
     monkeypatch.setattr(colony, "kick_repeatedly", kicked)
     monkeypatch.setattr(colony, "kick_pieces", kicked_in_pieces)
-    best.offer(greedy(instance), 5000.0, 0)
-    workers = Workers(None, 1, stop, WorkerLog.of(1))
-    generations = iterate(improve_by_colony(instance, 7, best, workers, 1.0, visits - PLACES), best)
+    best.offer(greedy_tour(instance), 5000.0, 0)
+    workers = Workers(None, 1, stop, WorkerLog.empty(1))
+    generations = run_steps(improve_by_colony(instance, 7, best, workers, 1.0, visits - PLACES), best)
     return (sizes, *(last[0] if last else (generations, 0.0, False)))
 
 
@@ -254,7 +256,7 @@ def test_the_time_of_an_ant_is_measured_while_a_colony_is_founded(
     monkeypatch.setattr(colony, "create_colony", found)
     monkeypatch.setattr(colony, "next_generation", lambda _, c, *__: replace(c, generation=c.generation + 1))
     monkeypatch.setattr(colony, "kick_repeatedly", lambda *_: iter(()))
-    assert iterate(improve_by_colony(instance, 7, best, Workers(None, 2, stop, WorkerLog.of(2)), 13.0), best) > 0
+    assert run_steps(improve_by_colony(instance, 7, best, Workers(None, 2, stop, WorkerLog.empty(2)), 13.0), best) > 0
     assert [(n, number, visits, kicks) for n, number, _, visits, kicks in asked] == [
         (PLACES, k, math.inf, kicking) for k in range(3)
     ]

@@ -11,7 +11,7 @@ import pytest
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.order.search import Best, Population, search, set_budget, set_budget_of_visits
+from leafcut.order.search import Best, Population, run_population, set_preset_budget, set_visit_budget
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 
@@ -28,20 +28,20 @@ def test_the_budget_of_a_preset_applies_without_a_limit(
     given: SolveOptions, iterations: float, patience: float
 ) -> None:
     stop = Stop()
-    set_budget(stop, given, 7.2, 5)
+    set_preset_budget(stop, given, 7.2, 5)
     assert (stop.iterations, stop.patience) == (iterations, patience)
 
 
 def test_a_budget_is_one_iteration_at_least() -> None:
     stop = Stop()
-    set_budget(stop, SolveOptions(), 0.01)
+    set_preset_budget(stop, SolveOptions(), 0.01)
     assert (stop.iterations, stop.patience) == (1, math.inf)
 
 
 @pytest.mark.parametrize(("preset", "visits", "patience"), [("fast", 2e5, 30), ("default", 4e6, 40)])
 def test_the_budget_of_ants_is_a_number_of_visited_nodes(preset: str, visits: float, patience: int) -> None:
     stop = Stop()
-    set_budget_of_visits(stop, SolveOptions(preset=preset), 400)
+    set_visit_budget(stop, SolveOptions(preset=preset), 400)
     assert (stop.iterations, stop.patience) == (visits / 400, patience)
 
 
@@ -63,7 +63,7 @@ def test_a_search_keeps_the_first_of_the_cheapest_and_learns_from_every_iteratio
     ants = Candidates([(9.0, 8.0), (8.0, 8.0), (6.0, 6.0), (7.0, math.inf)])
     reported: list[float] = []
     best = Best(Stop(iterations=4), progress=lambda now: reported.append(now.cost or 0.0))
-    assert search(ants, best) == 4
+    assert run_population(ants, best) == 4
     assert (best.tour.tolist(), best.cost, best.iteration) == ([2, 0], 6.0, 2)
     assert [row[0] for row in ants.learned] == [0, 1, 2, 3]
     assert [row[3] for row in ants.learned] == reported == [8.0, 8.0, 6.0, 6.0]
@@ -72,7 +72,7 @@ def test_a_search_keeps_the_first_of_the_cheapest_and_learns_from_every_iteratio
 def test_a_search_ends_without_patience() -> None:
     ants = Candidates([(9.0, 9.0)] * 9)
     best = Best(Stop(patience=3))
-    assert search(ants, best) == 3
+    assert run_population(ants, best) == 3
 
 
 def test_ctrl_c_keeps_the_best_tour_and_ends_the_program_without_one() -> None:

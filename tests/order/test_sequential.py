@@ -19,8 +19,8 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import path_search
-from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
-from leafcut.order.exact import choose_nodes
+from leafcut.order.directed import DirectedInstance, build_directed_instance, greedy_path
+from leafcut.order.exact import choose_nodes_for_order
 from leafcut.order.instance import path_cost
 from leafcut.order.literature import choices
 from leafcut.order.path_search import PathSearch
@@ -341,7 +341,7 @@ def test_stopping_at_once_still_gives_a_whole_path() -> None:
 def test_the_search_knows_what_its_path_costs_and_never_loses_the_best(kind: str) -> None:
     """The gains that kernels report are added up over hot and cold times, and compared with the path itself."""
     problem = random_problem(6, 60, kind, "closed" if "table" in kind else ENDS[1], pairs=30)
-    instance = build_directed(problem, 16)
+    instance = build_directed_instance(problem, 16)
     search = PathSearch(instance, 3, Best(Stop()))
     for kicks in (300, 300, 800):
         search.run(search.kicks + kicks, greedy_path(instance))
@@ -349,7 +349,7 @@ def test_the_search_knows_what_its_path_costs_and_never_loses_the_best(kind: str
         assert sorted(route.node.tolist()) == list(range(instance.n))
         assert np.array_equal(route.place[route.node], np.arange(instance.n))
         assert search.cost == pytest.approx(instance.length(route.node, route.enter, route.leave))
-        check(problem, instance.nodes(route.node, route.enter), search.cost)
+        check(problem, instance.nodes_from_path(route.node, route.enter), search.cost)
         assert search.best.cost <= search.cost + 1e-9
         check(problem, search.best.tour, search.best.cost)
 
@@ -357,9 +357,13 @@ def test_the_search_knows_what_its_path_costs_and_never_loses_the_best(kind: str
 def test_the_first_path_keeps_precedence() -> None:
     for seed in range(10):
         problem = random_problem(seed, 50, KINDS[seed % 4], ENDS[seed % 5], pairs=120)
-        instance = build_directed(problem, 12)
+        instance = build_directed_instance(problem, 12)
         route = greedy_path(instance)
-        check(problem, instance.nodes(route.node, route.enter), instance.length(route.node, route.enter, route.leave))
+        check(
+            problem,
+            instance.nodes_from_path(route.node, route.enter),
+            instance.length(route.node, route.enter, route.leave),
+        )
 
 
 @pytest.mark.parametrize("size", [25, 300])
@@ -390,7 +394,7 @@ def test_what_follows_from_pairs_is_found_by_looking_at_all_orders() -> None:
 
 def test_candidates_are_the_cheapest_of_every_direction_where_all_are_listed() -> None:
     problem = random_problem(4, 12, "cuts", ENDS[3], pairs=0)
-    lists = build_directed(problem, 11).rules.onward
+    lists = build_directed_instance(problem, 11).rules.onward
     for i in range(12):
         costs = {
             j: travel_cost(problem.metric, tuple(problem.exit[i]), tuple(problem.entry[j])) for j in range(12) if j != i
@@ -409,6 +413,6 @@ def test_the_nodes_along_an_order_are_the_best_of_all_choices(ends: object) -> N
         order = np.array([3, 0, 4, 1, 2], dtype=np.int32)
         choices = itertools.product(*(np.flatnonzero(problem.cluster == c) for c in order))
         best = min(added_up(problem, np.array(choice)) for choice in choices)
-        nodes = choose_nodes(problem, order)
+        nodes = choose_nodes_for_order(problem, order)
         assert problem.cluster[nodes].tolist() == order.tolist()
         assert added_up(problem, nodes) == pytest.approx(best)

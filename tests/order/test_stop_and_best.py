@@ -18,7 +18,7 @@ from leafcut.order import stop as module
 from leafcut.order.instance import build_instance
 from leafcut.order.search import Best, SearchView
 from leafcut.order.stop import Deadline, PayoffLimit, Stop
-from leafcut.order.workers import WorkerLog, Workers, on_all_workers, thread_pool
+from leafcut.order.workers import WorkerLog, Workers, run_on_all_workers, thread_pool
 
 
 class Clock:
@@ -49,17 +49,17 @@ def test_a_search_stops_at_its_limit_less_the_time_still_needed(clock: Clock) ->
     stop = Stop(seconds=10.0)
     clock.now += 9.5
     assert stop.elapsed() == 9.5
-    assert not stop.now()
-    assert stop.now(spare=0.5)
-    assert not stop.now(spare=0.25)
+    assert not stop.must_stop()
+    assert stop.must_stop(spare=0.5)
+    assert not stop.must_stop(spare=0.25)
     clock.now += 0.5
-    assert stop.now()
+    assert stop.must_stop()
     for unlimited in (Stop(), Stop(iterations=3)):
         clock.now += 1e9
-        assert not unlimited.now(1e9)
+        assert not unlimited.must_stop(1e9)
     cancelled = Stop()
     cancelled.cancelled.set()
-    assert cancelled.now()
+    assert cancelled.must_stop()
 
 
 def test_a_pause_does_not_count_even_if_it_ends_with_an_error(clock: Clock) -> None:
@@ -96,7 +96,7 @@ def test_a_search_is_over_after_its_iterations_its_patience_or_its_time(clock: C
 )
 def test_thrift_holds_for_times_without_limits(options: SolveOptions, unit: str, holds: bool) -> None:
     problem = RoutingProblem.of_points(np.zeros((3, 2)), Metric(unit, (1.0, 1.0), (1.0, 1.0)))
-    assert PayoffLimit.of(options, problem) == PayoffLimit(holds=holds)
+    assert PayoffLimit.from_options(options, problem) == PayoffLimit(holds=holds)
 
 
 def test_a_period_is_worth_what_the_one_before_it_gained() -> None:
@@ -115,16 +115,21 @@ def test_a_period_is_worth_what_the_one_before_it_gained() -> None:
 
 def test_a_deadline_has_the_time_of_the_run_less_that_of_lower_bounds(clock: Clock) -> None:
     limited = SolveOptions(time_limit=20.0)
-    assert Deadline.of(limited).limit == pytest.approx(18.0)
-    assert Deadline.of(SolveOptions(time_limit=20.0, bound=False)).limit == 20.0
-    assert Deadline.of_bounds(limited).limit == pytest.approx(2.0)
-    for none in (Deadline.of(SolveOptions()), Deadline.of_bounds(SolveOptions()), Deadline(), Deadline().part(0.5)):
+    assert Deadline.from_options(limited).limit == pytest.approx(18.0)
+    assert Deadline.from_options(SolveOptions(time_limit=20.0, bound=False)).limit == 20.0
+    assert Deadline.for_bounds(limited).limit == pytest.approx(2.0)
+    for none in (
+        Deadline.from_options(SolveOptions()),
+        Deadline.for_bounds(SolveOptions()),
+        Deadline(),
+        Deadline().for_share(0.5),
+    ):
         assert (none.limit, none.left, none.seconds) == (math.inf, math.inf, None)
 
 
 def test_the_time_left_of_a_deadline_falls_while_a_search_runs_and_stays_afterwards(clock: Clock) -> None:
     whole = Deadline(10.0)
-    part = whole.part(0.5)
+    part = whole.for_share(0.5)
     assert (part.limit, part.left, part.seconds) == (5.0, 5.0, 5.0)
     cancelled = threading.Event()
     with part.running(cancelled) as is_late:
@@ -144,9 +149,9 @@ def test_the_time_left_of_a_deadline_falls_while_a_search_runs_and_stays_afterwa
         assert is_late()
     # Each search gets a twentieth of its share, and at least a millisecond.
     whole.subtract(3.9)
-    assert whole.part(0.5).limit == pytest.approx(0.25)
-    assert Deadline(0.0).part(1.0).limit == 0.001
-    assert Deadline(10.0).part(0.3).limit == pytest.approx(3.0)
+    assert whole.for_share(0.5).limit == pytest.approx(0.25)
+    assert Deadline(0.0).for_share(1.0).limit == 0.001
+    assert Deadline(10.0).for_share(0.3).limit == pytest.approx(3.0)
     with pytest.raises(KeyError), whole.running(threading.Event()):
         clock.now += 0.05
         raise KeyError
@@ -177,9 +182,9 @@ def test_a_tour_is_kept_if_it_is_shorter_by_more_than_rounding(clock: Clock) -> 
 
 def test_a_bound_for_observers_counts_only_for_a_cancelled_search() -> None:
     best = Best(Stop(), shown_bound=3.0)
-    assert best.final_bound() is None
+    assert best.bound_if_cancelled() is None
     best.stop.cancelled.set()
-    assert best.final_bound() == 3.0
+    assert best.bound_if_cancelled() == 3.0
 
 
 def test_progress_is_the_largest_share_of_iterations_and_time_with_cost_and_gap(clock: Clock) -> None:
@@ -224,16 +229,19 @@ def test_an_observer_takes_a_snapshot_while_the_clock_stands_still(clock: Clock)
     assert (alone, together) == (True, False)
     assert isinstance(first, Snapshot)
     assert (first.path.shape, first.cost, first.iteration) == ((0, 2), math.inf, 0)
-    assert second.path.tolist() == instance.places(tour).tolist()
+    assert second.path.tolist() == instance.path_positions(tour).tolist()
     assert (second.cost, second.bound, second.iteration, second.seconds) == (16.0, 3.0, 1, 1.0)
     assert (second.workers, second.pheromone, third.seconds) == (figures, None, 1.0)
     hidden = Best(Stop(), observer=Watch(), tour=tour, cost=14.0)
     hidden.tell(1)
     assert snapshots[-1][0].path.shape == (0, 2)
-    assert SearchView(instance, log, lambda: "trails").parts(best) == {"workers": figures, "pheromone": "trails"}  # type: ignore
-    assert SearchView().parts(best) == {"workers": ()}
-    assert SearchView().branching() is None
-    assert SearchView().result(tour) is tour
+    assert SearchView(instance, log, lambda: "trails").snapshot_fields(best) == {
+        "workers": figures,
+        "pheromone": "trails",
+    }  # type: ignore
+    assert SearchView().snapshot_fields(best) == {"workers": ()}
+    assert SearchView().branching_factor() is None
+    assert SearchView().instance_nodes(tour) is tour
 
 
 def test_an_observer_gets_the_costs_of_an_iteration_with_service(clock: Clock) -> None:
@@ -247,11 +255,11 @@ def test_an_observer_gets_the_costs_of_an_iteration_with_service(clock: Clock) -
             noted.append((alone,))
 
     class View(SearchView):
-        def branching(self) -> float:
+        def branching_factor(self) -> float:
             return 2.5
 
     best = Best(Stop(), service=2.0, cost=8.0, view=View(), observer=Notes())
-    best.view.log = WorkerLog.of(2)
+    best.view.log = WorkerLog.empty(2)
     best.view.log.add(0, 1, 0.5, 9.0)
     best.view.log.add(1, 1, 0.25, 8.0)
     clock.now += 3.0
@@ -264,17 +272,17 @@ def test_an_observer_gets_the_costs_of_an_iteration_with_service(clock: Clock) -
 
 
 def test_the_work_of_each_worker_is_added_up() -> None:
-    log = WorkerLog.of(2)
+    log = WorkerLog.empty(2)
     assert [log.number_of_thread(thread) for thread in (77, 99, 77, 55, 99)] == [0, 1, 0, 0, 1]
     log.add(1, 3, 0.5, 9.0)
     log.add(1, 2, 0.25, 8.0)
     log.add(1, 1, 0.25, 8.5)
-    assert log.figures() == (WorkerFigures(0, 0, 0.0, math.inf), WorkerFigures(1, 6, 1.0, 8.0))
+    assert log.worker_figures() == (WorkerFigures(0, 0, 0.0, math.inf), WorkerFigures(1, 6, 1.0, 8.0))
 
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_tasks_have_their_results_in_order(threads: int) -> None:
-    stop, log = Stop(), WorkerLog.of(threads)
+    stop, log = Stop(), WorkerLog.empty(threads)
     with thread_pool(threads, stop) as executor:
         assert (executor is None) == (threads == 1)
         workers = Workers(executor, threads, stop, log)
@@ -289,11 +297,11 @@ def test_tasks_have_their_results_in_order(threads: int) -> None:
         shares = workers.run_tasks([task(k) for k in range(4)])  # type: ignore[misc]
         tours, costs = workers.run_and_join([task(k) for k in (2, 1)])  # type: ignore[misc]
         called: list[int] = []
-        on_all_workers(executor, 3, called.append)
+        run_on_all_workers(executor, 3, called.append)
     assert [len(costs) for _, costs in shares] == [0, 1, 2, 3]
     assert (tours.tolist(), costs.tolist()) == ([[2, 2], [2, 2], [1, 1]], [8.0, 9.0, 9.0])
     assert sorted(called) == [0, 1, 2]
-    figures = log.figures()
+    figures = log.worker_figures()
     assert sum(f.ants for f in figures) == 9
     assert min(f.best for f in figures) == 7.0
     assert sum(f.seconds for f in figures) > 0.0

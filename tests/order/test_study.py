@@ -165,9 +165,9 @@ def test_the_example_of_a_step_is_the_rule_of_the_book_in_numbers(algorithm: str
 
 def test_the_trails_start_from_what_is_asked_for_else_from_the_books_rule() -> None:
     lists = np.array([[1, 2], [0, 2], [0, 1]], dtype=np.int32)
-    asked = AntParameters.of("acs", AcoOptions(initial_pheromone=0.25), 3, False)
+    asked = AntParameters.from_options("acs", AcoOptions(initial_pheromone=0.25), 3, False)
     assert TRAILS["acs"](lists, asked, 50.0).pheromone.tolist() == [[0.25, 0.25]] * 3
-    usual = AntParameters.of("acs", AcoOptions(), 3, False)
+    usual = AntParameters.from_options("acs", AcoOptions(), 3, False)
     assert TRAILS["acs"](lists, usual, 50.0).initial == pytest.approx(1.0 / (3 * 50.0))
 
 

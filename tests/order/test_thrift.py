@@ -10,7 +10,7 @@ import pytest
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
-from leafcut.order.path_search import SECONDS_PER_KICK, kicks_of_preset
+from leafcut.order.path_search import SECONDS_PER_KICK, preset_kicks
 from leafcut.order.solve import solve
 from leafcut.order.stop import FIRST_STRETCH, PayoffLimit
 from leafcut.report.wording import ended_without_payoff
@@ -68,17 +68,17 @@ def test_the_search_is_shorter_for_sheets_and_programs_too(problem: RoutingProbl
     found = solve(problem, SolveOptions(bound=False))
     assert found.spared and ended_without_payoff(found)
     nodes = 150 + 1  # with the node that joins the ends
-    assert FIRST_STRETCH / (SECONDS_PER_KICK * nodes**0.5) <= kicks(found) < 0.5 * kicks_of_preset("default", 150)
+    assert FIRST_STRETCH / (SECONDS_PER_KICK * nodes**0.5) <= kicks(found) < 0.5 * preset_kicks("default", 150)
 
 
 def test_a_longer_budget_or_iterations_asked_for_are_used() -> None:
     problem = contours(40)
     found = solve(problem, SolveOptions(iterations=120, bound=False))
     assert found.iterations == 120 and not found.spared
-    thrifty = [PayoffLimit.of(o, problem).holds for o in (SolveOptions(), SolveOptions(preset="thorough"))]
+    thrifty = [PayoffLimit.from_options(o, problem).holds for o in (SolveOptions(), SolveOptions(preset="thorough"))]
     assert thrifty == [True, False]
-    assert not PayoffLimit.of(SolveOptions(time_limit=5.0), problem).holds
-    assert not PayoffLimit.of(SolveOptions(), replace(problem, metric=Metric())).holds, (
+    assert not PayoffLimit.from_options(SolveOptions(time_limit=5.0), problem).holds
+    assert not PayoffLimit.from_options(SolveOptions(), replace(problem, metric=Metric())).holds, (
         "costs in millimetres are no time"
     )
 

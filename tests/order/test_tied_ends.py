@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from leafcut.kernels.local_search import improve
+from leafcut.kernels.local_search import improve_by_two_opt_and_or_opt
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order.construction import nearest_neighbour
+from leafcut.order.construction import nearest_neighbour_tour
 from leafcut.order.instance import build_instance
 from leafcut.order.kicks import tour_with_buffers
 
@@ -27,8 +27,8 @@ def test_local_search_ends_where_ways_differ_by_little() -> None:
         end=(147.32, -99.06),
     )
     instance = build_instance(problem, 16)
-    work = tour_with_buffers(nearest_neighbour(instance))
-    moves = improve(instance.cost, work, instance.candidates, 1000)
+    work = tour_with_buffers(nearest_neighbour_tour(instance))
+    moves = improve_by_two_opt_and_or_opt(instance.cost, work, instance.candidates, 1000)
     assert moves < 1000
     assert sorted(work.node.tolist()) == list(range(11))
     at = work.place

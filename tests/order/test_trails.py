@@ -31,7 +31,7 @@ OPTIONS = AcoOptions(n_ants=ANTS, pheromone_weight=1.5, heuristic_weight=3.0, ev
 
 def trails_of(algorithm: str, one_way: bool = False, local_search: bool = False) -> Trails:
     """Return trails on all edges, which are not equal."""
-    parameters = AntParameters.of(algorithm, OPTIONS, N, local_search)
+    parameters = AntParameters.from_options(algorithm, OPTIONS, N, local_search)
     parameters = replace(parameters, elitist_weight=2.5, ranks=4, local_rate=0.3)
     trails = TRAILS[algorithm](LISTS, parameters, C_NN, one_way=one_way)
     trails.nearness[:] = np.random.default_rng(2).uniform(0.5, 2.0, LISTS.shape)
@@ -211,10 +211,10 @@ def test_local_decay_moves_a_trail_towards_the_first_one() -> None:
 )
 def test_parameters_are_those_recommended_by_the_book(algorithm: str, ants: int, rate: float) -> None:
     """Dorigo and Stützle 2004, box 3.1, for 80 nodes without local search; e is the number of ants."""
-    found = AntParameters.of(algorithm, AcoOptions(), 80, False)
+    found = AntParameters.from_options(algorithm, AcoOptions(), 80, False)
     assert (found.ants, found.rate, found.elitist_weight) == (ants, rate, ants)
     assert found.greedy_probability == (0.9 if algorithm == "acs" else 0.0)
-    assert AntParameters.of(algorithm, AcoOptions(), 80, True).ants == (10 if algorithm == "acs" else 25)
+    assert AntParameters.from_options(algorithm, AcoOptions(), 80, True).ants == (10 if algorithm == "acs" else 25)
 
 
 @pytest.mark.parametrize(
@@ -229,7 +229,7 @@ def test_parameters_are_those_recommended_by_the_book(algorithm: str, ants: int,
 )
 def test_the_first_trails_and_the_variables_of_a_step(algorithm: str, initial: float, own: dict[str, float]) -> None:
     """Box 3.1 of the book, with 5 ants, ρ = 0.2 and a nearest-neighbour tour of 40."""
-    parameters = AntParameters.of(algorithm, OPTIONS, N, True)
+    parameters = AntParameters.from_options(algorithm, OPTIONS, N, True)
     trails = TRAILS[algorithm](LISTS, parameters, C_NN)
     assert trails.pheromone.tolist() == [[pytest.approx(initial)] * 5] * N
     assert trails.offset == pytest.approx(1e-3 * 40.0 / 6)
@@ -239,10 +239,10 @@ def test_the_first_trails_and_the_variables_of_a_step(algorithm: str, initial: f
         "alpha": 1.5, "beta": 3.0, "rho": 0.2, "m": 5, "tau_0": pytest.approx(initial),
         "epsilon": pytest.approx(1e-3 * 40.0 / 6), "c_best": 30.0, "lambda": 5.0,
     }  # fmt: skip
-    assert trails.step(best) == SearchStep(algorithm, values | own, "", 0, ())
+    assert trails.describe_iteration(best) == SearchStep(algorithm, values | own, "", 0, ())
     trails.depositor, trails.iteration_best = "best", 44.0
     place = NextPlace(place=1, cost=2.0, pheromone=3.0, attraction=4.0, probability=0.5)
-    assert trails.step(best, 3, (place,)) == SearchStep(
+    assert trails.describe_iteration(best, 3, (place,)) == SearchStep(
         algorithm, values | {"c_iteration": 44.0} | own, "best", 3, (place,)
     )
 
@@ -256,28 +256,32 @@ def test_all_parameters_of_an_algorithm() -> None:
         greedy_probability=0.7,
         initial_pheromone=0.25,
     )
-    assert AntParameters.of("acs", given, 80, False) == AntParameters(
+    assert AntParameters.from_options("acs", given, 80, False) == AntParameters(
         "acs", 4, 1.5, 3.0, 0.3, 4, 4, 0.7, 0.1, False, 0.25
     )
-    assert AntParameters.of("asrank", given, 80, True) == AntParameters(
+    assert AntParameters.from_options("asrank", given, 80, True) == AntParameters(
         "asrank", 4, 1.5, 3.0, 0.3, 4, 4, 0.0, 0.0, True, 0.25
     )
     many = AcoOptions(n_ants="parts")
-    assert AntParameters.of("mmas", many, 80, True).ants == 80
-    assert AntParameters.of("mmas", AcoOptions(), 80, True).rate == 0.2
-    assert [AntParameters.of("as", AcoOptions(), n, False).ants for n in (999, 1000, 1001)] == [999, 1000, 1000]
-    assert AntParameters.of("asrank", AcoOptions(), 80, False).ranks == 6
+    assert AntParameters.from_options("mmas", many, 80, True).ants == 80
+    assert AntParameters.from_options("mmas", AcoOptions(), 80, True).rate == 0.2
+    assert [AntParameters.from_options("as", AcoOptions(), n, False).ants for n in (999, 1000, 1001)] == [
+        999,
+        1000,
+        1000,
+    ]
+    assert AntParameters.from_options("asrank", AcoOptions(), 80, False).ranks == 6
     for ants, initial in ((1, 5.0), (2, 5.0), (3, 15.0)):
-        few = AntParameters.of("asrank", AcoOptions(n_ants=ants, evaporation_rate=0.2), 80, False)
+        few = AntParameters.from_options("asrank", AcoOptions(n_ants=ants, evaporation_rate=0.2), 80, False)
         assert TRAILS["asrank"](LISTS, few, 1.0).initial == pytest.approx(initial)
-    assert AntParameters.of("as", AcoOptions(), 80, True).initial is None
+    assert AntParameters.from_options("as", AcoOptions(), 80, True).initial is None
     for name, rate in (("as", 0.5), ("eas", 0.5), ("asrank", 0.1), ("mmas", 0.2), ("acs", 0.1)):
-        assert AntParameters.of(name, AcoOptions(), 80, True).rate == rate
+        assert AntParameters.from_options(name, AcoOptions(), 80, True).rate == rate
 
 
 def test_a_trail_limit_is_a_share_by_the_chance_of_the_best_tour_or_by_the_number_of_nodes() -> None:
     """Equation 3.9 for lists of one edge, of which half an edge counts as one; it never exceeds the upper limit."""
-    plain = AntParameters.of("mmas", OPTIONS, 50, False)
+    plain = AntParameters.from_options("mmas", OPTIONS, 50, False)
     root = 0.05 ** (1 / 50)
     assert trail_limit_ratio(plain, 50, 16) == pytest.approx((1 - root) / (8.5 * root))
     assert trail_limit_ratio(plain, 50, 1) == pytest.approx((1 - root) / root)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.post.words import comment_lines, plain_text
+from leafcut.post.words import comment_lines, to_plain_ascii
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ from leafcut.post.words import comment_lines, plain_text
     ],
 )  # fmt: skip
 def test_each_special_character_has_a_plain_replacement(text: str, plain: str) -> None:
-    assert plain_text(text) == plain
+    assert to_plain_ascii(text) == plain
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_each_special_character_has_a_plain_replacement(text: str, plain: str) -
     ],
 )
 def test_a_comment_that_a_controller_would_obey_starts_differently(text: str, plain: str) -> None:
-    assert plain_text(text) == plain
+    assert to_plain_ascii(text) == plain
 
 
 def test_comment_lines_fit_and_each_of_them_is_plain() -> None:

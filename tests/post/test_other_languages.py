@@ -7,11 +7,11 @@ from collections.abc import Callable
 import pytest
 
 from leafcut.errors import PostError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.row_writer import Blocks
-from leafcut.post.words import NumberFormat, coolant_words, cycle_words, dwell_word, has_cycle, peck_text
+from leafcut.post.words import NumberFormat, coolant_words, cycle_words, dwell_word, format_peck, supports_cycle
 from leafcut.post.writer import write_program
 
 G81 = DrillCycle("G81", 2.0, -5.0)
@@ -20,7 +20,7 @@ G81 = DrillCycle("G81", 2.0, -5.0)
 def text_of(builder: ToolpathBuilder, name: str, *, header: tuple[str, ...] = (), names: bool = False) -> list[str]:
     builder.end()
     tools = {1: "drill 5 mm"} if names else {}
-    return write_program(builder.build(), dialect(name), PostOptions(), header, tool_names=tools).splitlines()
+    return write_program(builder.build(), load_dialect(name), PostOptions(), header, tool_names=tools).splitlines()
 
 
 def begun() -> ToolpathBuilder:
@@ -269,7 +269,7 @@ def test_what_a_controller_cannot_do_is_refused_with_the_reason(
 
 
 def test_coolant_words_state_what_is_switched() -> None:
-    linuxcnc = dialect("linuxcnc")
+    linuxcnc = load_dialect("linuxcnc")
     assert [coolant_words(mode, 0, linuxcnc) for mode in (0, 1, 2, 3)] == [["M9"], ["M7"], ["M8"], ["M7", "M8"]]
     assert coolant_words(3, 1, linuxcnc) == ["M7", "M8"] and coolant_words(0, 3, linuxcnc) == ["M9"]
     for mode, before in ((1, 3), (2, 3), (1, 2)):
@@ -280,7 +280,7 @@ def test_coolant_words_state_what_is_switched() -> None:
 
 
 def test_a_controller_without_mist_refuses_it() -> None:
-    without = next(d for d in map(dialect, ("grbl", "haas", "fanuc", "siemens")) if 7 not in d.m_codes)
+    without = next(d for d in map(load_dialect, ("grbl", "haas", "fanuc", "siemens")) if 7 not in d.m_codes)
     with pytest.raises(PostError) as refused:
         coolant_words(1, 0, without)
     assert str(refused.value) == f"{without.name} has no M7 (mist)"
@@ -294,12 +294,12 @@ def test_a_controller_without_mist_refuses_it() -> None:
     ],
 )  # fmt: skip
 def test_a_dwell_is_in_the_unit_of_the_controller(name: str, seconds: float, word: str) -> None:
-    assert dwell_word(seconds, dialect(name)) == word
+    assert dwell_word(seconds, load_dialect(name)) == word
 
 
 def test_cycles_have_their_words_in_order() -> None:
     mm = NumberFormat(False, 3, False)
-    linuxcnc, fagor = dialect("linuxcnc"), dialect("fagor8055")
+    linuxcnc, fagor = load_dialect("linuxcnc"), load_dialect("fagor8055")
     assert cycle_words(G81, mm, linuxcnc) == ("G81", ["Z-5", "R2"])
     assert cycle_words(DrillCycle("G82", 2.0, -5.0, dwell=0.5), mm, linuxcnc) == ("G82", ["Z-5", "R2", "P0.5"])
     assert cycle_words(DrillCycle("G83", 2.0, -5.0, peck=3.0), mm, linuxcnc) == ("G83", ["Z-5", "R2", "Q3"])
@@ -308,8 +308,11 @@ def test_cycles_have_their_words_in_order() -> None:
     assert cycle_words(DrillCycle("G85", 2.0, -5.0), mm, linuxcnc) == ("G85", ["Z-5", "R2"])
     assert cycle_words(DrillCycle("G82", 2.0, -5.0, dwell=0.5), mm, fagor) == ("G81", ["Z2", "I-5", "K50"])
     assert cycle_words(G81, mm, fagor) == ("G81", ["Z2", "I-5"])
-    assert [has_cycle(DrillCycle(n, 2.0, -5.0, peck=1.0), dialect("grbl")) for n in ("G81", "G83")] == [False, False]
-    assert has_cycle(DrillCycle("G84", 2.0, -5.0, dwell=1.0), linuxcnc)
+    assert [supports_cycle(DrillCycle(n, 2.0, -5.0, peck=1.0), load_dialect("grbl")) for n in ("G81", "G83")] == [
+        False,
+        False,
+    ]
+    assert supports_cycle(DrillCycle("G84", 2.0, -5.0, dwell=1.0), linuxcnc)
 
 
 @pytest.mark.parametrize(
@@ -319,11 +322,11 @@ def test_cycles_have_their_words_in_order() -> None:
 def test_a_peck_is_rounded_to_the_same_number_of_pecks(peck: float, text: str) -> None:
     """From R2 to Z-8 are 10 mm."""
     cycle = DrillCycle("G83", 2.0, -8.0, peck=peck)
-    assert peck_text(cycle, NumberFormat(False, 3, False)) == text
+    assert format_peck(cycle, NumberFormat(False, 3, False)) == text
 
 
 def test_blocks_leave_out_active_words_and_number_their_lines() -> None:
-    out = Blocks(dialect("linuxcnc"), numbered=True)
+    out = Blocks(load_dialect("linuxcnc"), numbered=True)
     out.write(out.modal("motion", "G0"), "", "X1")
     out.write(out.modal("motion", "G0"))
     out.write(out.modal("motion", "G1"), "X2")
@@ -334,8 +337,8 @@ def test_blocks_leave_out_active_words_and_number_their_lines() -> None:
     out.write("X5")
     out.comment("a note")
     assert out.lines == ["N10 G0 X1", "N20 G1 X2", "N30 G1 X3", "N99990 X4", "N10 X5", "(a note)"]
-    limit = dialect("linuxcnc").max_line
-    plain = Blocks(dialect("linuxcnc"), numbered=False)
+    limit = load_dialect("linuxcnc").max_line
+    plain = Blocks(load_dialect("linuxcnc"), numbered=False)
     plain.write("X" * limit)
     with pytest.raises(PostError) as refused:
         plain.write("X" * (limit + 1))
@@ -343,7 +346,7 @@ def test_blocks_leave_out_active_words_and_number_their_lines() -> None:
 
 
 def test_a_controller_with_one_command_per_line_repeats_the_motion() -> None:
-    single = next(d for d in map(dialect, ("marlin", "rrf", "grbl")) if d.one_command)
+    single = next(d for d in map(load_dialect, ("marlin", "rrf", "grbl")) if d.one_command)
     out = Blocks(single, numbered=False)
     out.write("G90", "M3", "S5", out.modal("motion", "G0"), "X1")
     out.write(out.modal("motion", "G0"), "X2")
@@ -369,9 +372,9 @@ def test_a_controller_with_one_command_per_line_repeats_the_motion() -> None:
 def test_units_and_numbers_that_a_controller_lacks_are_refused(name: str, options: PostOptions, message: str) -> None:
     builder = begun()
     builder.end()
-    assert write_program(builder.build(), dialect(name), PostOptions(output_units="mm"))
+    assert write_program(builder.build(), load_dialect(name), PostOptions(output_units="mm"))
     with pytest.raises(PostError) as refused:
-        write_program(builder.build(), dialect(name), options)
+        write_program(builder.build(), load_dialect(name), options)
     assert str(refused.value) == message
 
 
@@ -384,7 +387,7 @@ def test_a_toolpath_has_one_end() -> None:
         (builder.build(), "the toolpath continues after its end"),
     ):
         with pytest.raises(PostError) as refused:
-            write_program(path, dialect("linuxcnc"), PostOptions())
+            write_program(path, load_dialect("linuxcnc"), PostOptions())
         assert str(refused.value) == message
 
 
@@ -395,7 +398,7 @@ def test_the_next_tool_is_named_after_each_change_if_that_is_asked_for() -> None
         builder.rapid(z=10.0 + number)
     builder.end()
     for preselect, following in ((False, []), (True, ["T7", "T5"])):
-        text = write_program(builder.build(), dialect("haas"), PostOptions(), preselect_tool=preselect)
+        text = write_program(builder.build(), load_dialect("haas"), PostOptions(), preselect_tool=preselect)
         lines = text.splitlines()
         assert [line for line in lines if line in ("T4", "T7", "T5")] == following
         assert [line for line in lines if "M6" in line] == ["T4 M6", "T7 M6", "T5 M6"]

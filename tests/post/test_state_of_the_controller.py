@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from leafcut.errors import PostError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
@@ -24,7 +24,7 @@ def lines_of(name: str, moves: Moves, options: PostOptions | None = None, **give
     builder = ToolpathBuilder()
     moves(builder)
     builder.end()
-    words = dialect(name)
+    words = load_dialect(name)
     lines = write_program(builder.build(), words, options or PostOptions(), **given).splitlines()
     first = next(number for number, line in enumerate(lines) if words.preamble[-1] in line)
     return lines[first + 1 : lines.index(words.end_word) if words.end_word else None]

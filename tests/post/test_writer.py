@@ -9,11 +9,11 @@ import pytest
 from toolpaths import MILLING, two_tools, units_of
 
 from leafcut.errors import PostError
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
-from leafcut.post.words import comment_lines, plain_text
+from leafcut.post.words import comment_lines, to_plain_ascii
 from leafcut.post.writer import write_program
 
 G81 = DrillCycle("G81", 2.0, -5.0)
@@ -23,7 +23,7 @@ def written(b: ToolpathBuilder, name: str = "linuxcnc", end: bool = True, **opti
     """Return the blocks after the preamble, without the end."""
     if end:
         b.end()
-    text = write_program(b.build(), dialect(name), PostOptions(**options))
+    text = write_program(b.build(), load_dialect(name), PostOptions(**options))
     lines = [line for line in text.splitlines() if line != "%"]
     last_of_head = next(n for n, line in enumerate(lines) if "G54" in line)
     body = lines[last_of_head + 1 :]
@@ -42,9 +42,9 @@ def started(z: float = 10.0) -> ToolpathBuilder:
 def test_units_and_z_come_before_any_move_in_the_plane(name: str) -> None:
     """The first words are the units, then plane, absolute and cancelled modes; the first move is Z alone."""
     for units in units_of(name):
-        text = write_program(two_tools(name), dialect(name), PostOptions(output_units=units))
+        text = write_program(two_tools(name), load_dialect(name), PostOptions(output_units=units))
         blocks = [line for line in text.splitlines() if not line.startswith(("%", "O", "(", ";"))]
-        profile = dialect(name)
+        profile = load_dialect(name)
         blocks = blocks[len(profile.opening) :]
         assert blocks[0] == (profile.units_mm if units == "mm" else profile.units_inch)
         heads = {"G17", "G90", "G40", "G80", "G94", "G54"} & set(profile.g_words.split())
@@ -155,7 +155,7 @@ def test_a_tool_change_ends_with_a_move_in_z_that_takes_up_its_length(name: str,
     b.rapid(0.0, 0.0)
     b.rapid(0.0, 0.0, 5.0)
     b.end()
-    text = write_program(b.build(), dialect(name), PostOptions(), tool_names={7: "drill"})
+    text = write_program(b.build(), load_dialect(name), PostOptions(), tool_names={7: "drill"})
     lines = text.splitlines()
     start = lines.index(words[0])
     assert lines[start : start + len(words)] == words
@@ -193,7 +193,7 @@ def test_blocks_can_be_numbered() -> None:
     """N10, N20, …; the frame and comments carry no number."""
     b = started()
     b.end()
-    lines = write_program(b.build(), dialect("haas"), PostOptions(line_numbers=True), ["part"]).splitlines()
+    lines = write_program(b.build(), load_dialect("haas"), PostOptions(line_numbers=True), ["part"]).splitlines()
     assert lines[:4] == ["%", "O0001 (part)", "(part)", "N10 G21"] and lines[-2:] == ["N60 M30", "%"]
 
 
@@ -202,7 +202,7 @@ def test_the_program_number_and_the_header_are_options() -> None:
     b = started()
     b.end()
     options = PostOptions(program_number=42, header=False)
-    lines = write_program(b.build(), dialect("fanuc"), options, ["part"]).splitlines()
+    lines = write_program(b.build(), load_dialect("fanuc"), options, ["part"]).splitlines()
     assert lines[1] == "O0042" and not any("(" in line for line in lines)
 
 
@@ -210,7 +210,7 @@ def test_mach3_programs_say_which_setting_their_dwells_need() -> None:
     """A fact that the machine decides is written where the person at the machine reads it."""
     b = started()
     b.end()
-    assert "must be off" in write_program(b.build(), dialect("mach3"), PostOptions(), ["part"])
+    assert "must be off" in write_program(b.build(), load_dialect("mach3"), PostOptions(), ["part"])
 
 
 def test_the_spindle_is_given_time_to_start() -> None:
@@ -222,7 +222,7 @@ def test_the_spindle_is_given_time_to_start() -> None:
     b.spindle(100.0)
     b.dwell(9.0)
     b.end()
-    text = write_program(b.build(), dialect("linuxcnc"), PostOptions(), spindle_start_s=3.0)
+    text = write_program(b.build(), load_dialect("linuxcnc"), PostOptions(), spindle_start_s=3.0)
     assert text.splitlines()[-7:] == ["S100 M3", "G4 P3", "S200 M3", "M5", "S100 M3", "G4 P9", "M2"]
 
 
@@ -244,7 +244,7 @@ def test_the_spindle_is_given_time_to_start() -> None:
 )
 def test_comments_are_plain_ascii_that_no_controller_acts_on(text: str, plain: str) -> None:
     """No parentheses, no line ends, no active comments, no characters that act at once."""
-    assert plain_text(text) == plain
+    assert to_plain_ascii(text) == plain
 
 
 def test_long_comments_are_split_into_lines_that_fit() -> None:
@@ -263,9 +263,9 @@ def test_a_header_cannot_smuggle_in_a_block() -> None:
     b.end()
     path, evil = b.build(), "x)\nG0 Z-99\n%\n(y\rM3 S9 ; G1 Z-5 \u2028 G2"
     for name in MILLING:
-        text = write_program(path, dialect(name), PostOptions(), [evil, evil * 9], tool_names={1: evil})
-        assert text.isascii() and all(len(line) <= dialect(name).max_line for line in text.splitlines())
-        read = [m.kind for m in interpret(text, dialect(name)) if m.kind is not Kind.OFFSET]
+        text = write_program(path, load_dialect(name), PostOptions(), [evil, evil * 9], tool_names={1: evil})
+        assert text.isascii() and all(len(line) <= load_dialect(name).max_line for line in text.splitlines())
+        read = [m.kind for m in interpret_own_program(text, load_dialect(name)) if m.kind is not Kind.OFFSET]
         assert read == [Kind.RAPID, Kind.RAPID, Kind.TOOL, Kind.RAPID, Kind.END]
 
 
@@ -363,7 +363,7 @@ def test_what_could_break_something_is_refused(fault: object, name: str, reason:
     fault(b)  # type: ignore[operator]
     b.end()
     with pytest.raises(PostError, match=reason) as caught:
-        write_program(b.build(), dialect(name), PostOptions())
+        write_program(b.build(), load_dialect(name), PostOptions())
     assert "\n" not in str(caught.value)
 
 
@@ -378,8 +378,8 @@ def test_a_tool_is_not_changed_by_hand_at_a_turning_spindle() -> None:
     with pytest.raises(
         PostError, match=r"a manual tool change is planned while the spindle is running; stop the spindle first"
     ):
-        write_program(b.build(), dialect("grbl"), PostOptions())
-    assert "T2 M6" in write_program(b.build(), dialect("haas"), PostOptions())
+        write_program(b.build(), load_dialect("grbl"), PostOptions())
+    assert "T2 M6" in write_program(b.build(), load_dialect("haas"), PostOptions())
 
 
 @pytest.mark.parametrize("name", ["grbl", "mach3", "fagor8055"])
@@ -395,7 +395,7 @@ def test_a_toolpath_must_end_once() -> None:
     """Rows after the end, or no end at all, are faults of the toolpath."""
     for motions in ([], [Motion(Kind.END, (0, 0, 0), 0, 0, 0)] * 2):
         with pytest.raises(PostError, match="end"):
-            write_program(Toolpath.of_motions(motions), dialect("haas"), PostOptions())
+            write_program(Toolpath.of_motions(motions), load_dialect("haas"), PostOptions())
 
 
 def test_mist_is_refused_where_there_is_none() -> None:
@@ -422,7 +422,7 @@ def test_blending_is_written_or_refused(name: str) -> None:
     b.blending(640, 0.1)
     b.feed(x=1.0, feed=5.0)
     b.end()
-    profile = dialect(name)
+    profile = load_dialect(name)
     if profile.corner_tolerance or profile.rounding:
         assert "G64" in write_program(b.build(), profile, PostOptions())
     else:

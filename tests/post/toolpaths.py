@@ -7,7 +7,7 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.dialects import dialect_names, load_dialect
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
 
 #: Dialects that tap (G84).
@@ -15,12 +15,12 @@ TAPPING = ("fanuc", "haas", "linuxcnc", "mach4")
 
 
 #: Dialects that write any work of a mill; those for drilling only are apart.
-MILLING = [name for name in dialects(torch=False) if dialect(name).language != "klartext"]
+MILLING = [name for name in dialect_names(torch=False) if load_dialect(name).language != "klartext"]
 
 
 def units_of(name: str) -> tuple[str, ...]:
     """The units that programs of a dialect can be in."""
-    return ("mm", "inch") if dialect(name).units_inch else ("mm",)
+    return ("mm", "inch") if load_dialect(name).units_inch else ("mm",)
 
 
 def two_tools(name: str) -> Toolpath:
@@ -61,7 +61,7 @@ def two_tools(name: str) -> Toolpath:
     b.arc(False, (50.0, 0.0, -1.0), Arc((50.0, 3.0, -1.0)), feed=4.0)
     b.arc(True, (50.0, 0.0, -2.0), Arc((48.0, 0.0, -1.0)), feed=3.0)
     b.rapid(z=25.0)
-    if dialect(name).has_machine_moves:
+    if load_dialect(name).has_machine_moves:
         b.machine(z=0.0)
     b.spindle(0.0)
     b.end()
@@ -113,7 +113,7 @@ def _change_tool(draw: st.DrawFn, b: ToolpathBuilder, backwards: bool, to_zero: 
 def planned(draw: st.DrawFn, names: tuple[str, ...], to_zero: bool = True, may_stop: bool = True) -> Toolpath:
     """Any toolpath as the planner creates it: Z first, a Z move after every tool, arcs on their circle.
 
-    With `may_stop`, stops may be optional.
+    With `may_stop_program`, stops may be optional.
     """
     b = ToolpathBuilder()
     # LinuxCNC taps with the spindle turning forwards only.

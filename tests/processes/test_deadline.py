@@ -37,7 +37,7 @@ def given_to(works: list[float], takes: Callable[[float], float], limit: float |
     """Return the time limits of searches with these amounts of work, each of which uses a share of its limit."""
     deadline, left, given = Deadline(limit), sum(works), []
     for work in works:
-        part = deadline.part(work / left)
+        part = deadline.for_share(work / left)
         given.append(part.seconds)
         part.subtract(takes(part.seconds or 0.0))
         left -= work
@@ -62,12 +62,12 @@ def test_a_small_overrun_of_each_search_does_not_add_up() -> None:
     """Five searches that each take half a second too long end half a second late, not two and a half."""
     deadline = Deadline(10.0)
     for left in range(5, 0, -1):
-        part = deadline.part(1.0 / left)
+        part = deadline.for_share(1.0 / left)
         part.subtract(part.limit + 0.5)
     assert deadline.left == 0.0
     deadline = Deadline(10.5 + 1e-9)
     for left in range(5, 0, -1):
-        part = deadline.part(1.0 / left)
+        part = deadline.for_share(1.0 / left)
         part.subtract(part.limit)
     assert deadline.left <= 1e-9
 
@@ -83,7 +83,7 @@ def test_a_limit_is_never_zero() -> None:
     """`SolveOptions` refuses it."""
     deadline = Deadline(0.002)
     deadline.subtract(1.0)
-    assert deadline.seconds == deadline.part(0.5).seconds == pytest.approx(0.001)
+    assert deadline.seconds == deadline.for_share(0.5).seconds == pytest.approx(0.001)
 
 
 def test_a_search_without_a_clock_of_its_own_stops_at_its_deadline_or_when_cancelled(
@@ -92,7 +92,7 @@ def test_a_search_without_a_clock_of_its_own_stops_at_its_deadline_or_when_cance
     now, cancelled = [100.0], threading.Event()
     monkeypatch.setattr(module, "clock", lambda: now[0])
     deadline = Deadline(10.0)
-    with deadline.part(0.5).running(cancelled) as late:
+    with deadline.for_share(0.5).running(cancelled) as late:
         now[0] += 4.9
         assert not late()
         now[0] += 0.2
@@ -108,13 +108,13 @@ def test_a_search_without_a_clock_of_its_own_stops_at_its_deadline_or_when_cance
 @pytest.mark.parametrize(("bound", "searched"), [(True, 9.0), (False, 10.0)])
 def test_a_tenth_of_the_limit_is_kept_for_lower_bounds(bound: bool, searched: float) -> None:
     options = SolveOptions(time_limit=10.0, bound=bound)
-    assert Deadline.of(options).seconds == pytest.approx(searched)
-    assert Deadline.of_bounds(options).seconds == pytest.approx(1.0)
+    assert Deadline.from_options(options).seconds == pytest.approx(searched)
+    assert Deadline.for_bounds(options).seconds == pytest.approx(1.0)
 
 
 def test_without_a_limit_a_lower_bound_is_never_late() -> None:
-    assert Deadline.of(SolveOptions()).seconds is None
-    assert Deadline.of_bounds(SolveOptions()).seconds is None
+    assert Deadline.from_options(SolveOptions()).seconds is None
+    assert Deadline.for_bounds(SolveOptions()).seconds is None
 
 
 def test_all_lower_bounds_of_a_run_share_a_tenth_of_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -126,7 +126,7 @@ def test_all_lower_bounds_of_a_run_share_a_tenth_of_the_limit(monkeypatch: pytes
             now[0] += 0.01
 
     settings = collect_settings({"time_limit": 10.0})
-    limits = Deadline.of(settings.solve), Deadline.of_bounds(settings.solve)
+    limits = Deadline.from_options(settings.solve), Deadline.for_bounds(settings.solve)
     job = Job(settings, machine_of(settings), limits[0], bounds=limits[1])
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (9, 2)))
     stages = [Stage(problem, False, np.arange(9, dtype=np.int32), name) for name in "ab"]
@@ -150,22 +150,22 @@ def test_the_clock_of_a_search_runs_while_its_instance_is_built(monkeypatch: pyt
         monkeypatch.setattr(place, name, later)
 
     slow(algorithms.Algorithm, "instance", 2.0)
-    slow(solving, "checked_pairs", 1.0)
+    slow(solving, "validate_pairs", 1.0)
     slow(solving, "check_options", 100.0)
-    slow(certificate, "certify", 1000.0)
+    slow(certificate, "add_lower_bound", 1000.0)
     monkeypatch.setattr(stop, "clock", lambda: now[0])
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (9, 2)))
     assert solving.solve(problem, SolveOptions(algorithm="nn", time_limit=10.0)).seconds == 3.0
 
 
 def test_the_seconds_of_an_exact_solution_include_its_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    now, best_nodes = [0.0], solving.best_nodes
+    now, best_nodes = [0.0], solving.solve_exactly
 
     def slow(*given: Any) -> Any:
         now[0] += 2.0
         return best_nodes(*given)
 
-    monkeypatch.setattr(solving, "best_nodes", slow)
+    monkeypatch.setattr(solving, "solve_exactly", slow)
     monkeypatch.setattr(stop, "clock", lambda: now[0])
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (7, 2)))
     problem = replace(problem, precedence=np.array([[0, 6]], dtype=np.int32))
@@ -174,13 +174,13 @@ def test_the_seconds_of_an_exact_solution_include_its_search(monkeypatch: pytest
 
 
 def test_a_stage_with_given_first_choices_gets_one_lower_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    bounds, certify = list[int](), certificate.certify
+    bounds, certify = list[int](), certificate.add_lower_bound
 
     def counted(problem: RoutingProblem, *given: Any, **named: Any) -> Any:
         bounds.append(problem.n_clusters)
         return certify(problem, *given, **named)
 
-    monkeypatch.setattr(certificate, "certify", counted)
+    monkeypatch.setattr(certificate, "add_lower_bound", counted)
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (12, 2)))
     nodes = np.arange(12, dtype=np.int32)
     settings = collect_settings({"preset": "fast", "threads": 1})
@@ -191,7 +191,7 @@ def test_a_stage_with_given_first_choices_gets_one_lower_bound(monkeypatch: pyte
 
 def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
     settings, given = collect_settings({"time_limit": 10.0}), list[float | None]()
-    run = Job(settings, machine_of(settings), Deadline.of(settings.solve))
+    run = Job(settings, machine_of(settings), Deadline.from_options(settings.solve))
 
     def path(_: object, one: Job, grids: object) -> PocketPath:
         given.append(one.deadline.seconds)

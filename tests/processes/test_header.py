@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from leafcut._version import __version__
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.model.measure import Measure
 from leafcut.model.part import Part, ProgramZero
 from leafcut.model.plan import Candidate, Order
@@ -31,7 +31,7 @@ def header_of(
 ) -> list[str]:
     """Return the header of a program that takes 60 s, 75 s in the order before; without its digest line."""
     job = Job(settings, load_machine("linuxcnc-mill"), Deadline())
-    work = Plan(job=job, part=part, dialect=dialect("linuxcnc"), work=None, kind="drill", tools=tools, **plan)
+    work = Plan(job=job, part=part, dialect=load_dialect("linuxcnc"), work=None, kind="drill", tools=tools, **plan)
     given, best = (Candidate(Order(()), path, Measure(0.0, 0.0, seconds)) for seconds in (75.0, 60.0))
     return header_lines(work, given, best, "drill")[:-1]
 

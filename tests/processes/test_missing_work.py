@@ -13,7 +13,7 @@ from rich.console import Console
 from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import LeafcutError
-from leafcut.model.issue import Issue, MissingWork, Severity, missing_words
+from leafcut.model.issue import Issue, MissingWork, Severity, missing_work_text
 from leafcut.processes.registry import report_of
 from leafcut.report.page import path_svg, report_page_html
 from leafcut.report.summary import print_summary
@@ -123,4 +123,4 @@ def test_an_issue_of_missing_work_has_its_severity_and_the_other_way_round() -> 
     assert Issue("L611", "not cut", severity=Severity.MISSING).missing
     note = issue.as_note()
     assert (note.severity, note.missing, note.message) == (Severity.NOTE, None, "not cut")
-    assert missing_words([issue, note, issue, Issue("L611", "", missing=MissingWork("hole"))]) == "4 parts, 1 hole"
+    assert missing_work_text([issue, note, issue, Issue("L611", "", missing=MissingWork("hole"))]) == "4 parts, 1 hole"

@@ -33,7 +33,7 @@ from leafcut.processes.settings import collect_settings
 from leafcut.read import Source, read, read_contours, read_pockets
 from leafcut.read.joining import read_drill_files
 from leafcut.read.machine import load_machine
-from leafcut.read.reference import outline_of
+from leafcut.read.reference import closed_outlines
 from leafcut.report.page import report_page_html
 from leafcut.report.summary import print_summary
 
@@ -143,7 +143,7 @@ def test_the_zero_of_a_mirrored_and_rotated_part_is_stated_in_the_drawing(plate:
 
 
 def boxes(part: Part) -> tuple[float, ...]:
-    return outline_of(part).extents
+    return closed_outlines(part).extents
 
 
 def test_the_corner_is_that_of_the_union_of_all_closed_outlines() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.proof.clearance import check_clearance
@@ -41,7 +41,7 @@ def test_drilling_is_safe_as_cycles_and_move_by_move(cycle: DrillCycle) -> None:
         builder.drill(x, 0.0, cycle, feed=2.0)
     builder.rapid(z=10.0)
     assert whats(builder) == []
-    assert whats(expand(builder.build())) == []
+    assert whats(expand_cycles(builder.build())) == []
 
 
 @pytest.mark.parametrize(("back", "faults"), [(2.0, []), (1.0, ["rapid into the part"])])

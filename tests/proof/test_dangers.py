@@ -9,7 +9,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import VerifyError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.issue import Issue, Severity
 from leafcut.proof.dangers import find_dangers
@@ -21,7 +21,7 @@ HEAD = "G21 G90 G17\nM3 S1000\nG0 Z5\nG0 X0 Y0\n"
 
 def dangers(text: str, process: str = "mill", words: str = "linuxcnc") -> list[Issue]:
     """Return the dangers reported for a program."""
-    return find_dangers(interpret_program(HEAD + text, dialect(words)), load_machine("linuxcnc-mill"), process)
+    return find_dangers(interpret_program(HEAD + text, load_dialect(words)), load_machine("linuxcnc-mill"), process)
 
 
 def codes(text: str, process: str = "mill", words: str = "linuxcnc") -> list[str]:
@@ -68,7 +68,7 @@ def test_a_series_of_cycles_rises_on_a_slant_in_linuxcnc_for_dangers_and_times_a
     assert [issue.code for issue in dangers(f"{head}{series}M2\n")] == told
     machine = load_machine("linuxcnc-mill")
     slanting, written = (
-        measure_toolpath(interpret_program(f"{HEAD}{text}M2\n", dialect("linuxcnc")).path, machine)
+        measure_toolpath(interpret_program(f"{HEAD}{text}M2\n", load_dialect("linuxcnc")).path, machine)
         for text in (series, moves)
     )
     assert (slanting.travel_mm, slanting.cut_mm) == pytest.approx((written.travel_mm, written.cut_mm))
@@ -213,7 +213,7 @@ def test_a_danger_tells_how_often_and_where_first() -> None:
 
 def test_a_program_that_never_starts_its_spindle_has_one_that_is_switched_by_hand() -> None:
     """A warning, no danger in every line."""
-    program = interpret_program("G21 G90\nG0 X0 Y0 Z5\nG1 Z-1 F100\nX5\nX9\nG0 Z5\nM2\n", dialect("linuxcnc"))
+    program = interpret_program("G21 G90\nG0 X0 Y0 Z5\nG1 Z-1 F100\nX5\nX9\nG0 Z5\nM2\n", load_dialect("linuxcnc"))
     (issue,) = find_dangers(program, load_machine("linuxcnc-mill"), "mill")
     assert (issue.code, issue.severity) == ("L803", Severity.WARNING)
 

@@ -8,7 +8,7 @@ import pytest
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, ToolpathBuilder
-from leafcut.proof.difference import cap_differences, describe_motion, end_texts, position_text
+from leafcut.proof.difference import describe_motion, limit_differences, position_text, start_and_end_texts
 
 NAN = math.nan
 
@@ -100,8 +100,8 @@ def test_a_move_has_the_position_before_it_as_its_start() -> None:
     builder.rapid(1.0, 2.0)
     builder.rapid(z=3.0)
     path = builder.build()
-    assert end_texts(path, 0) == ("an unknown position", "X1.000 Y2.000 and an unknown Z")
-    assert end_texts(path, 1) == ("X1.000 Y2.000 and an unknown Z", "X1.000 Y2.000 Z3.000")
+    assert start_and_end_texts(path, 0) == ("an unknown position", "X1.000 Y2.000 and an unknown Z")
+    assert start_and_end_texts(path, 1) == ("X1.000 Y2.000 and an unknown Z", "X1.000 Y2.000 Z3.000")
 
 
 @pytest.mark.parametrize(
@@ -110,4 +110,4 @@ def test_a_move_has_the_position_before_it_as_its_start() -> None:
 def test_fifty_differences_are_listed_and_the_others_counted(n: int, count: int | None, more: int) -> None:
     given = [Difference("feed", k, k, "") for k in range(n)]
     rest = [Difference("and more", 0, 0, f"{more} more differences")] if more else []
-    assert cap_differences(given, count) == given[: min(n, 50)] + rest
+    assert limit_differences(given, count) == given[: min(n, 50)] + rest

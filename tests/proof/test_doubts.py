@@ -7,17 +7,17 @@ from pathlib import Path
 import pytest
 
 import leafcut
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.issue import Issue, Severity
-from leafcut.proof.doubts import find_doubts
+from leafcut.proof.doubts import find_probable_mistakes
 
 HEAD = "G21 G90 G17\nT1 M6\nG0 Z5.\nG0 X0. Y0.\nM{} S1000\n"
 CUT = "G1 Z-1. F100.\nX10.\nG0 Z5.\nM2\n"
 
 
 def doubts(text: str, process: str = "mill", words: str = "linuxcnc") -> list[Issue]:
-    return find_doubts(interpret_program(text, dialect(words)), dialect(words), process)
+    return find_probable_mistakes(interpret_program(text, load_dialect(words)), load_dialect(words), process)
 
 
 @pytest.mark.hazard

@@ -11,7 +11,7 @@ from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
-from leafcut.proof.envelope import check_envelope
+from leafcut.proof.envelope import check_machine_limits
 
 #: 400 × 200 × 300 mm; program zero 100 mm from the left and front limits, 250 mm above the lowest z.
 MILL = Machine(
@@ -37,7 +37,7 @@ def moves(*places: tuple[float, float, float]) -> Toolpath:
 
 
 def whats(path: Toolpath, machine: Machine = MILL) -> list[str]:
-    return [str(d) for d in check_envelope(path, machine)]
+    return [str(d) for d in check_machine_limits(path, machine)]
 
 
 def test_a_job_inside_the_travel_has_no_fault_up_to_the_limits() -> None:
@@ -145,7 +145,7 @@ def test_no_spindle_is_named_where_none_turns(head: Head, told: list[str]) -> No
     """S is the power of a laser, and has no meaning for a torch or a jet."""
     builder = ToolpathBuilder()
     builder.spindle(6001)
-    assert [found.text for found in check_envelope(builder.build(), replace(MILL, head=head))] == told
+    assert [found.text for found in check_machine_limits(builder.build(), replace(MILL, head=head))] == told
 
 
 def test_every_exceeded_limit_is_one_difference_with_its_first_line_and_numbers() -> None:
@@ -160,7 +160,7 @@ def test_every_exceeded_limit_is_one_difference_with_its_first_line_and_numbers(
     builder.feed(x=0.0, feed=25.0, line=7)
     builder.arc(False, (0.0, 2.0, 0.0), Arc((0.0, 1.0, 0.0)), feed=0.0, line=8)
     builder.drill(2.0, 0.0, DrillCycle("G81", 1.0, -1.0), feed=30.0, line=9)
-    assert check_envelope(builder.build(), MILL) == [
+    assert check_machine_limits(builder.build(), MILL) == [
         Difference(
             "outside travel",
             0,
@@ -208,7 +208,7 @@ def test_a_feed_may_exceed_the_limit_by_half_a_percent(feed: float, high: bool) 
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)
     builder.feed(x=1.0, feed=feed)
-    assert [d.what for d in check_envelope(builder.build(), MILL)] == ["feed too high"] * high
+    assert [d.what for d in check_machine_limits(builder.build(), MILL)] == ["feed too high"] * high
 
 
 @pytest.mark.parametrize(
@@ -218,7 +218,7 @@ def test_a_feed_is_shown_with_six_digits_or_in_thousands(feed: float, shown: str
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)
     builder.feed(x=1.0, feed=feed)
-    (found,) = check_envelope(builder.build(), replace(MILL, max_feed=10.0))
+    (found,) = check_machine_limits(builder.build(), replace(MILL, max_feed=10.0))
     assert found.text.startswith(f"the feed is {shown} mm/min, the machine allows at most 600;")
 
 
@@ -238,5 +238,5 @@ def test_every_hole_counts_with_its_own_cycle() -> None:
     builder.drill(0.0, 0.0, DrillCycle("G81", 2.0, -5.0), feed=2.0, line=4)
     builder.drill(1.0, 0.0, DrillCycle("G81", 51.0, -251.0), feed=2.0, line=5)
     builder.drill(2.0, 0.0, DrillCycle("G81", 2.0, -5.0), feed=2.0, line=6)
-    (found,) = check_envelope(builder.build(), MILL)
+    (found,) = check_machine_limits(builder.build(), MILL)
     assert found.new == 5 and found.text.endswith("; number of such positions: 3")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.geometry.zones import path_around_zones, touches_any_zone
 from leafcut.model.difference import Difference
@@ -186,14 +186,14 @@ def test_where_there_is_no_way_round_none_is_made() -> None:
 def test_a_way_that_nobody_knows_is_taken_to_meet_an_obstacle_unless_the_tool_is_up(block: str, seen: bool) -> None:
     words = "haas" if "G65" in block else "linuxcnc"
     text = f"G21 G90 G17\nT1 M6\nS1000 M3\nG0 X0. Y0.\nG43 H1 Z5.\nG1 Z1. F100.\n{block}\nM30\n"
-    found = check_obstacles(interpret_program(text, dialect(words)).path, [[15, 5, 25, 15]], 20.0)
+    found = check_obstacles(interpret_program(text, load_dialect(words)).path, [[15, 5, 25, 15]], 20.0)
     assert [d.what for d in found] == ([] if seen else ["may cross an obstacle"])
 
 
 def test_a_cut_is_the_first_difference_although_many_rapids_cross_the_obstacle_before_it() -> None:
     rapids = "".join(f"G0 X{x}. Y10.\n" for x in (30, 0) * 40)
     text = f"G21 G90 G17\nT1 M6\nS1000 M3\nG0 X0. Y10.\nG43 H1 Z5.\n{rapids}G1 X30. F100.\nM30\n"
-    found = check_obstacles(interpret_program(text, dialect("linuxcnc")).path, [[15, 5, 25, 15]], 20.0)
+    found = check_obstacles(interpret_program(text, load_dialect("linuxcnc")).path, [[15, 5, 25, 15]], 20.0)
     assert [(d.what, d.new) for d in (found[0], found[1])] == [("cuts in an obstacle", 86), ("crosses an obstacle", 6)]
     assert found[-1].text == "31 more differences"
 

@@ -11,12 +11,12 @@ from typing import TypeVar
 import pytest
 
 from leafcut.errors import LeafcutError
-from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.dialects import dialect_names, load_dialect
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
-from leafcut.proof.program import check_program, read_back
+from leafcut.proof.program import check_program, interpret_written_program
 
 T = TypeVar("T")
 
@@ -70,7 +70,7 @@ HARMLESS = {
 }
 
 #: `tests/gcode/test_klartext.py` covers the dialects for drilling only.
-NAMES = [name for name in dialects(torch=False) if dialect(name).language != "klartext"]
+NAMES = [name for name in dialect_names(torch=False) if load_dialect(name).language != "klartext"]
 
 # Block numbers, program numbers and comments move nothing. Siemens controls use names and arguments in parentheses.
 _WORD = re.compile(r"(?<!\d)\([^)]*\)|;.*|[NO]\d+|([A-Z\"]|(?<=\d)\(|,)([-+]?[\d.]+)")
@@ -86,9 +86,9 @@ def planned(name: str) -> Toolpath:
         "G85": DrillCycle("G85", 2.125, -5.5),
         "G84": DrillCycle("G84", 2.125, -6.125),
     }
-    names = [n for n in cycles if n != "G84" or n in dialect(name).cycles]
+    names = [n for n in cycles if n != "G84" or n in load_dialect(name).cycles]
     b = ToolpathBuilder()
-    to_zero = dialect(name).has_machine_moves
+    to_zero = load_dialect(name).has_machine_moves
     for tool, rpm in ((1, 1234.0), (2, 2345.0)):
         if to_zero:
             b.machine(z=0.0)
@@ -124,14 +124,19 @@ def planned(name: str) -> Toolpath:
 @cache
 def written(name: str, units: str) -> tuple[Toolpath, str]:
     path = planned(name)
-    return path, write_program(path, dialect(name), PostOptions(output_units=units), ["mutations"])
+    return path, write_program(path, load_dialect(name), PostOptions(output_units=units), ["mutations"])
 
 
 def faults(name: str, units: str, text: str) -> list[str]:
     """Return the differences that the proof finds in a text."""
     path = written(name, units)[0]
     try:
-        return [str(d) for d in check_program(path, read_back(text, dialect(name)), dialect(name), MILL, units)]
+        return [
+            str(d)
+            for d in check_program(
+                path, interpret_written_program(text, load_dialect(name)), load_dialect(name), MILL, units
+            )
+        ]
     except LeafcutError as problem:
         return [str(problem)]
 
@@ -168,8 +173,8 @@ def matters(before: str, after: str, name: str) -> bool:
     """Return whether a changed word changes the work, by rules of thumb and not by the interpreter."""
     old, new = (float(word[1:]) for word in (before, after))
     # Controllers keep a dwell to 1 ms.
-    dwell = 1.0 if dialect(name).dwell_unit == "ms" else 0.001
-    room = {dialect(name).dwell_letter: dwell + 1e-9, "F": max(0.005 * old, 0.5), "S": max(0.001 * old, 0.5)}
+    dwell = 1.0 if load_dialect(name).dwell_unit == "ms" else 0.001
+    room = {load_dialect(name).dwell_letter: dwell + 1e-9, "F": max(0.005 * old, 0.5), "S": max(0.001 * old, 0.5)}
     return abs(new - old) > room.get(before[0], 0.0) and not {before, after} <= IDLE
 
 
@@ -187,7 +192,7 @@ def sampled(mutants: Sequence[T], length: str, name: str) -> list[T]:
 @pytest.mark.parametrize("length", LENGTHS)
 @pytest.mark.parametrize(
     "name, units",
-    [(name, units) for name in NAMES for units in ("mm", "inch")[: 1 + bool(dialect(name).units_inch)]],
+    [(name, units) for name in NAMES for units in ("mm", "inch")[: 1 + bool(load_dialect(name).units_inch)]],
 )
 def test_the_proof_finds_every_changed_digit_that_changes_the_work(name: str, units: str, length: str) -> None:
     _, text = written(name, units)
@@ -220,4 +225,4 @@ def test_the_proof_finds_a_lost_line(name: str, length: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_the_head_of_a_program_resets_every_modal_state_that_another_program_may_leave(name: str) -> None:
     head = [word for line in written(name, "mm")[1].splitlines()[:12] for word in line.split()]
-    assert {"G17", "G90", "G40", "G80", "G94", "G54"} & set(dialect(name).g_words.split()) <= set(head)
+    assert {"G17", "G90", "G40", "G80", "G94", "G54"} & set(load_dialect(name).g_words.split()) <= set(head)

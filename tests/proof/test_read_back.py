@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.proof.difference import MOST_LISTED
@@ -139,13 +139,13 @@ def test_every_single_change_is_seen_and_named(what: str) -> None:
 @pytest.mark.parametrize("what", MUTATIONS)
 def test_every_single_change_is_seen_move_by_move_too(what: str) -> None:
     """Except for the name of a cycle that makes the same moves, which does not occur here."""
-    assert compare_motion(expand(program()), expand(MUTATIONS[what]), TOLERANCE)
+    assert compare_motion(expand_cycles(program()), expand_cycles(MUTATIONS[what]), TOLERANCE)
 
 
 @pytest.mark.hazard
 def test_the_same_program_has_no_difference_as_cycles_and_as_moves() -> None:
     assert compare_motion(program(), program(), 0.0) == []
-    assert compare_motion(expand(program()), expand(program()), 0.0) == []
+    assert compare_motion(expand_cycles(program()), expand_cycles(program()), 0.0) == []
     assert compare_motion(program(), program(offsets=True), 0.0) == []
 
 

@@ -9,7 +9,7 @@ import shapely
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.proof.clearance import LEAST_CLEARANCE
-from leafcut.proof.surface import check_surface, surface_meets_area
+from leafcut.proof.surface import check_surface, surface_reaches_into_area
 from meshes import box_triangles
 
 BLOCK = box_triangles(10, 10, 0, 20, 20, 5)
@@ -162,13 +162,16 @@ def test_random_moves_meet_random_blocks_as_by_dense_points(seed: int, dogleg: b
 )
 def test_a_surface_meets_an_area_within_a_radius_and_above_a_height(height: float, radius: float, meets: bool) -> None:
     """The area ends at X8, 2 mm before the block."""
-    assert surface_meets_area(BLOCK, shapely.box(0, 0, 8, 30), radius, height) == meets
+    assert surface_reaches_into_area(BLOCK, shapely.box(0, 0, 8, 30), radius, height) == meets
 
 
 def test_of_a_slope_only_the_part_above_the_height_meets_an_area() -> None:
     """Above Z6 the slope starts at X6; the area ends at X2."""
     area = shapely.box(0, 0, 2, 10)
-    assert [surface_meets_area(SLOPE, area, radius, 6.0) for radius in (3.9, 4.1)] == [False, True]
+    assert [surface_reaches_into_area(SLOPE, area, radius, 6.0) for radius in (3.9, 4.1)] == [False, True]
     # The peak of a gable at X5 Y5 is 3 mm before the area; 0.5 mm below, the gable is 0.42 mm farther away.
     gable = np.array([[(0, 0, 0), (10, 0, 0), (5, 5, 6)]], dtype=np.float64)
-    assert [surface_meets_area(gable, shapely.box(0, 8, 10, 9), radius, 5.5) for radius in (2.9, 3.1)] == [False, True]
+    assert [surface_reaches_into_area(gable, shapely.box(0, 8, 10, 9), radius, 5.5) for radius in (2.9, 3.1)] == [
+        False,
+        True,
+    ]

@@ -11,15 +11,15 @@ import pytest
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.fluidnc import configuration_of
+from leafcut.read.controllers.fluidnc import parse_board_configuration
 from leafcut.read.controllers.importing import (
     KINDS,
     ImportedMachine,
-    changed_profile,
+    change_profile_values,
+    decode_settings,
+    detect_settings_kind,
     machine_from_settings,
     read_settings,
-    settings_kind,
-    settings_text,
 )
 from leafcut.read.controllers.questions import QUESTIONS, ask_machine
 from leafcut.read.controllers.values import ValueOrigin
@@ -219,7 +219,7 @@ def test_files_that_each_include_several_others_end(tmp_path: Path) -> None:
 
 def test_standard_input_has_the_bounds_of_a_file() -> None:
     with pytest.raises(ReadError, match="standard input: is larger than 4 MiB"):
-        settings_text(b"$" * (5 << 20), "standard input")
+        decode_settings(b"$" * (5 << 20), "standard input")
 
 
 @pytest.mark.parametrize("before", ["", "Recv: ", "22:24:55.041 : ", "swift/serial_ascii: VERBOSE: -> "])
@@ -283,7 +283,7 @@ def test_a_kind_can_be_said_where_the_contents_do_not_tell_it() -> None:
     with pytest.raises(OptionError, match="did you mean 'marlin'"):
         machine_from_settings(text, "a", "marlim")
     with pytest.raises(ReadError):
-        settings_kind(text, "a")
+        detect_settings_kind(text, "a")
 
 
 def test_names_from_a_file_cannot_break_the_profile(tmp_path: Path) -> None:
@@ -441,13 +441,13 @@ def test_where_nobody_can_be_asked_what_has_no_likely_answer_is_named() -> None:
 
 
 def test_a_changed_profile_keeps_all_else() -> None:
-    text = changed_profile("mach3-router", {"corners.deviation": ("0.2 mm", "fitted")}, "new.toml")
+    text = change_profile_values("mach3-router", {"corners.deviation": ("0.2 mm", "fitted")}, "new.toml")
     data = tomllib.loads(text)
     assert data["corners"] == {"style": "round", "deviation": "0.2 mm"}
     assert data["sources"]["corners.deviation"] == "fitted"
     assert data["rapid"]["velocity"] == ["10 m/min", "10 m/min", "4 m/min"]
     with pytest.raises(OptionError, match="deviation"):
-        changed_profile("mach3-router", {"corners.deviation": ("0 mm", "")}, "new.toml")
+        change_profile_values("mach3-router", {"corners.deviation": ("0 mm", "")}, "new.toml")
 
 
 BOARD = """
@@ -468,7 +468,7 @@ axes:
 
 def test_a_fluidnc_board_is_set_to_what_its_configuration_says() -> None:
     """X homes towards minus at 10, so it goes up from there; Y homes towards plus at 0, so it goes down."""
-    board = configuration_of(BOARD, "$CD")
+    board = parse_board_configuration(BOARD, "$CD")
     assert (board.low, board.high) == ((10, -200, LOW), (310, 0, NO))
     assert board.rates == (100, 90, 10)
     assert (board.accelerations, board.steps) == ((500, 400, 50), (80, 81, 400))
@@ -488,8 +488,8 @@ def test_a_fluidnc_board_is_set_to_what_its_configuration_says() -> None:
 )
 def test_one_changed_line_of_a_fluidnc_board_changes_one_value(old: str, new: str, name: str, value: object) -> None:
     assert old in BOARD
-    changed = configuration_of(BOARD.replace(old, new), "$CD")
-    same = configuration_of(BOARD, "$CD")
+    changed = parse_board_configuration(BOARD.replace(old, new), "$CD")
+    same = parse_board_configuration(BOARD, "$CD")
     differ = {key for key in vars(type(same))["__annotations__"] if getattr(changed, key) != getattr(same, key)}
     assert differ == {name}
     assert getattr(changed, name) == value

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.read.dxf_shapes import Curve, half_axes, is_flat, span_from_above
+from leafcut.read.dxf_shapes import Curve, arc_span_in_top_view, half_axes, is_parallel_to_plate
 
 
 def curve(angle: float, mirrored: bool, start: float, sweep: float, ratio: float = 1.0) -> Curve:
@@ -28,7 +28,7 @@ def test_an_arc_goes_counter_clockwise_in_top_view(angle: float, start: float, s
     """A mirrored arc starts at its other end."""
     for mirrored, first in ((False, start), (True, start + sweep)):
         one = curve(angle, mirrored, start, sweep)
-        found, turned = span_from_above(one)
+        found, turned = arc_span_in_top_view(one)
         assert math.remainder(found - direction(one, first), math.tau) == pytest.approx(0, abs=1e-9)
         last = direction(one, start + sweep if first == start else start)
         assert math.remainder(found + turned - last, math.tau) == pytest.approx(0, abs=1e-9)
@@ -43,6 +43,6 @@ def test_the_half_axes_of_an_ellipse_are_its_singular_values(seed: int) -> None:
 
 def test_a_curve_that_leans_is_not_flat() -> None:
     flat = curve(0.3, False, 0.0, 1.0)
-    assert is_flat(flat)
-    assert not is_flat(Curve(flat.center, (3.0, 0.0, 0.1), flat.v, 0.0, 1.0))
-    assert not is_flat(Curve(flat.center, flat.u, (0.0, 3.0, -0.1), 0.0, 1.0))
+    assert is_parallel_to_plate(flat)
+    assert not is_parallel_to_plate(Curve(flat.center, (3.0, 0.0, 0.1), flat.v, 0.0, 1.0))
+    assert not is_parallel_to_plate(Curve(flat.center, flat.u, (0.0, 3.0, -0.1), 0.0, 1.0))

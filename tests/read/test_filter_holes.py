@@ -13,7 +13,7 @@ from leafcut.model.contour import layer_filter
 from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_shapes import bulge_arc
-from leafcut.read.filter_holes import MERGE_TOLERANCE, ArcPiece, anchor_points, close_circles, select_holes
+from leafcut.read.filter_holes import MERGE_TOLERANCE, ArcPiece, anchors_of_points, join_arcs_to_circles, select_holes
 
 
 def brute(points, tolerance):
@@ -38,7 +38,7 @@ near_borders = st.integers(-6, 6).map(lambda i: i * 0.005) | st.floats(-0.03, 0.
 @settings(max_examples=settings().max_examples * 5)
 @given(st.lists(st.tuples(near_borders, near_borders, near_borders), max_size=25), st.sampled_from([0.0, 0.004, 0.01]))
 def test_anchors_are_those_of_brute_force_whatever_the_cells(points, tolerance):
-    assert anchor_points(np.array(points).reshape(-1, 3), tolerance) == brute(points, tolerance)
+    assert anchors_of_points(np.array(points).reshape(-1, 3), tolerance) == brute(points, tolerance)
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.0025, 0.005, 0.00999, -0.005, 123456.789])
@@ -110,11 +110,11 @@ def test_pieces_that_cut_a_circle_anywhere_close_it_and_one_less_does_not(cuts, 
     spans = [(a, (b - a) % math.tau or math.tau) for a, b in zip(cuts, cuts[1:] + cuts[:1], strict=True)]
     pieces = [ArcPiece(3, 4, 5, a + math.radians(turn), sweep, i) for i, (a, sweep) in enumerate(spans)]
     draw.shuffle(pieces)
-    circles, used = close_circles(pieces)
+    circles, used = join_arcs_to_circles(pieces)
     assert circles == pieces[:1]
     assert used == {p.entity for p in pieces}
     if min(p.sweep for p in pieces) > 0.01:
-        assert close_circles(pieces[1:]) == ([], set())
+        assert join_arcs_to_circles(pieces[1:]) == ([], set())
 
 
 @pytest.mark.parametrize(("rule", "diameter"), [("smallest", 4), ("largest", 8)])

@@ -12,7 +12,7 @@ import pytest
 from leafcut.options import ReadOptions
 from leafcut.read import read, recognition
 from leafcut.read.csvmap import read_csv
-from leafcut.read.dxf_document import units_of
+from leafcut.read.dxf_document import drawing_units
 from leafcut.read.examples import read_example
 from leafcut.read.format import Match, Source
 from leafcut.read.recognition import picture_kind
@@ -95,13 +95,13 @@ def test_a_drawing_has_the_unit_of_its_header(code: int) -> None:
     """Codes 17 to 20 are larger than any drawing."""
     document = SimpleNamespace(header={"$INSUNITS": code})
     factor, name = UNITS.get(code, (1.0, None))
-    found = units_of(document, ReadOptions())
+    found = drawing_units(document, ReadOptions())
     assert found == (pytest.approx(factor, rel=1e-12), f"$INSUNITS {code}" if name == "" else name)
-    assert units_of(document, ReadOptions(units="in")) == (25.4, "in")
+    assert drawing_units(document, ReadOptions(units="in")) == (25.4, "in")
 
 
 def test_a_drawing_without_a_unit_has_none() -> None:
-    assert units_of(SimpleNamespace(header={}), ReadOptions()) == (1.0, None)
+    assert drawing_units(SimpleNamespace(header={}), ReadOptions()) == (1.0, None)
 
 
 @pytest.mark.parametrize(

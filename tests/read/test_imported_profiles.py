@@ -11,7 +11,12 @@ from typing import Any
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.read.controllers.importing import ImportedMachine, machine_from_settings, read_settings, settings_kind
+from leafcut.read.controllers.importing import (
+    ImportedMachine,
+    detect_settings_kind,
+    machine_from_settings,
+    read_settings,
+)
 from leafcut.read.controllers.questions import ask_machine
 from leafcut.read.controllers.values import ValueOrigin
 
@@ -127,7 +132,7 @@ UNCLEAR = ", so M203 may be in mm/s or in mm/min; choose with --kind marlin or -
 )  # fmt: skip
 def test_settings_are_recognised_by_their_contents(text: str, kind: str) -> None:
     try:
-        found = settings_kind(text, "f")
+        found = detect_settings_kind(text, "f")
     except ReadError as problem:
         found = problem.reason.partition("; leafcut imports")[0]
     assert found == kind

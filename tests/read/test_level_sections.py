@@ -22,14 +22,14 @@ from leafcut.read.step_sections import (
     LevelSection,
     SectionRing,
     _count_sloping,
+    _find_through_openings,
     _level_faces,
-    _openings,
+    find_outlines,
+    find_pockets,
     is_overhung,
-    outlines_of,
-    pockets_of,
     section_at,
 )
-from leafcut.read.step_shapes import clip_above, face_of, parts_of, triangles_of
+from leafcut.read.step_shapes import as_face, clip_above, face_triangles, subshapes
 from made_solids import UP, box, cone, cut, cylinder, fused, saved
 
 Triangles = NDArray[np.float64]
@@ -38,8 +38,8 @@ Triangles = NDArray[np.float64]
 def meshed(shape: Any) -> tuple[list[Any], Triangles]:
     """Return the faces and the triangles of a shape."""
     BRepMesh_IncrementalMesh(shape, 0.05, False, 0.3, False)
-    faces = [face_of(face) for face in parts_of(shape, TopAbs_FACE)]
-    return faces, np.concatenate([triangles_of(face) for face in faces])
+    faces = [as_face(face) for face in subshapes(shape, TopAbs_FACE)]
+    return faces, np.concatenate([face_triangles(face) for face in faces])
 
 
 def everywhere(*_: float) -> bool:
@@ -120,10 +120,10 @@ def test_the_middle_of_a_face_lies_in_its_largest_triangle(monkeypatch: pytest.M
     corners = np.array(
         [[(0, 0, 1), (1, 0, 1), (0, 1, 1)], [(0, 0, 1), (9, 0, 1), (0, 9, 1)], [(0, 0, 1), (2, 0, 1), (0, 2, 1)]]
     )
-    monkeypatch.setattr(step_sections, "triangles_of", lambda face: corners.astype(float))
-    assert step_sections._middle(None) == (3, 3, 1)
-    monkeypatch.setattr(step_sections, "triangles_of", lambda face: np.zeros((0, 3, 3)))
-    assert all(math.isnan(value) for value in step_sections._middle(None))
+    monkeypatch.setattr(step_sections, "face_triangles", lambda face: corners.astype(float))
+    assert step_sections._face_centre(None) == (3, 3, 1)
+    monkeypatch.setattr(step_sections, "face_triangles", lambda face: np.zeros((0, 3, 3)))
+    assert all(math.isnan(value) for value in step_sections._face_centre(None))
 
 
 def test_level_faces_face_up_or_down() -> None:
@@ -185,7 +185,7 @@ def test_pockets_are_closed_level_and_free_above() -> None:
     )
     solid = fused(solid, box(60, 25, 20, 70, 55, 23))
     faces, triangles = meshed(solid)
-    found = pockets_of(solid, triangles, faces, everywhere)
+    found = find_pockets(solid, triangles, faces, everywhere)
     assert {key: found[key] for key in ("highest", "open", "leaning", "covered", "sloping")} == {
         "highest": pytest.approx(23),
         "open": 3,
@@ -197,7 +197,7 @@ def test_pockets_are_closed_level_and_free_above() -> None:
     assert (pocket["z"], pocket["diameter"], len(pocket["islands"])) == (14, 0, 1)
     assert abs(Polyline(np.array(pocket["outline"]), True).area) == pytest.approx(1200)
     assert abs(Polyline(np.array(pocket["islands"][0]), True).area) == pytest.approx(100)
-    assert pockets_of(solid, triangles, faces, lambda *_: False)["open"] == 0
+    assert find_pockets(solid, triangles, faces, lambda *_: False)["open"] == 0
 
 
 def plate(*holes: Any) -> Triangles:
@@ -217,7 +217,7 @@ def plate(*holes: Any) -> Triangles:
     ],
 )  # fmt: skip
 def test_openings_are_holes_of_the_shadow(hole: Any, diameter: float, area: float) -> None:
-    found = _openings(plate(hole))
+    found = _find_through_openings(plate(hole))
     assert [one["diameter"] for one in found] == ([pytest.approx(diameter, abs=0.05)] if area else [])
     outlines = [shapely.Polygon([point[:2] for point in one["outline"]]) for one in found]
     assert [outline.area for outline in outlines] == ([pytest.approx(area, rel=0.01)] if area else [])
@@ -226,7 +226,7 @@ def test_openings_are_holes_of_the_shadow(hole: Any, diameter: float, area: floa
 
 def outlines(shape: Any) -> dict[str, Any]:
     faces, triangles = meshed(shape)
-    return outlines_of(shape, triangles, faces, everywhere)
+    return find_outlines(shape, triangles, faces, everywhere)
 
 
 def test_a_sheet_has_the_outlines_of_a_section_that_equals_its_shadow() -> None:

@@ -33,7 +33,7 @@ def grey_of(*rows: list[float]) -> Grey:
 
 
 def brightness(image: Image.Image, invert: bool = False) -> list[list[float]]:
-    return np.round(picture._brightness(Source("p.png", b""), image, invert).astype(np.float64), 4).tolist()
+    return np.round(picture._pixel_brightness(Source("p.png", b""), image, invert).astype(np.float64), 4).tolist()
 
 
 def best_splits(grey: Grey) -> list[float]:
@@ -56,13 +56,13 @@ def test_the_threshold_parts_the_classes_best(seed: int) -> None:
     rng = np.random.default_rng(seed)
     grey = np.concatenate([rng.normal(0.2, 0.05, 60), rng.normal(0.7, 0.1, 90)]).astype(np.float32)
     splits = best_splits(grey)
-    assert picture.otsu(grey) == pytest.approx((splits[0] + splits[-1]) / 2, abs=1e-6)
+    assert picture.otsu_threshold(grey) == pytest.approx((splits[0] + splits[-1]) / 2, abs=1e-6)
 
 
 def test_the_threshold_of_two_tones_is_in_the_middle() -> None:
     """The first tone is in the first of 256 bins, the second in the last."""
-    assert picture.otsu(grey_of([0.25, 0.75, 0.75])) == pytest.approx(0.5)
-    assert picture.otsu(grey_of([0.0, 0.0, 0.0])) == pytest.approx(0.0, abs=1e-6)
+    assert picture.otsu_threshold(grey_of([0.25, 0.75, 0.75])) == pytest.approx(0.5)
+    assert picture.otsu_threshold(grey_of([0.0, 0.0, 0.0])) == pytest.approx(0.0, abs=1e-6)
 
 
 LEVELS: list[tuple[Grey, dict[str, Any], float | str]] = [
@@ -127,7 +127,7 @@ def test_a_light_that_falls_off_is_levelled(falloff: float, invert: bool) -> Non
     """The light is a quadratic surface, so it is found exactly: bright is 1, and dark a quarter of it."""
     grey, bright, _ = chequered(falloff)
     issues: list[Issue] = []
-    found = picture._level_light(1.0 - grey if invert else grey, invert, issues)
+    found = picture._level_uneven_light(1.0 - grey if invert else grey, invert, issues)
     flat = 1.2 - found if invert else found
     assert flat[bright] == pytest.approx(1.0, abs=0.01)
     assert flat[~bright] == pytest.approx(0.25, abs=0.01)
@@ -140,7 +140,7 @@ def test_a_light_that_falls_off_is_levelled(falloff: float, invert: bool) -> Non
 def test_an_even_light_is_left_alone() -> None:
     for grey in (chequered(0.2)[0], grey_of([0.5, 0.59])):
         issues: list[Issue] = []
-        assert picture._level_light(grey, False, issues) is grey and not issues
+        assert picture._level_uneven_light(grey, False, issues) is grey and not issues
 
 
 def square(x: float, y: float, side: float, height: float = 0.0) -> NDArray[np.float64]:
@@ -151,15 +151,15 @@ def square(x: float, y: float, side: float, height: float = 0.0) -> NDArray[np.f
 def test_spots_no_wider_than_the_speckle_are_dirt() -> None:
     lines = [square(10, 10, 3), square(20, 40, 1.9), square(30, 50, 20, 1.5), square(50, 60, 2.1)]
     issues: list[Issue] = []
-    found = picture._without_dirt(Source("p.png", b""), lines, 2.0, (0.5, 100), issues)
+    found = picture._drop_dirt_spots(Source("p.png", b""), lines, 2.0, (0.5, 100), issues)
     assert [id(line) for line in found] == [id(lines[0]), id(lines[3])]
     assert [str(issue) for issue in issues] == [
         ("L214 ignored 2 spots narrower than 1 mm as dirt; change the limit with --speckle (at (10, 30), (15, 25))")
     ]
-    assert picture._without_dirt(Source("p.png", b""), [square(1, 1, 2)], 0.0, (0.5, 100), issues)
+    assert picture._drop_dirt_spots(Source("p.png", b""), [square(1, 1, 2)], 0.0, (0.5, 100), issues)
     for spots, words in (([], ""), ([square(0, 0, 1)], " that is wider than --speckle 1 mm")):
         with pytest.raises(LeafcutError) as refused:
-            picture._without_dirt(Source("p.png", b""), spots, 2.0, (0.5, 100), issues)
+            picture._drop_dirt_spots(Source("p.png", b""), spots, 2.0, (0.5, 100), issues)
         text = f"p.png: no region to mill{words}; choose the milled area with --threshold and --invert"
         assert str(refused.value) == text
 
@@ -173,7 +173,7 @@ def test_spots_no_wider_than_the_speckle_are_dirt() -> None:
 )  # fmt: skip
 def test_an_edge_within_half_a_pixel_is_a_wall(x: float, y: float, edges: str) -> None:
     issues: list[Issue] = []
-    picture._check_edges([square(x, y, 2), square(9, 9, 1)], (30, 20), issues)
+    picture._warn_of_edge_walls([square(x, y, 2), square(9, 9, 1)], (30, 20), issues)
     text = f"L425 the milled area reaches the {edges} edge of the picture, which becomes a wall"
     assert [str(issue) for issue in issues] == ([text] if edges else [])
 
@@ -204,7 +204,7 @@ def test_transparent_pixels_are_not_milled(mode: str) -> None:
 def test_sizes_and_densities_are_those_of_the_file() -> None:
     image = Image.new("L", (7, 5), 255)
     for kind in ("PNG", "JPEG", "BMP"):
-        assert picture.size_in_pixels(source_of(image, kind)) == (7, 5)
+        assert picture.picture_size(source_of(image, kind)) == (7, 5)
     assert picture._pixel_size_hint(image) == ", such as --pixel-size 0.1"
     for dpi, text in (
         (254, "; its file says 254 pixels per inch: --pixel-size 0.1"),
@@ -240,7 +240,7 @@ LARGE = "the limit is 25,000,000: crop it to the pocket or scale it down"
 )
 def test_a_file_that_is_no_picture_is_refused_with_its_reason(data: bytes, text: str) -> None:
     with pytest.raises(LeafcutError) as refused:
-        picture.size_in_pixels(Source("p.png", data))
+        picture.picture_size(Source("p.png", data))
     assert re.sub(r"\(.* .*\)", "(invalid header)", str(refused.value)) == f"p.png: {text}"
 
 
@@ -249,13 +249,13 @@ def test_as_many_pixels_and_scans_as_the_limits_are_read(monkeypatch: pytest.Mon
     jpeg = source_of(image, "JPEG")
     monkeypatch.setattr(picture, "MAX_PIXELS", 35)
     monkeypatch.setattr(picture, "MAX_SCANS", jpeg.data.count(b"\xff\xda"))
-    assert picture.size_in_pixels(source_of(image)) == picture.size_in_pixels(jpeg) == (7, 5)
+    assert picture.picture_size(source_of(image)) == picture.picture_size(jpeg) == (7, 5)
     monkeypatch.setattr(picture, "MAX_SCANS", 0)
     with pytest.raises(LeafcutError, match=r"^p\.jpeg: the picture has 1 scans; the limit is 0: save it as PNG$"):
-        picture.size_in_pixels(jpeg)
+        picture.picture_size(jpeg)
     png = source_of(image, save_all=True, append_images=[Image.new("L", (7, 5), 255)])
     with pytest.raises(LeafcutError, match=r"^p\.png: an animated picture; save one frame of it$"):
-        picture.size_in_pixels(png)
+        picture.picture_size(png)
 
 
 def test_a_picture_without_a_pixel_size_or_with_too_large_a_one_is_refused() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.model.cutting import ContourPrint, CutChoice, Lead, PlanFile
-from leafcut.read.plan_file import load_plan, plan_text
+from leafcut.read.plan_file import load_plan, plan_file_text
 
 PLAN = PlanFile(
     sheet="plate",
@@ -27,7 +27,7 @@ PLAN = PlanFile(
 
 def test_a_plan_is_written_and_read_again(tmp_path: Path) -> None:
     file = tmp_path / "plan.json"
-    file.write_text(plan_text(PLAN), encoding="utf-8")
+    file.write_text(plan_file_text(PLAN), encoding="utf-8")
     again = load_plan(file)
     assert again.contours == PLAN.contours
     assert [c.fixed for c in again.cuts] == [(), ("start", "lead")]
@@ -37,13 +37,13 @@ def test_a_plan_is_written_and_read_again(tmp_path: Path) -> None:
 
 
 def test_contours_are_counted_from_one_and_angles_are_in_degrees() -> None:
-    data = json.loads(plan_text(PLAN))
+    data = json.loads(plan_file_text(PLAN))
     assert data["cuts"][0]["contours"] == [2]
     assert data["cuts"][1]["lead_in"] == {"style": "arc", "length": 6.0, "angle": 90.0}
 
 
 def edited(change: dict[str, Any], cut: dict[str, Any] | None = None) -> str:
-    data = json.loads(plan_text(PLAN))
+    data = json.loads(plan_file_text(PLAN))
     data.update(change)
     if cut is not None:
         data["cuts"][1].update(cut)
@@ -86,7 +86,7 @@ def test_a_mistyped_plan_is_refused_with_its_place(text: str, words: str, tmp_pa
 
 
 def test_what_is_fixed_must_be_said(tmp_path: Path) -> None:
-    data = json.loads(plan_text(PLAN))
+    data = json.loads(plan_file_text(PLAN))
     del data["cuts"][1]["start"]
     file = tmp_path / "plan.json"
     file.write_text(json.dumps(data), encoding="utf-8")

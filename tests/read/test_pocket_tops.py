@@ -14,11 +14,11 @@ pytest.importorskip("OCP")
 from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
-from leafcut.material.cutting import cut as cut_field
+from leafcut.material.cutting import simulate_cutting as cut_field
 from leafcut.material.height_field import HeightField, StockBlock
-from leafcut.material.solid import solid_of
-from leafcut.material.straight_moves import straight_moves
-from leafcut.model.cutter import cutter_of
+from leafcut.material.solid import cut_display_solid
+from leafcut.material.straight_moves import convert_to_straight_moves
+from leafcut.model.cutter import cutter_of_tool
 from leafcut.model.pocket import Pocket
 from leafcut.processes.pocket.plan.stock_top import highest_over, stock_tops
 from leafcut.processes.pocket.proof.pocket import stock_top_differences
@@ -80,15 +80,15 @@ def test_a_pocket_on_a_step_begins_at_that_step_and_no_rapid_meets_the_stairs(
     assert begins == [(5.0, 0.0), (12.0, -8.0), (12.0, 0.0), (15.0, -12.0), (18.0, -14.0)]
     tool = outcome.operations[0].tool
     field = material(0.25)
-    moves = straight_moves(outcome.written, 0.01, np.inf).of_tools({tool.number: cutter_of(tool)})
-    removed = cut_field(field, moves, {tool.number: cutter_of(tool)}, 2)
+    moves = convert_to_straight_moves(outcome.written, 0.01, np.inf).of_tools({tool.number: cutter_of_tool(tool)})
+    removed = cut_field(field, moves, {tool.number: cutter_of_tool(tool)}, 2)
     assert not (removed.cuts & moves.rapid).any()
     if "stock" not in more:  # which a finishing pass takes off along its whole depth
         assert removed.depth.max() <= 3.0 + 0.01
     solid = {(20, 25): 15, (62, 12): 8, (62, 25): 5, (100, 25): 2, (55, 60): 8, (60, 45): 12, (100, 60): 6, (4, 4): 20}
     found = {(x, y): float(field.heights[int(y / 0.25), int(x / 0.25)]) for x, y in solid}
     assert found == pytest.approx(solid, abs=2e-3)
-    shown = solid_of(outcome.written, PocketReport(outcome).shown_stock())
+    shown = cut_display_solid(outcome.written, PocketReport(outcome).shown_stock())
     assert not shown.collisions
     assert {(x, y): at(shown.before, x, y) for x, y in solid} == pytest.approx(
         {(x, y): 20 if x < 40 else 12 if x < 80 else 6 for x, y in solid if (x, y) != (55, 60)} | {(55, 60): 20.0}

@@ -8,7 +8,7 @@ import pytest
 from ezdxf.math import Matrix44, Vec3
 
 from leafcut.errors import ReadError
-from leafcut.model.contour import is_aside
+from leafcut.model.contour import is_annotation_layer
 from leafcut.model.issue import Severity
 from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
@@ -313,7 +313,7 @@ def test_circles_on_layers_of_frames_and_dimensions_are_drilled_only_where_layer
     "layer", ["DIMPLES", "Frame holes", "TEXTURE", "DIMPLE PLATE", "FRAME_OUT", "A3", "Рама TEXT", ""]
 )
 def test_holes_on_layers_with_other_words_in_their_names_are_drilled(layer):
-    assert not is_aside(layer)
+    assert not is_annotation_layer(layer)
     assert holes_on_part_layers([Hole(0, 0, 5, layer)], ReadOptions()) == ([Hole(0, 0, 5, layer)], [])
 
 
@@ -321,7 +321,7 @@ def test_holes_on_layers_with_other_words_in_their_names_are_drilled(layer):
     "layer", ["DIM_2", "dims", "TITLE-BLOCK", "Drawing frame A3", "Texts", "Bemaßung", "Cajetín", "$TEXT"]
 )
 def test_layers_of_frames_dimensions_and_texts_are_known_by_all_of_their_words(layer):
-    assert is_aside(layer)
+    assert is_annotation_layer(layer)
 
 
 def test_diameters_are_chosen_by_their_limits_inclusive(draw):

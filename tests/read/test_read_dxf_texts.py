@@ -16,7 +16,7 @@ from leafcut.errors import LeafcutError
 from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.contours import prepare_sheet
 from leafcut.read import dxf_texts, read_contours
-from leafcut.read.dxf_texts import letter_strokes
+from leafcut.read.dxf_texts import text_line_strokes
 
 
 def drawn(tmp_path: Path, build: Any) -> Path:
@@ -58,7 +58,7 @@ def test_a_text_is_as_high_as_it_says_and_lies_about_its_point(
     along = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
     places = strokes(drawn(tmp_path, build)) - (50, 30)
     x, y = places @ along, places @ (-along[1], along[0])
-    width = 7.0 * letter_strokes("HIH")[1]
+    width = 7.0 * text_line_strokes("HIH")[1]
     assert (y.min(), y.max()) == pytest.approx((-7.0 * low, 7.0 * (1.0 - low)))
     # An H is 22 of 21 units wide and has its stems 4 from either side.
     assert (x.min(), x.max()) == pytest.approx((-left * width + 4 / 3, (1.0 - left) * width - 4 / 3))
@@ -70,7 +70,7 @@ def test_a_text_between_two_points_fills_what_is_between_them(tmp_path: Path) ->
         text.set_placement((10, 10), (60, 10), align=TextEntityAlignment.FIT)
 
     places = strokes(drawn(tmp_path, build))
-    side = 50.0 * (4 / 21) / letter_strokes("HIH")[1]
+    side = 50.0 * (4 / 21) / text_line_strokes("HIH")[1]
     assert (places[:, 0].min(), places[:, 0].max()) == pytest.approx((10 + side, 60 - side))
     assert np.ptp(places[:, 1]) == pytest.approx(5.0)
 
@@ -96,10 +96,10 @@ def test_texts_of_blocks_are_scaled_turned_and_repeated_with_them(tmp_path: Path
 
 def test_accents_and_signs_of_drawings_have_strokes() -> None:
     for one, plain in (("é", "e"), ("Ä", "A"), ("ñ", "n"), ("Ø", "O"), ("±", "+")):
-        assert len(letter_strokes(one)[0]) > len(letter_strokes(plain)[0])
-        assert letter_strokes(one)[1] >= letter_strokes(plain)[1] - 1e-9
-    assert letter_strokes("°")[0]
-    assert all(letter_strokes(chr(code))[1] > 0.0 for code in range(32, 127))
+        assert len(text_line_strokes(one)[0]) > len(text_line_strokes(plain)[0])
+        assert text_line_strokes(one)[1] >= text_line_strokes(plain)[1] - 1e-9
+    assert text_line_strokes("°")[0]
+    assert all(text_line_strokes(chr(code))[1] > 0.0 for code in range(32, 127))
 
 
 def test_texts_are_marks_on_the_layers_of_marks_and_left_out_elsewhere(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.read import read
-from leafcut.read.examples import PLATE_NAMES, plate
+from leafcut.read.examples import PLATE_NAMES, create_plate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -24,7 +24,7 @@ def test_the_ten_point_map_has_ten_different_points():
 
 @pytest.mark.parametrize("name", PLATE_NAMES)
 def test_a_plate_has_the_holes_its_name_says_none_touching_another_or_the_edge(name):
-    made = plate(name)
+    made = create_plate(name)
     assert len(made.holes) == int(name.rsplit("-", 1)[1])
     for a, b in itertools.combinations(made.holes, 2):
         assert math.hypot(a.x - b.x, a.y - b.y) > (a.diameter + b.diameter) / 2 + 0.1

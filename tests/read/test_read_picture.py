@@ -22,11 +22,11 @@ from PIL import Image
 from shapely.affinity import rotate, translate
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
-from leafcut.geometry.regions import region
+from leafcut.geometry.regions import region_with_islands
 from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions
 from leafcut.read import picture, read, read_pockets
-from leafcut.read.picture import otsu
+from leafcut.read.picture import otsu_threshold
 
 #: Half a pixel is 0.25 mm. The exception is a narrow free-form tip, which is neither a line nor an arc.
 SEVEN = {
@@ -76,7 +76,7 @@ def pockets(path: Path, **options: Any) -> Part:
 def only(part: Part) -> Any:
     """Return the shape of a part's only pocket."""
     (pocket,) = part.pockets
-    return region(pocket.outline, pocket.islands, 0.01)
+    return region_with_islands(pocket.outline, pocket.islands, 0.01)
 
 
 def refusal(path: Path, **options: Any) -> str:
@@ -103,7 +103,7 @@ def test_the_picture_of_a_pocket_is_its_region_within_half_a_pixel(name: str, da
     with Image.open(folder / f"{name}.png") as image:
         rows = image.size[1]
     left, top = said["png_origin_upper_left_mm"]
-    found = translate(region(pocket.outline, pocket.islands), left, top - rows * said["png_mm_per_px"])
+    found = translate(region_with_islands(pocket.outline, pocket.islands), left, top - rows * said["png_mm_per_px"])
     assert len(found.interiors) == len(truth.interiors)
     assert found.area == pytest.approx(truth.area, rel=5e-4)
     assert found.boundary.hausdorff_distance(truth.boundary) <= SEVEN[name]
@@ -112,8 +112,8 @@ def test_the_picture_of_a_pocket_is_its_region_within_half_a_pixel(name: str, da
 
 def test_the_example_picture_is_the_example_drawing(examples: Path) -> None:
     (drawing,), (picture,) = (pockets(examples / f"pocket.{kind}", pixel_size=0.25).pockets for kind in ("dxf", "png"))
-    first = region(drawing.outline, drawing.islands)
-    second = translate(region(picture.outline, picture.islands), -5.0, -5.0)
+    first = region_with_islands(drawing.outline, drawing.islands)
+    second = translate(region_with_islands(picture.outline, picture.islands), -5.0, -5.0)
     assert len(first.interiors) == 2
     assert first.boundary.hausdorff_distance(second.boundary) <= 0.02
 
@@ -236,7 +236,7 @@ def test_a_photo_is_turned_as_its_camera_says(save: Save) -> None:
 def test_the_threshold_lies_between_dark_and_bright_however_pale(save: Save) -> None:
     pale = (180 + drawn(DISC, 4) / 255.0 * 40).astype(np.uint8)
     assert only(pockets(save(pale))).area == pytest.approx(DISC.area, rel=0.005)
-    assert 60 < otsu(np.array([10, 12, 110, 112], np.float32)) < 62
+    assert 60 < otsu_threshold(np.array([10, 12, 110, 112], np.float32)) < 62
 
 
 def test_a_threshold_says_what_of_three_tones_is_milled(save: Save) -> None:
@@ -316,7 +316,7 @@ def test_light_is_levelled_without_a_surface_of_the_whole_picture_in_memory() ->
     grey = (np.where((x // 100 + y // 100) % 2, 0.9, 0.2) * (1.0 - x / 1600)).astype(np.float32)
     tracemalloc.start()
     try:
-        levelled = picture._level_light(grey, False, [])
+        levelled = picture._level_uneven_light(grey, False, [])
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 from leafcut.errors import ReadError
-from leafcut.geometry.regions import region
+from leafcut.geometry.regions import region_with_islands
 from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
@@ -32,7 +32,7 @@ SEVEN = (
 
 
 def shape_of(pocket: Pocket) -> Any:
-    return region(pocket.outline, pocket.islands, 0.001)
+    return region_with_islands(pocket.outline, pocket.islands, 0.001)
 
 
 def square(size: float, x: float = 0.0, y: float = 0.0) -> list[tuple[float, float]]:

@@ -23,7 +23,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.options import ReadOptions
 from leafcut.read import read
 from leafcut.read.meshes import load_mesh
-from leafcut.read.step_solid import RoundWall, hole_columns, hole_of, join_walls
+from leafcut.read.step_solid import RoundWall, column_to_hole, hole_columns, join_wall_pieces
 from made_solids import DOWN, UP, box, cone, cut, cylinder, saved
 
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
@@ -113,11 +113,11 @@ ALL, WEST, EAST = frozenset(range(-180, 180)), frozenset(range(-180, 0)), frozen
 def test_walls_in_halves_make_one_hole_though_a_slope_cuts_them_at_other_heights() -> None:
     halves = [RoundWall(5, 5, -10, 0, 2, 2, WEST), RoundWall(5.0000004, 5, -10, 1, 2, 2, EAST)]
     quarter = RoundWall(9, 9, -10, 0, 2, 2, frozenset(range(90)))
-    (whole,) = join_walls([*halves, quarter])
+    (whole,) = join_wall_pieces([*halves, quarter])
     assert (whole.low, whole.high, whole.covers) == (-10, 1, ALL)
     twice = [RoundWall(5, 5, -10, 0, 2, 2, WEST), RoundWall(5, 5, -10, 0, 2, 2, WEST)]
-    assert join_walls(twice) == []
-    assert hole_of([RoundWall(5, 5, -10, 0, 0, 4, ALL)]) is None
+    assert join_wall_pieces(twice) == []
+    assert column_to_hole([RoundWall(5, 5, -10, 0, 0, 4, ALL)]) is None
 
 
 def test_what_is_between_two_walls_of_an_axis_makes_them_two_holes() -> None:

@@ -12,7 +12,7 @@ import shapely
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import read, read_contours, svg
-from leafcut.read.format import copy_budget
+from leafcut.read.format import expansion_budget
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
 INKSCAPE = 'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" '
@@ -231,7 +231,7 @@ def test_uses_of_other_files_or_of_themselves_are_reported_and_not_followed(draw
 
 
 def test_uses_that_multiply_are_refused(draw, monkeypatch):
-    monkeypatch.setattr("leafcut.read.svg.copy_budget", functools.partial(copy_budget, free=5000))
+    monkeypatch.setattr("leafcut.read.svg.copy_budget", functools.partial(expansion_budget, free=5000))
     levels = "".join(f'<g id="l{k}"><use href="#l{k + 1}"/><use href="#l{k + 1}"/></g>' for k in range(30))
     body = f'<defs>{levels}<circle id="l30" r="1"/></defs><use href="#l0"/>'
     with pytest.raises(ReadError, match=r"expand to more than [5-9],"):
@@ -286,7 +286,7 @@ def test_only_rules_that_matter_are_kept_for_each_class(draw):
     rules = "".join(f"p{k}:1;" for k in range(200))
     path = draw(f'<style>.a{{{rules}stroke:red}}</style><rect class="a" width="5" height="5"/>')
     walk = svg._Walk("a", None, None, None, None, None)
-    walk.index_elements(svg._root(svg.Source(str(path), path.read_bytes())))
+    walk.index_elements(svg._parse_root(svg.Source(str(path), path.read_bytes())))
     assert walk._rules == {"a": {"stroke": "red"}}
 
 

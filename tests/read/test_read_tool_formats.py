@@ -12,7 +12,7 @@ import pytest
 
 from leafcut import api
 from leafcut.errors import OptionError
-from leafcut.model.cutter import ball_mill, bull_mill, cutter_of, pointed
+from leafcut.model.cutter import ball_mill, bull_mill, cutter_of_tool, pointed_cutter
 from leafcut.model.tool import ToolKind
 from leafcut.read.tools import load_tools
 
@@ -226,11 +226,11 @@ def test_mills_that_are_not_flat_have_their_shape(tmp_path: Path) -> None:
         (tmp_path / f"{shape}.fctb").write_text(json.dumps({"shape": f"{shape}.fcstd", "parameter": values}))
     paths = [{"nr": number, "path": f"{shape}.fctb"} for number, (shape, _) in enumerate(bits, 1)]
     (tmp_path / "a.fctl").write_text(json.dumps({"tools": paths}))
-    shapes = (bull_mill(8.0, 1.0), ball_mill(6.0), pointed(10.0, math.radians(90), 2.0))
+    shapes = (bull_mill(8.0, 1.0), ball_mill(6.0), pointed_cutter(10.0, math.radians(90), 2.0))
     for name in ("a.json", "a.fctl"):
-        assert tuple(map(cutter_of, load_tools(tmp_path / name).tools)) == shapes
+        assert tuple(map(cutter_of_tool, load_tools(tmp_path / name).tools)) == shapes
     (tmp_path / "a.tbl").write_text("T4 P4 D6 ;6mm ball nose\n")
-    assert cutter_of(load_tools(tmp_path / "a.tbl").tools[0]) == ball_mill(6.0)
+    assert cutter_of_tool(load_tools(tmp_path / "a.tbl").tools[0]) == ball_mill(6.0)
 
 
 def test_fusion_says_what_is_above_the_flutes_from_below_the_holder_in_its_own_unit(tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ from test_whole_parts import lines_of
 
 from leafcut.errors import LeafcutError
 from leafcut.read import read, read_contours, read_pockets
-from leafcut.read.format import load
-from leafcut.read.nest_list import read_wanted
+from leafcut.read.format import load_source
+from leafcut.read.nest_list import read_drawings_to_nest
 from leafcut.read.strip_instance import read_strip_instance
 from leafcut.read.time_table import parse_stopwatch_time, read_times
 from plain_text import text_of
@@ -168,7 +168,7 @@ TEXTS: dict[str, tuple[Callable[[Path], list[str]], list[str]]] = {
         ],
     ),
     "a.json": (
-        lambda file: [text_of(part) for part in read_strip_instance(load(file), 2, None, False)],
+        lambda file: [text_of(part) for part in read_strip_instance(load_source(file), 2, None, False)],
         [
             "",
             "[]",
@@ -191,7 +191,7 @@ TEXTS: dict[str, tuple[Callable[[Path], list[str]], list[str]]] = {
         ],
     ),
     "parts.csv": (
-        lambda file: [text_of(part).replace(str(file.parent), "") for part in read_wanted([f"{file}:2"])],
+        lambda file: [text_of(part).replace(str(file.parent), "") for part in read_drawings_to_nest([f"{file}:2"])],
         [
             "",
             "file,quantity\n",
@@ -310,6 +310,6 @@ def test_a_faulty_file_is_refused_or_read_as_it_was_checked(tmp_path: Path) -> N
 def test_the_options_of_a_strip_instance_replace_its_angles(tmp_path: Path) -> None:
     file = tmp_path / "a.json"
     file.write_text(strip(f'"demand": 2, "allowed_orientations": [90], {SQUARE}'), encoding="utf-8")
-    (part,) = read_strip_instance(load(file), 3, (0.5,), True, 25.4)
+    (part,) = read_strip_instance(load_source(file), 3, (0.5,), True, 25.4)
     assert (part.quantity, part.rotations, part.name) == (6, (0.5,), "s-0")
     assert part.contours[0].path.extents == (0.0, 0.0, 50.8, 25.4)

@@ -8,13 +8,13 @@ import pytest
 
 from leafcut.cli.app import run
 from leafcut.read import read
-from leafcut.read.csvmap import points_text
+from leafcut.read.csvmap import holes_as_csv
 
 
 @pytest.mark.parametrize("name", ["random:200:7", "example:plate-15x15-70", "example:plate-10"])
 def test_saved_points_are_the_same_when_they_are_read(name: str, tmp_path: Path) -> None:
     part, file = read(name), tmp_path / "map.csv"
-    file.write_text(points_text(part), encoding="utf-8")
+    file.write_text(holes_as_csv(part), encoding="utf-8")
     again = read(str(file))
     assert [(h.x, h.y, h.diameter) for h in again.holes] == [(h.x, h.y, h.diameter) for h in part.holes]
 

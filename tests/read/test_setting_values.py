@@ -9,7 +9,16 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.values import Axes, Value, ValueOrigin, Values, axis_texts, in_lines, number, with_unit
+from leafcut.read.controllers.values import (
+    Axes,
+    Value,
+    ValueOrigin,
+    Values,
+    format_axes,
+    format_line_numbers,
+    format_with_unit,
+    parse_leading_number,
+)
 
 INF = math.inf
 TAKEN, DERIVED, ASSUMED = ValueOrigin.TAKEN, ValueOrigin.DERIVED, ValueOrigin.ASSUMED
@@ -176,16 +185,18 @@ def test_what_a_file_does_not_tell_is_an_estimate() -> None:
 )  # fmt: skip
 def test_a_number_may_have_a_comment_after_it(text: str, value: float | str) -> None:
     if isinstance(value, str):
-        assert refusal(lambda values: number(values, text, "$1", 7)) == f"a.txt:7: {value}"
+        assert refusal(lambda values: parse_leading_number(values, text, "$1", 7)) == f"a.txt:7: {value}"
     else:
-        assert number(Values("a", "b"), text, "$1") == value
+        assert parse_leading_number(Values("a", "b"), text, "$1") == value
 
 
 def test_numbers_and_lines_are_written_shortly() -> None:
-    assert with_unit(0.1 + 0.2, "mm") == "0.3 mm" and with_unit(-INF, "mm") == "unknown"
-    assert with_unit(1234567890123, "mm") == "1.23456789e+12 mm"
-    assert (axis_texts((1, 1, 1), "s"), axis_texts((1, 1, 2), "s")) == ("1 s", ["1 s", "1 s", "2 s"])
-    assert [in_lines(lines) for lines in ([3], [3, 3], [4, 3], [5, 3, 4], [3, 5, 7], [3, 4, 6], [1, 2, 3, 4])] == [
+    assert format_with_unit(0.1 + 0.2, "mm") == "0.3 mm" and format_with_unit(-INF, "mm") == "unknown"
+    assert format_with_unit(1234567890123, "mm") == "1.23456789e+12 mm"
+    assert (format_axes((1, 1, 1), "s"), format_axes((1, 1, 2), "s")) == ("1 s", ["1 s", "1 s", "2 s"])
+    assert [
+        format_line_numbers(lines) for lines in ([3], [3, 3], [4, 3], [5, 3, 4], [3, 5, 7], [3, 4, 6], [1, 2, 3, 4])
+    ] == [
         "line 3",
         "line 3",
         "lines 3 and 4",

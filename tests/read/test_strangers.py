@@ -13,16 +13,16 @@ import shapely
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.geometry import containment, curves
-from leafcut.geometry.containment import find_conflicts
+from leafcut.geometry.containment import find_outline_conflicts
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.model.issue import Issue
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.processes.settings import collect_settings
 from leafcut.read import read_contours
 from leafcut.read.csvmap import read_csv
-from leafcut.read.format import Source, load, load_json
+from leafcut.read.format import Source, load_json, load_source
 from leafcut.read.machine import load_machine
-from leafcut.read.nest_list import read_wanted
+from leafcut.read.nest_list import read_drawings_to_nest
 from leafcut.read.strip_instance import read_strip_instance
 from leafcut.read.svg import read_svg_contours
 from leafcut.read.wkt import read_wkt_pockets
@@ -74,7 +74,7 @@ def test_a_field_longer_than_the_csv_reader_takes_is_told_with_its_line(text_fil
     """The reader's limit is 131,072 letters."""
     path = text_file("list.csv", "a.dxf,1\n" + '"' + "b" * 200_000 + '",1\n')
     with pytest.raises(ReadError) as caught:
-        read_wanted([str(path)])
+        read_drawings_to_nest([str(path)])
     assert one_line(caught.value).startswith(f"{path}:2: ")
     rows = Source("map.csv", b'4,5,6,"A"\n1,2,3,"' + b"x" * 200_000 + b'"\n')
     assert len(read_csv(rows, PLAIN).holes) == 1
@@ -208,7 +208,7 @@ def test_outlines_drawn_again_and_again_in_one_place_are_taken_once() -> None:
     angle = np.linspace(0.0, math.tau, 60)
     circle = shapely.polygons(np.column_stack([np.cos(angle), np.sin(angle)]))
     other = shapely.box(10, 10, 12, 12)
-    met = find_conflicts(np.array([circle, other, *[circle] * 400], dtype=object))
+    met = find_outline_conflicts(np.array([circle, other, *[circle] * 400], dtype=object))
     assert {(c.first, c.kind) for c in met} == {(0, "same")}
     assert sorted(c.second for c in met) == list(range(2, 402))
 
@@ -218,7 +218,7 @@ def test_outlines_of_which_all_cross_each_other_are_refused(monkeypatch: pytest.
     monkeypatch.setattr(containment, "MOST_MEETING", 100)
     squares = shapely.box(*np.array([[k, k, k + 100, k + 100] for k in range(60)], dtype=float).T)
     with pytest.raises(LeafcutError, match="thousands of outlines"):
-        find_conflicts(squares)
+        find_outline_conflicts(squares)
 
 
 HALVES = [b"\xff\xfe", b"\\U+D800", b"\\U+DFFF"]
@@ -246,7 +246,7 @@ def test_letters_of_a_drawing_that_no_text_can_hold_stop_no_report_and_no_answer
 def test_half_a_letter_in_json_is_told_in_one_line(tmp_path: Path) -> None:
     file = tmp_path / "a.json"
     file.write_text('{"name": "\\ud83d\\ude00 \\ud800", "items": []}')
-    for read in (lambda: read_strip_instance(load(file), 1, None, False), lambda: load_json(file)):
+    for read in (lambda: read_strip_instance(load_source(file), 1, None, False), lambda: load_json(file)):
         with pytest.raises(ReadError, match="an unpaired surrogate") as caught:
             read()
         assert one_line(caught.value).encode()

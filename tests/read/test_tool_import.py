@@ -12,7 +12,7 @@ import pytest
 import leafcut
 from leafcut.errors import DataError, OptionError
 from leafcut.model.tool import ToolKind
-from leafcut.read.tool_text import imported_tools
+from leafcut.read.tool_text import convert_library_to_toml
 from leafcut.read.tools import load_tools
 
 TABLE = """Tool;Type;Ø [mm];Description;Feed (mm/min);RPM;Flutes;Tip angle
@@ -61,7 +61,7 @@ FILES = {
 def test_a_library_is_read_again_with_the_same_tools(name: str, tmp_path: Path) -> None:
     file = tmp_path / name
     file.write_text(FILES[name], encoding="utf-8")
-    text, library = imported_tools(str(file), "mm")
+    text, library = convert_library_to_toml(str(file), "mm")
     out = tmp_path / f"{name}.toml"
     out.write_text(text, encoding="utf-8")
     again = load_tools(out)
@@ -105,8 +105,8 @@ def test_a_table_of_fusion_has_the_unit_of_each_tool(tmp_path: Path) -> None:
 def test_an_import_does_not_guess_the_unit_of_a_library(name: str, text: str, words: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(OptionError, match=re.escape(words)):
-        imported_tools(str(tmp_path / name))
-    assert imported_tools(str(tmp_path / name), "in")[1].tools[0].diameter == pytest.approx(6.35)
+        convert_library_to_toml(str(tmp_path / name))
+    assert convert_library_to_toml(str(tmp_path / name), "in")[1].tools[0].diameter == pytest.approx(6.35)
 
 
 def with_presets(folder: Path, name: str, *presets: tuple[str, int]) -> Path:
@@ -140,7 +140,7 @@ def test_the_material_chooses_the_preset_of_a_fusion_tool(name: str, tmp_path: P
     ):
         (tool,) = load_tools(file, material=material).tools
         assert (tool.spindle_rpm, tool.feed) == (speed, pytest.approx(speed / 600)), material
-    assert "15000" in imported_tools(str(file), material="softwood")[0]
+    assert "15000" in convert_library_to_toml(str(file), material="softwood")[0]
     for material in ("", "brass", "stainless-304"):
         with pytest.raises(DataError, match="name one with --material: 'Softwood', 'Steel', 'Stainless steel'"):
             load_tools(file, material=material)
@@ -209,7 +209,7 @@ def test_a_comma_in_a_freecad_tool_is_a_decimal_point(tmp_path: Path) -> None:
 def test_lengths_without_a_unit_are_those_that_are_said(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("T,D,kind\n1,0.5,drill\n")
     assert load_tools(tmp_path / "a.csv", "in").tools[0].diameter == pytest.approx(12.7)
-    assert "0.5 in" in imported_tools(str(tmp_path / "a.csv"), "in")[0]
+    assert "0.5 in" in convert_library_to_toml(str(tmp_path / "a.csv"), "in")[0]
 
 
 @pytest.mark.parametrize(
@@ -234,7 +234,7 @@ def test_what_is_no_library_is_refused_in_one_line(name: str, data: bytes | None
     if data is not None:
         (tmp_path / name).write_bytes(data)
     with pytest.raises(OptionError) as caught:
-        imported_tools(str(tmp_path / name), "mm")
+        convert_library_to_toml(str(tmp_path / name), "mm")
     assert words in str(caught.value) and "\n" not in str(caught.value)
 
 

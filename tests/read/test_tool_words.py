@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from leafcut.read.tool_formats import read_foreign_library
-from leafcut.read.tool_kinds import cone_in, kind_in, tap_in
-from leafcut.read.tool_table import rows_of_table
+from leafcut.read.tool_kinds import cone_in_comment, tap_pitch_in_comment, tool_kind_in_comment
+from leafcut.read.tool_table import read_tool_table
 
 #: Key → the names of its column, a cell, the value that it gives, and the kind of tool that has the key.
 COLUMNS: dict[str, tuple[str, str, object, str]] = {
@@ -41,7 +41,7 @@ def test_a_column_of_a_table_of_tools_is_known_by_each_of_its_names(key: str, na
     _, cell, value, kind = COLUMNS[key]
     cells = {"number": ("t", "7"), "kind": ("type", kind), "diameter": ("d", "8")} | {key: (name, cell)}
     text = "\n".join(";".join(column) for column in zip(*cells.values(), strict=True))
-    ((tool, values),) = rows_of_table(Path("a.csv"), text.encode(), "mm")
+    ((tool, values),) = read_tool_table(Path("a.csv"), text.encode(), "mm")
     assert tool == "T7" and isinstance(values, dict)
     assert values["point_angle" if key == "taper" else key] == value
 
@@ -53,7 +53,7 @@ def test_a_column_of_a_table_of_tools_is_known_by_each_of_its_names(key: str, na
 )
 def test_a_row_may_state_its_unit(head: str, word: str, unit: str) -> None:
     text = f"T,type,D,feed,{head}\n1,drill,4,20,{word}\n"
-    assert list(rows_of_table(Path("a.csv"), text.encode(), "")) == [
+    assert list(read_tool_table(Path("a.csv"), text.encode(), "")) == [
         ("T1", {"number": 1, "kind": "drill", "diameter": f"4 {unit}", "feed": f"20 {unit}/min"})
     ]
 
@@ -62,7 +62,7 @@ def test_a_row_may_state_its_unit(head: str, word: str, unit: str) -> None:
 def test_rows_with_presets_are_presets_of_their_tool(head: str) -> None:
     text = f"T,type,D,{head}\n1,drill,4,steel\n1,drill,4,wood\n2,drill,5,\n"
     drill = {"number": 1, "kind": "drill", "diameter": "4 mm"}
-    assert list(rows_of_table(Path("a.csv"), text.encode(), "mm")) == [
+    assert list(read_tool_table(Path("a.csv"), text.encode(), "mm")) == [
         ("T1", [("steel", drill), ("wood", drill)]),
         ("T2", {"number": 2, "kind": "drill", "diameter": "5 mm"}),
     ]
@@ -110,7 +110,9 @@ COARSE = {
 
 
 def test_a_metric_thread_without_a_pitch_is_coarse() -> None:
-    assert {size: tap_in(f"tap m{size}") for size in COARSE} == {size: f"{pitch} mm" for size, pitch in COARSE.items()}
+    assert {size: tap_pitch_in_comment(f"tap m{size}") for size in COARSE} == {
+        size: f"{pitch} mm" for size, pitch in COARSE.items()
+    }
 
 
 @pytest.mark.parametrize(
@@ -132,7 +134,7 @@ def test_a_metric_thread_without_a_pitch_is_coarse() -> None:
     ],
 )  # fmt: skip
 def test_a_comment_names_a_kind(comment: str, kind: str | None) -> None:
-    assert kind_in(comment) == kind
+    assert tool_kind_in_comment(comment) == kind
 
 
 @pytest.mark.parametrize(
@@ -148,7 +150,7 @@ def test_a_comment_names_a_kind(comment: str, kind: str | None) -> None:
 )  # fmt: skip
 def test_a_comment_names_a_cone_and_its_full_angle(comment: str, cone: tuple[str, str] | None) -> None:
     """A chamfer mill of less than 60 degrees is probably named by its half angle."""
-    assert cone_in(comment) == cone
+    assert cone_in_comment(comment) == cone
 
 
 @pytest.mark.parametrize(
@@ -161,4 +163,4 @@ def test_a_comment_names_a_cone_and_its_full_angle(comment: str, cone: tuple[str
     ],
 )  # fmt: skip
 def test_a_comment_names_a_tap_and_its_pitch(comment: str, pitch: str | None) -> None:
-    assert tap_in(comment) == pitch
+    assert tap_pitch_in_comment(comment) == pitch

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import LeafcutError
-from leafcut.read.tool_text import imported_tools
+from leafcut.read.tool_text import convert_library_to_toml
 from leafcut.read.tools import load_tools
 from plain_text import text_of
 
@@ -27,7 +27,7 @@ def readings_of(file: Path) -> str:
             if file.suffix == ".toml":
                 library, text = load_tools(file), ""
             else:
-                text, library = imported_tools(str(file), units, material)
+                text, library = convert_library_to_toml(str(file), units, material)
             tools = "\n".join(map(text_of, (*library.tools, *library.recipes)))
             found = f"{text}\n{tools}\nleft out: {text_of(library.left_out)}; without feeds: {library.without_feeds}"
         except LeafcutError as problem:

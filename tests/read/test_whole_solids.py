@@ -15,8 +15,8 @@ from test_whole_parts import readings_of
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions
 from leafcut.read import read, read_contours, read_pockets, read_whole
-from leafcut.read.format import Source, load
-from leafcut.read.step import work_besides_holes
+from leafcut.read.format import Source, load_source
+from leafcut.read.step import report_work_besides_holes
 from made_solids import DOWN, box, cone, cut, cylinder, fused, rounded, saved
 
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
@@ -24,8 +24,8 @@ pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
 
 def besides(file: Path, options: ReadOptions) -> Part:
     """Return a part with only the work that no drill can do."""
-    source: Source = load(file)
-    return Part("besides holes", issues=tuple(work_besides_holes(source, options)))
+    source: Source = load_source(file)
+    return Part("besides holes", issues=tuple(report_work_besides_holes(source, options)))
 
 
 READ = {

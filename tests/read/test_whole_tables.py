@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.read.controllers.importing import KINDS
 from leafcut.read.controllers.questions import QUESTIONS
-from leafcut.read.dxf_texts import letter_strokes
+from leafcut.read.dxf_texts import text_line_strokes
 from leafcut.read.machine_keys import PROFILE_KEYS
-from leafcut.read.registry import BUILT_IN, format_name
+from leafcut.read.registry import BUILT_IN, detect_format_name
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from plain_text import number, text_of
 
@@ -28,7 +28,7 @@ LETTERS = "ag1ÀàÁáÂâÃãÄäÅåČčÇçìíïØø±⌀∅°–—−’�
 
 def stroke_text(letter: str) -> str:
     """Return the strokes of a letter between two others, in units of the font: 21 to the height of a capital."""
-    strokes, width = letter_strokes(f"I{letter}I")
+    strokes, width = text_line_strokes(f"I{letter}I")
     lines = [" ".join(f"{number(21 * x)},{number(21 * y)}" for x, y in stroke) for stroke in strokes]
     return f"{letter!a}: width {number(21 * width)}: {'; '.join(lines)}"
 
@@ -53,7 +53,7 @@ def test_a_table_is_the_one_that_was_checked(name: str) -> None:
 @pytest.mark.parametrize("letter", ["я", "ĕ"])
 def test_a_letter_without_strokes_is_named(letter: str) -> None:
     with pytest.raises(ValueError, match=f"^no strokes for '{letter}'$"):
-        letter_strokes(f"a{letter}")
+        text_line_strokes(f"a{letter}")
 
 
 @pytest.mark.parametrize(
@@ -81,10 +81,10 @@ def test_a_letter_without_strokes_is_named(letter: str) -> None:
 def test_each_geometry_of_well_known_text_is_recognised(geometry: str, text: str, tmp_path: Path) -> None:
     for written in (geometry, geometry.lower()):
         (tmp_path / "drawing.x").write_text(text.format(written))
-        assert format_name(tmp_path / "drawing.x") == "wkt"
+        assert detect_format_name(tmp_path / "drawing.x") == "wkt"
 
 
 @pytest.mark.parametrize("axis", "ABCUVW")
 def test_a_block_with_an_axis_beside_xyz_is_kept(axis: str) -> None:
-    program = interpret_program(f"G21 G90 F100\nG0 X0 Y0 Z0\nG1 X1 {axis}5\nM2\n", dialect("linuxcnc"))
+    program = interpret_program(f"G21 G90 F100\nG0 X0 Y0 Z0\nG1 X1 {axis}5\nM2\n", load_dialect("linuxcnc"))
     assert list(program.fixed.values()) == [f"the axis {axis} is not understood"]

@@ -8,7 +8,7 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.model.kinds import CuttingWork, ToolMaterial
-from leafcut.read.work_materials import load_material, material_list, material_names
+from leafcut.read.work_materials import load_material, material_descriptions, material_names
 
 OWN = """
 name = "my-steel"
@@ -48,7 +48,7 @@ def test_every_value_of_every_shipped_material_has_its_source_or_is_called_an_es
 def test_no_two_materials_share_a_name() -> None:
     names = [word for name in material_names() for word in (name, *load_material(name).also)]
     assert len(names) == len(set(names))
-    assert [name for name, _ in material_list()] == material_names()
+    assert [name for name, _ in material_descriptions()] == material_names()
 
 
 @pytest.mark.parametrize("name", ["1045", "C45", " steel_c45 ", "steel c45"])

@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.report.plan_view import plan_view
 
@@ -31,7 +31,7 @@ def test_a_cycle_and_its_written_out_moves_look_the_same_from_above(cycle):
     path.rapid(z=10.0)
     for x, y in [(0.0, 0.0), (30.0, 40.0), (30.0, 0.0)]:
         path.drill(x, y, cycle, feed=3.0)
-    for seen in (plan_view(path.build()), plan_view(expand(path.build()))):
+    for seen in (plan_view(path.build()), plan_view(expand_cycles(path.build()))):
         assert seen.stops.tolist() == [[0.0, 0.0], [30.0, 40.0], [30.0, 0.0]]
         assert lengths(seen.rapids).tolist() == [50.0, 40.0]
         assert len(seen.cuts) == 0

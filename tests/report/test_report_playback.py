@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
@@ -135,7 +135,7 @@ def test_a_planned_path_takes_its_lines_from_the_program_that_was_written() -> N
     path.feed(x=10.0, feed=10.0)
     planned = path.build()
     text = "(a comment)\nG21 G90 G0 X0 Y0 Z5\nG1 X10 F600\nM2\n"
-    outcome = replace(_outcome(planned, text), written=interpret(text, dialect("linuxcnc")))
+    outcome = replace(_outcome(planned, text), written=interpret_own_program(text, load_dialect("linuxcnc")))
     rows = outcome_playback(outcome, "after")
     assert rows.line[rows.activity == Activity.CUT].tolist() == [3]
     assert outcome_playback(outcome, "before").line.tolist() == [0, 0]

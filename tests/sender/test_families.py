@@ -8,7 +8,7 @@ from fake_marlin import FakeMarlin
 
 from fake_grbl import FakeGrbl
 from leafcut.errors import OptionError, SendError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.read.controllers.importing import machine_from_settings
 from leafcut.read.machine import load_machine
 from leafcut.sender.answers import Greeting, Report, Status
@@ -171,7 +171,9 @@ def drilling() -> SendJob:
         "G1 Z-1",
         "G0 Z5",
     ]
-    return job_from_text("\n".join([*lines, "M30", ""]), "part.nc", load_machine("grbl-3018"), dialect("grbl"), None)
+    return job_from_text(
+        "\n".join([*lines, "M30", ""]), "part.nc", load_machine("grbl-3018"), load_dialect("grbl"), None
+    )
 
 
 def met(board: FakeGrbl) -> tuple[GrblConversation, Facts]:

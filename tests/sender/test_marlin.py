@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from leafcut.cli.app import run as leafcut
 from leafcut.errors import LeafcutError, OptionError, SendError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.read.machine import load_machine
 from leafcut.sender.answers import Accepted, Alarm, Greeting, InvalidAnswer, Report
 from leafcut.sender.character_counting import SentLine
@@ -48,7 +48,7 @@ def text_of(lines: Sequence[str]) -> str:
 
 
 def job_with(lines: Sequence[str]) -> SendJob:
-    return job_from_text(text_of(lines), "part.gcode", MACHINE, dialect("marlin"), None)
+    return job_from_text(text_of(lines), "part.gcode", MACHINE, load_dialect("marlin"), None)
 
 
 def met(board: FakeMarlin, *, homed: bool = True) -> tuple[MarlinConversation, Facts]:

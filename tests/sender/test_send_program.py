@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.read.machine import load_machine
@@ -22,14 +22,14 @@ from leafcut.sender.line_tracking import LineTracker
 from leafcut.sender.lines import Pause, steps_from_lines
 from leafcut.sender.resuming import first_line_of_hole, resuming_steps
 
-GRBL = dialect("grbl")
+GRBL = load_dialect("grbl")
 MACHINE = load_machine("grbl-3018")
 HEAD = "G21 G90 G94 G17\nG0 Z5\nM3 S900\n"
 
 
 def job(text: str, machine: str = "grbl-3018") -> SendJob:
     known = load_machine(machine)
-    return job_from_text(HEAD + text + "\nM30\n", "part.nc", known, dialect(known.controller), None)
+    return job_from_text(HEAD + text + "\nM30\n", "part.nc", known, load_dialect(known.controller), None)
 
 
 def run(text: str) -> Toolpath:

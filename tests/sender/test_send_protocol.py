@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from fake_grbl import BUFFER, FakeGrbl
 from leafcut.errors import OptionError, SendError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.read.machine import load_machine
 from leafcut.sender.character_counting import CharacterCounter, SentLine
 from leafcut.sender.grbl import GrblConversation
@@ -31,7 +31,7 @@ OPENING = 5
 
 
 def job_with(lines: Sequence[str]) -> SendJob:
-    return job_from_text("\n".join([*HEAD, *lines, "M30", ""]), "part.nc", MACHINE, dialect("grbl"), None)
+    return job_from_text("\n".join([*HEAD, *lines, "M30", ""]), "part.nc", MACHINE, load_dialect("grbl"), None)
 
 
 def drilled(count: int) -> list[str]:
@@ -189,7 +189,7 @@ def test_the_override_goes_up_a_step_at_a_time_and_back() -> None:
 def test_whatever_is_left_active_in_a_board_the_program_begins_in_the_state_in_which_it_was_read() -> None:
     """Otherwise a program without G90 would run as G91 after a program that ended in G91."""
     board = FakeGrbl()
-    assert sent(board, job_from_text("G0 Z5\nG0 X1 Y1\nM30\n", "part.nc", MACHINE, dialect("grbl"), "in")).complete
+    assert sent(board, job_from_text("G0 Z5\nG0 X1 Y1\nM30\n", "part.nc", MACHINE, load_dialect("grbl"), "in")).complete
     assert board.taken[:4] == ["G17G90G94G40G49G80", "G54", "G20", "G0Z5"]
     board = FakeGrbl()
     assert sent(board, job_with(drilled(1))).complete
@@ -395,7 +395,9 @@ def checked_on(board: FakeGrbl, *lines: str, accept: Sequence[str] = ()) -> None
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     text = "\n".join([*HEAD, *lines, "M30", ""])
-    check_program(job_from_text(text, "part.nc", MACHINE, dialect("grbl"), None, accept), talk.facts(), unhomed=False)
+    check_program(
+        job_from_text(text, "part.nc", MACHINE, load_dialect("grbl"), None, accept), talk.facts(), unhomed=False
+    )
 
 
 #: The work zero of the fake board is at Z-50 in machine coordinates.
@@ -462,7 +464,7 @@ def test_a_first_move_across_starts_above_the_program(line: str) -> None:
     text = "\n".join(["G21 G90 G94 G17", line, "G0 Z5", "M3 S900", *drilled(1), "M30", ""])
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
-    job = job_from_text(text, "part.nc", MACHINE, dialect("grbl"), None)
+    job = job_from_text(text, "part.nc", MACHINE, load_dialect("grbl"), None)
     with pytest.raises(SendError, match=r"line 2 moves in X or Y before .* the tool is at Z-10\.000"):
         check_program(job, talk.facts(), unhomed=False)
     board.place = "-150.000,-150.000,-1.000"
@@ -474,7 +476,7 @@ def test_a_cut_needs_a_spindle_that_the_program_starts_and_that_has_a_speed() ->
     lines = ["G21 G90 G94 G17", "G0 Z5", "{}", *drilled(2), "M30", ""]
 
     def job(start: str, accept: Sequence[str] = ()) -> SendJob:
-        return job_from_text("\n".join(lines).format(start), "part.nc", MACHINE, dialect("grbl"), None, accept)
+        return job_from_text("\n".join(lines).format(start), "part.nc", MACHINE, load_dialect("grbl"), None, accept)
 
     with pytest.raises(OptionError, match=r"is not sent: L803 the program never starts the spindle.*--accept L803"):
         job("G4 P1")

@@ -10,7 +10,7 @@ import numpy as np
 from canvas_scenes import MACHINE
 from canvas_server import until
 
-from leafcut.material.solid import Solid, solid_of
+from leafcut.material.solid import Solid, cut_display_solid
 from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import BodySegment, Tool, ToolKind
@@ -63,7 +63,7 @@ def shaped_path(slot: float = -3.0) -> Toolpath:
 
 def shaped_solid() -> Solid:
     """Return the stock that is cut by all tools, as Python cuts it."""
-    return solid_of(shaped_path(), STOCK)
+    return cut_display_solid(shaped_path(), STOCK)
 
 
 def stepped_stock() -> ShownStock:

@@ -11,7 +11,7 @@ from waiting import until
 
 from fake_grbl import FakeGrbl
 from leafcut.errors import OptionError, SendError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.read.machine import load_machine
 from leafcut.sender.job import SendJob, job_from_text, tools_after_line
 from leafcut.sender.jogging import JOG_CANCEL
@@ -27,7 +27,7 @@ SOON = 60.0
 
 
 def job(text: str = PLATE) -> SendJob:
-    return job_from_text(text, "plate.nc", load_machine("grbl-3018"), dialect("grbl"), None)
+    return job_from_text(text, "plate.nc", load_machine("grbl-3018"), load_dialect("grbl"), None)
 
 
 @pytest.fixture

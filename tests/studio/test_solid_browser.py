@@ -23,7 +23,7 @@ from solid_scenes import (
     stepped_stock,
 )
 
-from leafcut.material.solid import solid_of
+from leafcut.material.solid import cut_display_solid
 
 #: Where a place of the program is on the page.
 AT = """([x, y, z]) => {
@@ -177,7 +177,7 @@ def test_keys_turn_move_and_zoom_the_view(page: Any) -> None:
 
 def test_a_part_that_is_not_flat_is_cut_as_python_cuts_it_and_what_holds_it_is_coloured_otherwise(page: Any) -> None:
     see(page, "steps")
-    solid = solid_of(stepped_path(), stepped_stock())
+    solid = cut_display_solid(stepped_path(), stepped_stock())
     np.testing.assert_allclose(heights(page), solid.after.heights, rtol=0, atol=1e-5)
     seek(page, 0.0)
     assert (heights(page) == solid.before.heights).all()

@@ -12,7 +12,7 @@ from canvas_scenes import MACHINE
 from numpy.typing import NDArray
 from solid_scenes import STOCK, shaped_path, stepped_path, stepped_stock
 
-from leafcut.material.solid import solid_of
+from leafcut.material.solid import cut_display_solid
 from leafcut.model.shown_stock import ShownStock
 from leafcut.studio.drawing.solid import compared_solid_scenes, solid_scene
 from leafcut.studio.jobs.link import Link
@@ -34,7 +34,7 @@ def unpacked(scene: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 def test_the_surface_and_what_holds_it_are_told_cell_by_cell() -> None:
     header, blocks = unpacked(solid_scene(stepped_path(), MACHINE, stepped_stock()))
-    solid = solid_of(stepped_path(), stepped_stock())
+    solid = cut_display_solid(stepped_path(), stepped_stock())
     assert (blocks["start"].reshape(solid.held.shape) == solid.before.heights).all()
     assert (blocks["held"].reshape(solid.held.shape) == solid.held).all()
     assert header["tools"]["4"]["bodies"] == [["holder", 30.0, 10.0]]

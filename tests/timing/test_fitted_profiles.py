@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from benchmarks import page, timed_programs
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.machine import Machine
 from leafcut.read.machine import load_machine
-from leafcut.timing.fitting import HAND_S, MachineFit, MeasuredProgram, fit_machine, model_seconds
+from leafcut.timing.fitting import HAND_S, MachineFit, MeasuredProgram, fit_machine, predict_program_seconds
 
 ROOT = Path(__file__).parents[2]
 ROUTER = replace(load_machine("mach3-router"), corners="grbl", corner_deviation=0.02, spindle_start_s=0.0)
@@ -56,8 +56,8 @@ TEXTS = {
 
 def programs(names: list[str], machine: Machine, off: float = 0.0) -> list[MeasuredProgram]:
     """Return programs with the model's own times on a machine, each off by some seconds, up and down in turn."""
-    made = [MeasuredProgram(name, interpret_program(TEXTS[name], dialect("linuxcnc")).path, 1.0) for name in names]
-    seconds = model_seconds(made, machine)
+    made = [MeasuredProgram(name, interpret_program(TEXTS[name], load_dialect("linuxcnc")).path, 1.0) for name in names]
+    seconds = predict_program_seconds(made, machine)
     signs = np.resize([1.0, -1.0, 0.5], len(made))
     return [replace(one, seconds=float(s + off * sign)) for one, s, sign in zip(made, seconds, signs, strict=True)]
 
@@ -116,7 +116,7 @@ def test_the_least_squares_are_the_least_of_a_grid() -> None:
 
     def squares(machine: Machine) -> float:
         seconds = np.array([one.seconds for one in measured])
-        off = (model_seconds(measured, machine) - seconds) / np.hypot(HAND_S, 0.005 * seconds)
+        off = (predict_program_seconds(measured, machine) - seconds) / np.hypot(HAND_S, 0.005 * seconds)
         return float(off @ off)
 
     found = fit_machine(measured, ROUTER)
@@ -142,7 +142,7 @@ def test_recorded_times_of_linuxcnc_give_the_accelerations_it_had() -> None:
     truth, sim = recorded(), load_machine("linuxcnc-sim")
     # Its clock runs from machine zero on, where it stands at first.
     texts = {name: f"G0 X0 Y0 Z0\n{writers[name]()}" for name in names}
-    paths = {name: interpret_program(text, dialect("linuxcnc")).path for name, text in texts.items()}
+    paths = {name: interpret_program(text, load_dialect("linuxcnc")).path for name, text in texts.items()}
     measured = [MeasuredProgram(name, paths[name], truth[name]) for name in names]
     for wrong in (1 / 3, 2.0):
         found: MachineFit = fit_machine(measured, changed(sim, wrong, sim.corner_deviation))

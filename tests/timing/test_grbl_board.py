@@ -19,9 +19,9 @@ from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.read.machine import load_machine, machine_template
-from leafcut.timing.grbl import sent_lines
+from leafcut.timing.grbl import count_line_bytes_and_words
 from leafcut.timing.profile import trapezoid_time
-from leafcut.timing.toolpath import measure_toolpath, starved_rows
+from leafcut.timing.toolpath import measure_toolpath, rows_waiting_for_serial_line
 
 RECORDED = grbl_time.recorded()
 
@@ -159,15 +159,15 @@ def test_lines_that_come_too_slowly_are_found_where_they_are() -> None:
             x, row = x + step, row + 1
             builder.feed(x, 0.0, feed=80.0, line=row)
     path = builder.build()
-    rows, lost = starved_rows(path, MILL)
+    rows, lost = rows_waiting_for_serial_line(path, MILL)
     inside = (path.line[rows] > 21) & (path.line[rows] <= 321)
     assert lost[inside].sum() > 0.1
     assert lost[~inside].sum() < 0.1 * lost[inside].sum()
-    assert not len(starved_rows(path, replace(MILL, controller="linuxcnc"))[0])
+    assert not len(rows_waiting_for_serial_line(path, replace(MILL, controller="linuxcnc"))[0])
 
 
 def test_comments_and_blanks_are_not_sent() -> None:
-    sent = sent_lines(["G1 X1.5 (a comment) Y2\n", "; nothing\n", "\n", "m5\n"])
+    sent = count_line_bytes_and_words(["G1 X1.5 (a comment) Y2\n", "; nothing\n", "\n", "m5\n"])
     assert sent.size.tolist() == [len("G1X1.5Y2") + 1, 0, 0, 3]
     assert sent.words.tolist() == [3, 0, 0, 1]
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.model.toolpath import Arc, ToolpathBuilder, arc_sweep, plane_axes
-from leafcut.model.turns import turns_of
-from leafcut.timing.lookahead import MotionSegments, travel_seconds
+from leafcut.model.turns import arc_turns
+from leafcut.timing.lookahead import MotionSegments, segment_move_seconds
 
 ARC = st.tuples(
     st.sampled_from([17, 18, 19]),
@@ -36,7 +36,7 @@ def test_arcs_in_columns_are_those_of_the_model(arcs) -> None:
         builder.rapid(*begin)
         builder.arc(clockwise, (end[0], end[1], end[2]), Arc((0.0, 0.0, 0.0), plane, turns), feed=1.0)
     path = builder.build()
-    found = turns_of(path)
+    found = arc_turns(path)
     for i, row in enumerate(found.row.tolist()):
         radius, _, sweep = arc_sweep(path, row)
         assert found.turn.radius[i] == pytest.approx(radius)
@@ -81,5 +81,5 @@ POSITIVE = st.floats(0.1, 40.0)
 def test_running_minima_are_the_passes_from_piece_to_piece(pieces, data) -> None:
     depth = data.draw(st.integers(1, 12))
     columns = np.array(pieces).T
-    found = travel_seconds(MotionSegments(*columns, move=np.arange(len(pieces))), depth)
+    found = segment_move_seconds(MotionSegments(*columns, move=np.arange(len(pieces))), depth)
     assert found == pytest.approx(by_hand(*columns.tolist(), depth=depth), rel=1e-6, abs=1e-6)

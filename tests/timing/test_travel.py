@@ -14,7 +14,7 @@ from leafcut.errors import PlanError
 from leafcut.kernels.cost import edge_costs
 from leafcut.model.machine import Machine
 from leafcut.model.problem import METRICS, Metric, Relief
-from leafcut.order.instance import cost_model
+from leafcut.order.instance import build_cost_model
 from leafcut.timing import travel
 from leafcut.timing.profile import move_time
 from leafcut.timing.travel import TIE_BREAK, travel_heights, travel_metric
@@ -174,7 +174,7 @@ def test_the_compiled_code_goes_as_high_and_costs_as_much_both_ways(places, seed
     heights = travel_heights(relief, xy, style == "dogleg")
     assert heights.tolist() == [travel_height(relief, *pair, style == "dogleg") for pair in pairwise(map(tuple, xy))]
     leave, arrive = (side.ravel().astype(np.int32) for side in np.meshgrid(np.arange(len(xy)), np.arange(len(xy))))
-    model = cost_model(metric, xy)
+    model = build_cost_model(metric, xy)
     costs = np.zeros(len(leave))
     edge_costs(model, leave, arrive, costs)
     pairs = [(tuple(xy[i]), tuple(xy[j])) for i, j in zip(leave, arrive, strict=True)]

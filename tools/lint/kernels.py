@@ -9,13 +9,13 @@ import sources
 
 
 def faults() -> Iterator[str]:
-    """Report each import of a ``part`` outside ``kernels/``, because it would be recompiled in each run."""
+    """Report each import of an ``inner_kernel`` outside ``kernels/``, because it would be recompiled in each run."""
     parts = {
         (file.stem, node.name)
         for file in sources.modules("kernels")
         for node in sources.tree_of(file).body
         if isinstance(node, ast.FunctionDef)
-        and any(isinstance(name, ast.Name) and name.id == "part" for name in node.decorator_list)
+        and any(isinstance(name, ast.Name) and name.id == "inner_kernel" for name in node.decorator_list)
     }
     for file in sources.modules():
         if file.parent.name == "kernels":
@@ -24,4 +24,5 @@ def faults() -> Iterator[str]:
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("leafcut.kernels."):
                 for alias in node.names:
                     if (str(node.module).rpartition(".")[2], alias.name) in parts:
-                        yield f"{sources.place(file, node.lineno)}: {alias.name} is a `part`; make it a `kernel`"
+                        place = sources.place(file, node.lineno)
+                        yield f"{place}: {alias.name} is an `inner_kernel`; make it a `kernel`"

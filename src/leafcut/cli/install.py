@@ -111,13 +111,17 @@ def install_kernels(*, as_json: Json = False) -> int:
 
 
 def _completion_choices() -> dict[str, Sequence[str]]:
-    from leafcut.gcode.dialects import dialect_list
+    from leafcut.gcode.dialects import dialect_names_and_descriptions
     from leafcut.processes import registry
     from leafcut.processes.settings import all_options
     from leafcut.read.machine import machine_names
 
     choices: dict[str, Sequence[str]] = {name: (*spec.all_choices, *spec.words) for _, name, spec in all_options()}
-    choices |= {"machine": machine_names(), "dialect": [name for name, _ in dialect_list()], "shell": SHELLS}
+    choices |= {
+        "machine": machine_names(),
+        "dialect": [name for name, _ in dialect_names_and_descriptions()],
+        "shell": SHELLS,
+    }
     commands = [work.command for work in registry.works()]
     return {**choices, "process": registry.all_process_values(), "command": commands}
 

@@ -55,9 +55,9 @@ def list_known(
 
 
 def _machines() -> Sequence[tuple[str, str]]:
-    from leafcut.read.machine import machine_list
+    from leafcut.read.machine import machine_descriptions
 
-    return machine_list()
+    return machine_descriptions()
 
 
 def _machine_file(name: str) -> tuple[str, str]:
@@ -67,21 +67,21 @@ def _machine_file(name: str) -> tuple[str, str]:
 
 
 def _materials() -> Sequence[tuple[str, str]]:
-    from leafcut.read.work_materials import material_list
+    from leafcut.read.work_materials import material_descriptions
 
-    return material_list()
+    return material_descriptions()
 
 
 def _material_file(name: str) -> tuple[str, str]:
-    from leafcut.read.work_materials import load_material, material_text
+    from leafcut.read.work_materials import load_material, material_file_text
 
-    return load_material(name).name, material_text(name)
+    return load_material(name).name, material_file_text(name)
 
 
 def _dialects() -> Sequence[tuple[str, str]]:
-    from leafcut.gcode.dialects import dialect_list
+    from leafcut.gcode.dialects import dialect_names_and_descriptions
 
-    return dialect_list()
+    return dialect_names_and_descriptions()
 
 
 def _dialect_file(name: str) -> tuple[str, str]:

@@ -57,7 +57,7 @@ def import_machine(
     as_json: Json = False,
 ) -> int:
     """Make a machine profile from the settings of its controller; each value is shown with its source."""
-    from leafcut.read.controllers.importing import machine_from_settings, read_settings, settings_text
+    from leafcut.read.controllers.importing import decode_settings, machine_from_settings, read_settings
 
     if file is not None and port is not None:
         raise OptionError("machine import takes FILE or --port, not both")
@@ -72,7 +72,7 @@ def import_machine(
     elif name is None:
         raise OptionError("machine import needs FILE, or --port")
     elif name == DASH:
-        text, name = settings_text(StandardInput.read().data, "standard input"), "standard input"
+        text, name = decode_settings(StandardInput.read().data, "standard input"), "standard input"
     else:
         text = read_settings(name)
     _write_or_print(machine_from_settings(text, name, settings_kind, units), output, as_json=as_json)
@@ -143,7 +143,7 @@ def new_machine(
     On a terminal, values that are not given by a flag or by --answers are asked, with a suggestion. Otherwise the
     suggestion is used, and shown.
     """
-    from leafcut.read.controllers.questions import ask_machine, read_answers
+    from leafcut.read.controllers.questions import ask_machine, load_answers
 
     refuse_standard_input("--answers", answers)
     refuse_standard_input("--base", base)
@@ -152,7 +152,7 @@ def new_machine(
     given: dict[str, Any] = {}
     places: dict[str, str] = {}
     if answers is not None:
-        given, places = read_answers(Path(answers))
+        given, places = load_answers(Path(answers))
     flags = {
         "name": name,
         "controller": controller,
@@ -239,18 +239,18 @@ def check_machine(
 
 
 def _fitted_profile(machine: str, fitted: MachineFit, programs: int, output: str) -> str:
-    from leafcut.read.controllers.importing import changed_profile
-    from leafcut.read.controllers.values import axis_texts
+    from leafcut.read.controllers.importing import change_profile_values
+    from leafcut.read.controllers.values import format_axes
 
     changes: dict[str, tuple[Any, str]] = {}
     if fitted.acceleration is not None:
         words = f"fitted to {programs} measured programs: {fitted.acceleration:.3g} times that of {machine}"
         numbers = [round(acceleration, 3) for acceleration in fitted.machine.acceleration]
-        changes["rapid.acceleration"] = (axis_texts(numbers, "mm/s2"), words)
+        changes["rapid.acceleration"] = (format_axes(numbers, "mm/s2"), words)
     if fitted.corner is not None:
         value = f"{fitted.machine.corner_deviation:.4g} mm"
         changes["corners.deviation"] = (value, f"fitted to {programs} measured programs")
-    return changed_profile(machine, changes, output)
+    return change_profile_values(machine, changes, output)
 
 
 def _measured_programs(programs: Sequence[str], measured: Sequence[str], times: str | None) -> list[tuple[str, float]]:
@@ -310,13 +310,13 @@ def import_tools(
     as_json: Json = False,
 ) -> int:
     """Convert a tool library of another program; list the tools that leafcut cannot use, with the reason."""
-    from leafcut.read.tool_text import imported_tools
+    from leafcut.read.tool_text import convert_library_to_toml
 
     refuse_standard_input("tools import", file)
     _check_output(output, [file])
     if units not in ("mm", "in", "", None):
         raise OptionError(f"--units: '{units}' is not mm or in")
-    text, library = imported_tools(file, units or "", material or "")
+    text, library = convert_library_to_toml(file, units or "", material or "")
     if output:
         _write_signed(output, text)
     if as_json:

@@ -403,9 +403,9 @@ def _default_sheet_file(parts: Sequence[str]) -> str | None:
 
 
 def _files_without_quantities(parts: Sequence[str]) -> list[str]:
-    from leafcut.read.nest_list import file_and_quantity
+    from leafcut.read.nest_list import split_file_and_quantity
 
-    return [file_and_quantity(word)[0] for word in parts]
+    return [split_file_and_quantity(word)[0] for word in parts]
 
 
 def _refuse_foreign_sheets(output: str, parts: Sequence[str], remnants: str | None) -> None:

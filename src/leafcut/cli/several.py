@@ -47,9 +47,9 @@ def expand_folders_and_lists(words: Iterable[str]) -> list[str]:
 
 def is_input(path: Path) -> bool:
     """Return whether a file in a folder is an input: leafcut can read it and has not written it."""
-    from leafcut.read.registry import format_name
+    from leafcut.read.registry import detect_format_name
 
-    kind = format_name(path)
+    kind = detect_format_name(path)
     try:
         return bool(kind) and not (kind in ("gcode", "dxf") and _is_unchanged_output(path.read_bytes()))
     except OSError:  # the file was removed
@@ -111,9 +111,9 @@ def expand_inputs(
 
 def all_drill_files(inputs: Iterable[str]) -> bool:
     """Return whether all inputs are drill files, which may belong to one board."""
-    from leafcut.read.registry import format_name
+    from leafcut.read.registry import detect_format_name
 
-    return all(format_name(source) == "excellon" for source in inputs)
+    return all(detect_format_name(source) == "excellon" for source in inputs)
 
 
 def files_beside_inputs(inputs: Sequence[str], names: Sequence[str], all_inputs: Iterable[str]) -> list[str]:

@@ -45,7 +45,7 @@ def solve(
 ) -> int:
     """Find a short closed tour through the points of a map, or one point of each set, to study the algorithms."""
     from leafcut import api
-    from leafcut.read.csvmap import points_text
+    from leafcut.read.csvmap import holes_as_csv
     from leafcut.read.tsplib import tour_text
     from leafcut.report.wording import count, tour_quality_lines
 
@@ -66,7 +66,7 @@ def solve(
     if tour:
         write_whole(tour, tour_text(part.name, solution.nodes, every=part.grouping is None))
     if save_map:
-        write_whole(save_map, points_text(part))
+        write_whole(save_map, holes_as_csv(part))
     if as_json:
         from leafcut.report.json_answer import tour_as_json
 

@@ -11,11 +11,11 @@ from leafcut import api
 from leafcut.files.whole_files import StandardInput
 from leafcut.geometry.polyline import Polyline
 from leafcut.kernels.compiling import Compilations, announced_compilations
-from leafcut.material.bands import segments_near
-from leafcut.material.mesh_field import field_of_mesh
+from leafcut.material.bands import segment_point_pairs_within
+from leafcut.material.mesh_field import mesh_to_height_field
 from leafcut.material.removal import engaged_tool_path
-from leafcut.material.step_over import widest_gaps
-from leafcut.material.surface import hole_rims, safe_tiles
+from leafcut.material.step_over import measure_widest_step_overs
+from leafcut.material.surface import build_safe_tiles, heights_around_holes
 from leafcut.message import Message
 from leafcut.model.mesh import Mesh
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
@@ -99,11 +99,11 @@ def _warm_program_reader() -> None:
 
 def _warm_surfaces() -> None:
     slope = np.array([[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 1.0]]])
-    tiles = safe_tiles(slope, 1.0, 1.0, 20)
+    tiles = build_safe_tiles(slope, 1.0, 1.0, 20)
     relief = Relief(np.zeros((0, 2)), np.zeros(0), 0.0, *tiles, velocity=50.0, acceleration=200.0)
     travel_heights(relief, np.zeros((2, 2)), dogleg=False)
-    hole_rims(slope, np.array([[2.0, 2.0]]), np.array([1.0]))
-    field_of_mesh(Mesh(slope, "slope"), 1.0)
+    heights_around_holes(slope, np.array([[2.0, 2.0]]), np.array([1.0]))
+    mesh_to_height_field(Mesh(slope, "slope"), 1.0)
 
 
 def _warm_timing() -> None:
@@ -111,5 +111,5 @@ def _warm_timing() -> None:
     rules = PocketRules(tool_diameter=4.0, step_over=2.0)
     path = PocketPath("warm", (PocketPiece(Polyline.of_points([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])),))
     path_cut, _ = engaged_tool_path(path, rules)
-    widest_gaps(path_cut, shapely.box(0.0, 0.0, 9.0, 2.0), rules)
-    segments_near(path_cut.xy[:-1], path_cut.xy[1:], path_cut.xy, np.ones(len(path_cut)))
+    measure_widest_step_overs(path_cut, shapely.box(0.0, 0.0, 9.0, 2.0), rules)
+    segment_point_pairs_within(path_cut.xy[:-1], path_cut.xy[1:], path_cut.xy, np.ones(len(path_cut)))

@@ -44,12 +44,12 @@ def is_active_comment(comment: str) -> bool:
     return bool(_STOP.match(comment) or _ACTION.match(comment))
 
 
-def may_stop(comments: Iterable[str]) -> bool:
+def may_stop_program(comments: Iterable[str]) -> bool:
     """Return whether any of the comments may stop the program."""
     return any(_STOP.match(comment) for comment in comments)
 
 
-def active_comments(comments: Sequence[str]) -> list[str]:
+def select_active_comments(comments: Sequence[str]) -> list[str]:
     """Return the first active comment of a block, and all comments after it.
 
     The later comments matter because LinuxCNC only acts on the last comment of a block.
@@ -58,7 +58,7 @@ def active_comments(comments: Sequence[str]) -> list[str]:
     return list(comments[first:])
 
 
-def shown_comments(line: str, dialect: Dialect) -> list[str]:
+def active_or_displayed_comments(line: str, dialect: Dialect) -> list[str]:
     """Return the active comments of a line.
 
     All comments are active if the line displays its comments to the operator (alarm, stop, question).
@@ -66,7 +66,7 @@ def shown_comments(line: str, dialect: Dialect) -> list[str]:
     if "(" not in line and ";" not in line:
         return []
     comments = split_line(line, nested=True)[1]
-    return list(comments) if dialect.groups == "fanuc" and _PROMPT.search(line) else active_comments(comments)
+    return list(comments) if dialect.groups == "fanuc" and _PROMPT.search(line) else select_active_comments(comments)
 
 
 class ControllerSetting(NamedTuple):
@@ -97,7 +97,7 @@ def controller_settings(lines: Sequence[str], dialect: Dialect) -> tuple[Control
         bare = _NUMBER.sub("", _without_spaces(line))
         parameter = _SETTING.match(bare)
         if parameter is not None and parameter.group(1) in dialect.obeyed_parameters:
-            value: tuple[object, ...] = (parameter.group(1), _number(parameter.group(2)))
+            value: tuple[object, ...] = (parameter.group(1), _number_or_text(parameter.group(2)))
         elif any(opening in bare for opening in openings):
             exactly = _NUMBER.sub("", line.strip()).lstrip().startswith(dialect.obeyed_comments)
             value = ("comment", exactly, *_comment_parameters(line, bare))
@@ -111,7 +111,7 @@ def _without_spaces(text: str) -> str:
     return "".join(text.split()).casefold()
 
 
-def _number(text: str) -> float | str:
+def _number_or_text(text: str) -> float | str:
     try:
         return float(text)
     except ValueError:
@@ -128,4 +128,4 @@ def _comment_parameters(line: str, bare: str) -> Sequence[object]:
         return [bare]
     inside = line.partition("(")[2].partition(")")[0]
     named = {name.lstrip(): value.strip() for name, _, value in (item.partition("=") for item in inside.split(","))}
-    return sorted((name, _number(value) if name in _MEASURES else value) for name, value in named.items())
+    return sorted((name, _number_or_text(value) if name in _MEASURES else value) for name, value in named.items())

@@ -80,7 +80,7 @@ def describe_block(
     """
     points = dialect.groups == "fanuc"
     words = [
-        f"{w.letter}{_number_text(w.value)}" + ("." if points and "." in w.text else "")
+        f"{w.letter}{_format_number(w.value)}" + ("." if points and "." in w.text else "")
         for w in block.words
         if w.letter not in "NO"
     ]
@@ -95,7 +95,7 @@ def may_read_parameters(unknown: Iterable[Word], comments: Sequence[str], dialec
     return macro or any("#" in text or "%" in text or text[:2].lower() == "py" for text in comments)
 
 
-def _number_text(value: float) -> str:
+def _format_number(value: float) -> str:
     # Nine decimals: sums are not exact, and no machine has a finer resolution.
     return f"{round(value, 9) + 0.0:.12g}"
 
@@ -146,9 +146,9 @@ def significant_text(line: str, dialect: Dialect) -> str:
 
     On Fagor, comments are included because they may be statements.
     """
-    return "".join(line.split()).upper() if dialect.cycle_words == "fagor" else normalized(line)
+    return "".join(line.split()).upper() if dialect.cycle_words == "fagor" else normalize_line(line)
 
 
-def normalized(line: str) -> str:
+def normalize_line(line: str) -> str:
     """Convert a line to capitals, and remove its line number, comments and spaces."""
     return _NUMBER.sub(r"\1", "".join(COMMENT.sub("", line).split()).upper())

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from leafcut.gcode.state import CycleValues, InterpreterState, whole_number
+from leafcut.gcode.state import CycleValues, InterpreterState, parse_whole_number
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.message import Message
 from leafcut.model.cycles import DWELLING, PECKING
@@ -41,7 +41,7 @@ def end_cycle(state: InterpreterState) -> None:
     state.path.end_cycles()
 
 
-def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
+def drill_cycle_holes(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Drill the hole of a block in a canned cycle. If the block states a number of repeats, drill that many holes."""
     if state.plane != 17:
         raise UnclearBlock("leafcut understands canned cycles only in the XY plane (G17)")
@@ -49,8 +49,8 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
         raise BlockError("a canned cycle cannot be used in inverse time mode (G93)")
     x, y = state.path.position[:2]
     step_x, step_y = _hole_coordinate(state, letters, "X", x), _hole_coordinate(state, letters, "Y", y)
-    cycle = _cycle(state, letters)
-    repeats = _repeats(state, letters)
+    cycle = _build_cycle(state, letters)
+    repeats = _repeat_count(state, letters)
     feed = state.feed_for(letters, math.nan)
     if repeats > 1:
         state.repeated_holes += repeats
@@ -71,28 +71,28 @@ def _hole_coordinate(state: InterpreterState, letters: dict[str, Word], letter: 
     return state.mm(word)
 
 
-def _repeats(state: InterpreterState, letters: dict[str, Word]) -> int:
+def _repeat_count(state: InterpreterState, letters: dict[str, Word]) -> int:
     letter = state.dialect.repeat_letter
     if state.stores_cycles and letter == "K" and "K" not in letters:
         letter = "L"  # older Fanuc controls
     word = letters.pop(letter, None) if letter else None
-    repeats = 1 if word is None else whole_number(word, MAX_REPEATS)
+    repeats = 1 if word is None else parse_whole_number(word, MAX_REPEATS)
     if repeats == 0 and not state.stores_cycles:
         raise BlockError("{}: a cycle with no repeats", word)
     return repeats
 
 
-def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
+def _build_cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     fagor = state.dialect.cycle_words == "fagor"
     name = f"G{state.cycle}"
     words = state.cycle_values
     _take_plane_words(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
     if "Q" in letters and (name in PECKING or not fagor):
-        _note_spare(state, words, letters["Q"], name in PECKING)
-        words.peck = _peck_word(state, letters.pop("Q"))
+        _note_spare_word(state, words, letters["Q"], name in PECKING)
+        words.peck = _peck_in_mm(state, letters.pop("Q"))
     dwelling = name in (*state.dialect.dwell_cycles, "G86", "G89") or (fagor and name in ("G81", "G85"))
     if (dwelling or not fagor) and state.dialect.dwell_letter in letters:
-        _note_spare(state, words, letters[state.dialect.dwell_letter], dwelling)
+        _note_spare_word(state, words, letters[state.dialect.dwell_letter], dwelling)
         words.dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
         state.last_dwell = words.dwell if dwelling else state.last_dwell
     if fagor and name == "G81" and words.dwell is not None:
@@ -100,7 +100,7 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     elif fagor and name == "G85" and words.dwell:
         raise UnclearBlock("G85 with a dwell is not understood")
     r_plane, bottom = _plane_heights(state, words, fagor)
-    peck = _peck_depth(words, name, r_plane - bottom, state.stores_cycles)
+    peck = _checked_peck_depth(words, name, r_plane - bottom, state.stores_cycles)
     if name == "G82" and words.dwell is None and not state.stores_cycles:
         raise BlockError("G82 needs its dwell, {}", state.dialect.dwell_letter)
     dwell = words.dwell or 0.0
@@ -112,13 +112,13 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if waits else 0.0)
 
 
-def _note_spare(state: InterpreterState, words: CycleValues, word: Word, used: bool) -> None:
+def _note_spare_word(state: InterpreterState, words: CycleValues, word: Word, used: bool) -> None:
     if not used:
         state.policy.unknown(Message("{} has no meaning in this block", word))
         words.spare.add("Q" if word.letter == "Q" else "P")
 
 
-def _peck_word(state: InterpreterState, word: Word) -> float:
+def _peck_in_mm(state: InterpreterState, word: Word) -> float:
     """Return the peck depth Q of a cycle, mm.
 
     On many Fanuc controls, Q without a decimal point means thousandths even if X does not.
@@ -181,7 +181,7 @@ def _plane_heights(state: InterpreterState, words: CycleValues, fagor: bool) -> 
     return r, z
 
 
-def _peck_depth(words: CycleValues, name: str, depth: float, may_lack: bool) -> float:
+def _checked_peck_depth(words: CycleValues, name: str, depth: float, may_lack: bool) -> float:
     if name not in PECKING:
         return words.peck or 0.0 if "Q" in words.spare else 0.0
     if words.peck is None or not words.peck > 0.0:

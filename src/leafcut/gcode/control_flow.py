@@ -52,7 +52,7 @@ class Control:
     rest: str
 
 
-def o_word_of(line: str) -> Control | None:
+def parse_o_word(line: str) -> Control | None:
     """Return the O-word of a line, or None.
 
     Raises
@@ -159,13 +159,13 @@ class Flow:
         if self._letters > self._most:
             raise BlockError("loops and subprograms run more than {:,} blocks; is this loop endless?", self.repeated)
 
-    def obey(self, control: Control, line: int) -> int:
+    def execute_o_word(self, control: Control, line: int) -> int:
         """Execute the O-word on `line` and return the next line."""
         if self._of_line is None:
             self._find_constructs()
         scanner = Scanner(control.rest, self.parameters)
         if control.keyword == "call":
-            after = self._call(control.label, scanner, line)
+            after = self._execute_call(control.label, scanner, line)
         else:
             construct = self._of_line.get(line) if self._of_line else None
             if construct is None:
@@ -200,7 +200,7 @@ class Flow:
             self._labels = {}
             for at, text in enumerate(self._lines):
                 found = _LABEL.match(text)
-                if found and o_word_of(text) is None:
+                if found and parse_o_word(text) is None:
                     self._labels.setdefault(int(found.group(1)), at)
         start = self._labels.get(number)
         if start is None and number > 9_999 and times == 1:
@@ -243,7 +243,7 @@ class Flow:
             if "o" not in text and "O" not in text:
                 continue
             try:
-                control = o_word_of(text)
+                control = parse_o_word(text)
             except BlockError:
                 continue  # An error is raised when the line is executed.
             if control is not None and control.keyword != "call":
@@ -270,7 +270,7 @@ class Flow:
 
     # Subroutines.
 
-    def _call(self, label: str, scanner: Scanner, line: int) -> int:
+    def _execute_call(self, label: str, scanner: Scanner, line: int) -> int:
         construct = self._subs.get(label)
         if construct is None:
             raise UndecidedJump(line)
@@ -315,9 +315,9 @@ class Flow:
     # Conditions. After a branch, the next part of its `if` jumps to the end.
 
     def _obey_if(self, construct: Construct, scanner: Scanner, line: int) -> int:
-        return self._branch(construct, scanner.expression(), line)
+        return self._execute_branch(construct, scanner.expression(), line)
 
-    def _branch(self, construct: Construct, condition: float, line: int) -> int:
+    def _execute_branch(self, construct: Construct, condition: float, line: int) -> int:
         if math.isnan(condition):
             raise self.jumps.undecided(line, construct.closing_line())
         after, keyword = construct.next_branch(line)
@@ -332,7 +332,7 @@ class Flow:
     def _obey_elseif(self, construct: Construct, scanner: Scanner, line: int) -> int:
         if self._deciding == line:
             self._deciding = -1
-            return self._branch(construct, scanner.expression(), line)
+            return self._execute_branch(construct, scanner.expression(), line)
         scanner.position = len(scanner.text)
         return construct.closing_line()
 

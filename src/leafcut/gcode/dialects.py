@@ -138,7 +138,7 @@ class Torch:
     @property
     def on_code(self) -> int:
         """The number of the M word that switches the torch on."""
-        return _m_code(self.on)
+        return _m_number(self.on)
 
     @property
     def can_switch_off_along_path(self) -> bool:
@@ -146,7 +146,7 @@ class Torch:
         return self.power or self.arc_output is not None
 
 
-def _m_code(words: str) -> int:
+def _m_number(words: str) -> int:
     return int(next(word for word in words.split() if word.startswith("M"))[1:])
 
 
@@ -323,21 +323,21 @@ class Dialect:
         return frozenset(int(word[1:]) for word in self.m_words.split())
 
 
-def dialects(torch: bool | None = None) -> list[str]:
+def dialect_names(torch: bool | None = None) -> list[str]:
     """Return the sorted names of all dialects.
 
     With `torch`, return only dialects with (True) or without (False) a torch.
     """
     names = sorted([*_shipped_names(), *(one.name for one in DIALECTS.plugins() if one.adds is not None)])
-    return names if torch is None else [name for name in names if (dialect(name).torch is not None) == torch]
+    return names if torch is None else [name for name in names if (load_dialect(name).torch is not None) == torch]
 
 
-def dialect_list() -> list[tuple[str, str]]:
+def dialect_names_and_descriptions() -> list[tuple[str, str]]:
     """Return the name and description of every dialect.
 
     If a plug-in is broken, its description is the error message.
     """
-    known = [(name, dialect(name).description) for name in dialects()]
+    known = [(name, load_dialect(name).description) for name in dialect_names()]
     return known + [(one.name, one.refusal) for one in DIALECTS.plugins() if one.adds is None]
 
 
@@ -353,12 +353,12 @@ def dialect_template(name: str) -> str:
         raise OptionError(
             "leafcut has no built-in dialect '{}'{}", name, name_suggestion(name, sorted(_shipped_names()))
         )
-    text = re.sub(r"^base = .*\n", "", _text(name), flags=re.MULTILINE)
+    text = re.sub(r"^base = .*\n", "", _read_shipped_file(name), flags=re.MULTILINE)
     about = f"# Save it as my.toml, change it, and run with --dialect my.toml. What it does not say is as in {name}."
     return f'{about}\nbase = "{name}"\n{text}'
 
 
-def dialect(name: str) -> Dialect:
+def load_dialect(name: str) -> Dialect:
     """Return a dialect by its name, or by the path of a ``.toml`` file.
 
     Raises
@@ -371,10 +371,10 @@ def dialect(name: str) -> Dialect:
     if name.lower().endswith(".toml"):
         return _read_dialect(Path(name), Path(name).name)
     if name in _shipped_names():
-        return _shipped(name)
+        return _shipped_dialect(name)
     if name in DIALECTS.names():
         return DIALECTS.load(name)
-    raise OptionError("unknown dialect '{}'{}", name, name_suggestion(name, dialects()))
+    raise OptionError("unknown dialect '{}'{}", name, name_suggestion(name, dialect_names()))
 
 
 def _read_dialect(path: Path, name: str) -> Dialect:
@@ -383,7 +383,9 @@ def _read_dialect(path: Path, name: str) -> Dialect:
 
 @cache
 def _shipped_names() -> frozenset[str]:
-    return frozenset(entry.name.removesuffix(".toml") for entry in _folder().iterdir() if entry.name.endswith(".toml"))
+    return frozenset(
+        entry.name.removesuffix(".toml") for entry in _dialect_folder().iterdir() if entry.name.endswith(".toml")
+    )
 
 
 #: Dialects of other packages. Each of them is a TOML file.
@@ -397,8 +399,8 @@ DIALECTS = PluginKind(
 
 
 @cache
-def _shipped(name: str) -> Dialect:
-    return replace(parse_dialect(_text(name), name), family=name)
+def _shipped_dialect(name: str) -> Dialect:
+    return replace(parse_dialect(_read_shipped_file(name), name), family=name)
 
 
 def parse_dialect(text: str, name: str, place: str = "") -> Dialect:
@@ -412,28 +414,28 @@ def parse_dialect(text: str, name: str, place: str = "") -> Dialect:
     place = place or Message("dialect {}", name)
     given = parse_toml(text, place, DIALECT)
     try:
-        return _dialect_of(given, name)
+        return _dialect_from_table(given, name)
     except DataError as problem:
         place = place_in(place, text, problem.table, problem.key)
         raise DataError("{}: {}", place, problem) from None
 
 
-def _dialect_of(given: dict[str, Any], name: str) -> Dialect:
+def _dialect_from_table(given: dict[str, Any], name: str) -> Dialect:
     base_name = given.pop("base", None)
     if base_name is not None and base_name not in _shipped_names():
         suggestion = name_suggestion(str(base_name)[:80], sorted(_shipped_names()))
         raise DataError("'base' is '{}'{}", printable(str(base_name)), suggestion).at(key="base")
-    base = None if base_name is None else _shipped(base_name)
+    base = None if base_name is None else _shipped_dialect(base_name)
     for key in ("g_words", "m_words"):  # these texts may span several lines
         if isinstance(given.get(key), str):
             given[key] = " ".join(given[key].split())
-    top = TomlTable(given, "", _keys(Dialect))
-    values = _values(top, Dialect, base)
+    top = TomlTable(given, "", _field_names(Dialect))
+    values = _table_values(top, Dialect, base)
     if "torch" in top:
         base_torch = None if base is None else base.torch
-        torch = _values(top.table("torch", _keys(Torch)), Torch, base_torch)
+        torch = _table_values(top.table("torch", _field_names(Torch)), Torch, base_torch)
         values["torch"] = Torch(**torch) if base_torch is None else replace(base_torch, **torch)
-    sources = top.table("sources", _keys(Dialect))
+    sources = top.table("sources", _field_names(Dialect))
     values["sources"] = ({} if base is None else base.sources) | {key: sources.text(key) for key in sources.values}
     dialect = Dialect(name=name, **values) if base is None else replace(base, name=name, **values)
     for place, message in _faults_of_words(dialect):
@@ -442,11 +444,11 @@ def _dialect_of(given: dict[str, Any], name: str) -> Dialect:
     return dialect
 
 
-def _keys(kind: type[Dialect | Torch]) -> list[str]:
+def _field_names(kind: type[Dialect | Torch]) -> list[str]:
     return [key.name for key in fields(kind) if key.name not in ("name", "family")]
 
 
-def _values(table: TomlTable, kind: type[Dialect | Torch], base: Dialect | Torch | None) -> dict[str, Any]:
+def _table_values(table: TomlTable, kind: type[Dialect | Torch], base: Dialect | Torch | None) -> dict[str, Any]:
     """Return the values of a table without its nested tables.
 
     Without a base dialect, all required keys must be present.
@@ -494,7 +496,7 @@ def _faults_of_words(dialect: Dialect) -> Iterator[tuple[str, Message]]:
         torch_words = vars(dialect.torch).items()
         written |= {f"torch.{key}": value for key, value in torch_words if key not in ("cuts", "compensation")}
     for key, value in written.items():
-        for word in re.findall(r"[GM]\d[\d.]*", _joined_text(value)):
+        for word in re.findall(r"[GM]\d[\d.]*", _joined_words(value)):
             if word not in known_words:
                 yield key, Message("has {}, which is not among the words of this dialect", word)
 
@@ -510,7 +512,7 @@ def _faults_of_texts(dialect: Dialect) -> Iterator[tuple[str, Message]]:
             yield key, Message("is '{}', but must be {} in the language {}", text, value, dialect.language)
 
 
-def _joined_text(value: Any) -> str:
+def _joined_words(value: Any) -> str:
     return " ".join(value) if isinstance(value, list | tuple) else str(value)
 
 
@@ -530,7 +532,7 @@ def _faults_of_torch(torch: Torch) -> Iterator[tuple[str, Message]]:
                 ),
             )
     for key, value in vars(torch).items():
-        text = _joined_text(value)
+        text = _joined_words(value)
         rest = text.replace(_PLACES[key], "") if key in _PLACES else text
         if "{" in rest or "}" in rest:
             yield (
@@ -545,10 +547,10 @@ def _faults_of_torch(torch: Torch) -> Iterator[tuple[str, Message]]:
         yield "torch.on", Message("must contain {} if power = true, and must not contain it otherwise", POWER)
 
 
-def _text(name: str) -> str:
-    text: str = (_folder() / f"{name}.toml").read_text(encoding="utf-8")
+def _read_shipped_file(name: str) -> str:
+    text: str = (_dialect_folder() / f"{name}.toml").read_text(encoding="utf-8")
     return text
 
 
-def _folder() -> Any:
+def _dialect_folder() -> Any:
     return files("leafcut.gcode") / "dialects"

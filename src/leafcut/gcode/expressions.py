@@ -20,11 +20,11 @@ from leafcut.gcode.words import (
     Block,
     BlockError,
     Word,
-    out_of_range,
-    refuse_rest,
+    out_of_range_message,
+    parse_block,
+    parse_words,
+    raise_unreadable_text,
     split_line,
-    tokenise,
-    words_of,
 )
 from leafcut.message import Message
 
@@ -177,10 +177,10 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockRe
     Raises
     ------
     BlockError
-        The line is invalid as in `words.tokenise`, or an expression has no value.
+        The line is invalid as in `words.parse_block`, or an expression has no value.
     """
     if _SPECIAL.search(line) is None and line.count("(") < 2:
-        return BlockReading(tokenise(line, number), [])
+        return BlockReading(parse_block(line, number), [])
     body, comments = split_line(line, nested=True)
     if body.startswith("%"):
         return BlockReading(Block(number, (), comments, percent=body[1:].strip()), [])
@@ -189,7 +189,7 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockRe
         # Controls have up to nine block-delete switches: /1 … /9.
         body = body[1:].lstrip(" \t").lstrip("123456789") if body[1:2].isdigit() else body[1:]
     if _SPECIAL.search(body) is None:
-        return BlockReading(Block(number, words_of(body), comments, deleted=deleted), [])
+        return BlockReading(Block(number, parse_words(body), comments, deleted=deleted), [])
     scanner = Scanner(body, parameters)
     words: list[Word] = []
     settings: list[Setting] = []
@@ -202,7 +202,7 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockRe
     return BlockReading(block, settings, scanner.computed, scanner.of_machine)
 
 
-def words_as_written(line: str) -> tuple[Word, ...] | None:
+def words_without_evaluation(line: str) -> tuple[Word, ...] | None:
     """Return the words of a line with their numbers as text. The value of a word with an expression is NaN.
 
     Return None if the line sets a parameter, has an error, or computes a number other than a length, feed, speed or
@@ -254,25 +254,25 @@ class Scanner:
         if letter is None:
             if self.peek() in "]=<>*":
                 raise BlockError("unexpected character {!a}", self.peek())
-            refuse_rest(self.text, self.position)
+            raise_unreadable_text(self.text, self.position)
         start = self.position - 1
         self.peek()
         plain = self._consume(_NUMBER)
         if plain is None and self.peek() not in ("#", "[", "+", "-") and self._peek_match(_LETTERS) not in _FUNCTIONS:
-            refuse_rest(self.text, start)
+            raise_unreadable_text(self.text, start)
         value = float(plain) if plain is not None else self.value()
         if not (-MAX_NUMBER < value < MAX_NUMBER or math.isnan(value)):
-            raise BlockError(out_of_range(letter))
-        return Word(letter.upper(), value, plain if plain is not None else _shown(value))
+            raise BlockError(out_of_range_message(letter))
+        return Word(letter.upper(), value, plain if plain is not None else _format_value(value))
 
     def setting(self) -> Setting:
         """Parse a parameter setting, `#… = value`."""
-        key = self._target()
+        key = self._parameter_key()
         if self.peek() != "=":
             found = self.text[self.position : self.position + 12]
             raise BlockError("'{}': '=' is expected after a parameter; if # starts a comment, put it in ( )", found)
         self.position += 1
-        value = self._operation(1) if self.parameters.fanuc else self.value()
+        value = self._binary_operations(1) if self.parameters.fanuc else self.value()
         self.computed = True
         if isinstance(key, int) and key >= self.parameters.first_machine_parameter:
             self.of_machine = True
@@ -296,7 +296,7 @@ class Scanner:
             if sign == "[":
                 return self.expression()
             if sign == "#":
-                key = self._target()
+                key = self._parameter_key()
                 self.computed = True
                 return self.parameters.number(key) if isinstance(key, int) else self.parameters.named(key)
             if sign and sign in "+-":
@@ -312,13 +312,15 @@ class Scanner:
             raise BlockError("'[' is expected")
         self.position += 1
         self.computed = True
-        value = self._operation(1)
+        value = self._binary_operations(1)
         if self.peek() != "]":
-            raise BlockError("an expression is not closed: ']' is missing" if self.at_end() else self._unexpected())
+            raise BlockError(
+                "an expression is not closed: ']' is missing" if self.at_end() else self._unexpected_text_message()
+            )
         self.position += 1
         return value
 
-    def _operation(self, level: int) -> float:
+    def _binary_operations(self, level: int) -> float:
         left = self.value()
         while True:
             self.peek()
@@ -327,13 +329,13 @@ class Scanner:
                 return left
             name = found.group().upper()
             self.position = found.end()
-            left = _evaluate_function(_OPERATORS[name], name, left, self._operation(_LEVELS[name] + 1))
+            left = _evaluate_function(_OPERATORS[name], name, left, self._binary_operations(_LEVELS[name] + 1))
 
-    def _target(self) -> int | str:
+    def _parameter_key(self) -> int | str:
         self.peek()
         self.position += 1
         if self.peek() == "<":
-            return self._name()
+            return self._parameter_name()
         value = self.value()
         if math.isnan(value):
             return ANY_NUMBER
@@ -342,7 +344,7 @@ class Scanner:
             raise BlockError("#{:g}: the number of a parameter must be a whole number", value)
         return number
 
-    def _name(self) -> str:
+    def _parameter_name(self) -> str:
         found = _NAME.match(self.text, self.position)
         if found is None:
             raise BlockError("a parameter name is not closed: '>' is missing")
@@ -353,7 +355,7 @@ class Scanner:
         name = (self._consume(_LETTERS) or "").upper()
         if name not in _FUNCTIONS:
             self.position -= len(name)
-            raise BlockError(self._unexpected())
+            raise BlockError(self._unexpected_text_message())
         self.computed = True
         if name == "EXISTS":
             return self._exists()
@@ -363,14 +365,14 @@ class Scanner:
         if self.peek() != "/":
             raise BlockError("ATAN needs two arguments: ATAN[…]/[…]")
         self.position += 1
-        return _evaluate_function(_atan, name, argument, self.expression())
+        return _evaluate_function(_atan_degrees, name, argument, self.expression())
 
     def _exists(self) -> float:
         inside = re.compile(r"[ \t]*\[[ \t]*#[ \t]*(?=<)").match(self.text, self.position)
         if inside is None:
             raise BlockError("EXISTS needs a name: EXISTS[#<name>]")
         self.position = inside.end()
-        name = self._name()
+        name = self._parameter_name()
         if self.peek() != "]":
             raise BlockError("an expression is not closed: ']' is missing")
         self.position += 1
@@ -387,7 +389,7 @@ class Scanner:
         found = pattern.match(self.text, self.position)
         return found.group().upper() if found else ""
 
-    def _unexpected(self) -> Message:
+    def _unexpected_text_message(self) -> Message:
         rest = self.text[self.position : self.position + 12]
         return (
             Message("a value is expected, not {!a}", rest)
@@ -396,7 +398,7 @@ class Scanner:
         )
 
 
-def _shown(value: float) -> str:
+def _format_value(value: float) -> str:
     """Format a computed value with the decimal point that some controllers require."""
     text = f"{value:.10g}"
     return text if "." in text else f"{text}."
@@ -414,11 +416,11 @@ def _evaluate_function(function: Callable[..., float], name: str, *arguments: fl
     return value
 
 
-def _atan(y: float, x: float) -> float:
+def _atan_degrees(y: float, x: float) -> float:
     return math.degrees(math.atan2(y, x))
 
 
-def _mod(a: float, b: float) -> float:
+def _positive_mod(a: float, b: float) -> float:
     rest = math.fmod(a, b)
     return rest + abs(b) if rest < 0.0 else rest
 
@@ -427,7 +429,7 @@ _OPERATORS: dict[str, Callable[[float, float], float]] = {
     "**": math.pow,
     "*": lambda a, b: a * b,
     "/": lambda a, b: a / b,
-    "MOD": _mod,
+    "MOD": _positive_mod,
     "+": lambda a, b: a + b,
     "-": lambda a, b: a - b,
     "EQ": lambda a, b: float(abs(a - b) < EQUAL),

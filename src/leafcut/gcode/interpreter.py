@@ -15,22 +15,22 @@ import re
 from dataclasses import replace
 
 from leafcut.errors import ReadError
-from leafcut.gcode.active_comments import active_comments, may_stop
-from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
+from leafcut.gcode.active_comments import may_stop_program, select_active_comments
+from leafcut.gcode.canned import drill_cycle_holes, end_cycle, start_cycle
 from leafcut.gcode.motion import (
     changes_origin,
     run_arc,
-    run_home,
     run_machine_move,
     run_origin_change,
     run_probe,
+    run_reference_return,
     run_straight,
 )
 from leafcut.gcode.policy import Policy
-from leafcut.gcode.state import AXES, InterpreterState, ModalValues, named_axes, unit_of, whole_number
+from leafcut.gcode.state import AXES, InterpreterState, ModalValues, axes_in_block, parse_whole_number, unit_for_code
 from leafcut.gcode.torch import (
-    material_block,
-    run_outputs,
+    parse_block_with_material_feed,
+    run_output_words,
     set_feed_output,
     set_speed,
     take_spindle_number,
@@ -132,7 +132,7 @@ class Interpreter:
 
     def run_line(self, line: str, number: int) -> None:
         """Parse and execute one line."""
-        self.run(material_block(self.state, line, number))
+        self.run(parse_block_with_material_feed(self.state, line, number))
 
     def run(self, block: Block) -> None:
         """Execute one block."""
@@ -143,7 +143,7 @@ class Interpreter:
             return
         state.line = block.line
         if block.comments or block.deleted:
-            self._comments(block)
+            self._note_comments(block)
         if not block.words:
             return
         if block.deleted:
@@ -169,10 +169,10 @@ class Interpreter:
         words = self._sort_words(known, ends_cycle=_END_OF_CYCLE in codes)
         words.letters.pop("N", None)
         if "O" in words.letters:
-            self._program_number(whole_number(words.letters.pop("O")))
+            self._check_program_number(parse_whole_number(words.letters.pop("O")))
         self._blocks += 1
         if words.unknown:
-            self._subprograms(words)
+            self._run_subprogram_calls(words)
         self.refused = self.policy.is_refused(state, block, words)
         self.unknown = tuple(words.unknown)
         if without_value:
@@ -186,9 +186,9 @@ class Interpreter:
     def _execute_words(self, words: SortedBlock) -> None:
         state, off_last = self.state, self.state.dialect.off_after_motion
         self._run_settings(words)
-        self._tool_words(words)
+        self._run_tool_words(words)
         if words.m or "$" in words.letters:
-            run_outputs(state, words)
+            run_output_words(state, words)
             self._run_switches(words, off=False if off_last else None)
         self._run_modes(words)
         self._execute_or_keep(words)
@@ -206,7 +206,7 @@ class Interpreter:
         if state.dialect.off_after_motion:
             self._run_switches(words, off=True)
         stops = words.m.get("stop", [])
-        self._stop(stops)
+        self._run_stop(stops)
         if during[1] != state.modal_values():
             self.during_motion = during
         self.named = next((f"M{code}" for code in stops if code > 1), self.named)
@@ -240,19 +240,19 @@ class Interpreter:
             self.policy.unknown(Message("only '%' may stand on its line"))
         self._percents = 1
 
-    def _program_number(self, number: int) -> None:
+    def _check_program_number(self, number: int) -> None:
         if self._blocks and not self.begins:
             raise BlockError("O{}: another program starts before the end of the first", number)
 
     # -- comments, subprograms and blocks that are kept ----------------------------------------------------------------
 
-    def _comments(self, block: Block) -> None:
-        self.obeyed = active_comments(block.comments)
+    def _note_comments(self, block: Block) -> None:
+        self.obeyed = select_active_comments(block.comments)
         if block.deleted:
             self.reason = Message("the block-delete switch may skip the block")
         if self.obeyed:
             self.reason = (
-                Message("the comment in the block may stop the program") if may_stop(self.obeyed) else _MESSAGE
+                Message("the comment in the block may stop the program") if may_stop_program(self.obeyed) else _MESSAGE
             )
         if not block.comments or self.state.dialect.cycle_words != "fagor":
             return
@@ -264,7 +264,7 @@ class Interpreter:
             elif _FAGOR_MESSAGE.match(comment):
                 self.reason = _MESSAGE
 
-    def _subprograms(self, words: SortedBlock) -> None:
+    def _run_subprogram_calls(self, words: SortedBlock) -> None:
         unknown, letters = words.unknown, words.letters
         for word in list(unknown):
             if word.letter != "M":
@@ -276,8 +276,8 @@ class Interpreter:
             elif word.value == _RESTORES_LATER:
                 self.restores = True
             elif word.value in (97, 98):
-                times = whole_number(letters.pop("L"), 9_999) if "L" in letters else 1
-                number = whole_number(letters.pop("P")) if "P" in letters else None
+                times = parse_whole_number(letters.pop("L"), 9_999) if "L" in letters else 1
+                number = parse_whole_number(letters.pop("P")) if "P" in letters else None
                 if word.value == 98:
                     self.call = (number, times)
                 else:
@@ -285,14 +285,14 @@ class Interpreter:
                     self.jumps |= number is None
                 unknown.remove(word)
             elif word.value in (99, 47):
-                self.label = whole_number(letters.pop("P")) if "P" in letters else None
+                self.label = parse_whole_number(letters.pop("P")) if "P" in letters else None
                 self.returns = True
                 unknown.remove(word)
 
     def _run_with_unknown_values(self, words: SortedBlock, unknown: set[str]) -> None:
         """Execute a block in which the values of the letters `unknown` are unknown. The block becomes a FOREIGN row."""
         state, g = self.state, words.g
-        named = named_axes({**words.letters, **dict.fromkeys(unknown, Word("", 0.0, ""))})
+        named = axes_in_block({**words.letters, **dict.fromkeys(unknown, Word("", 0.0, ""))})
         clear = unknown <= _CLEAR_LETTERS and g.keys() <= _CLEAR_GROUPS and not words.unknown
         if self.opaque or not clear or "tool change" in words.m or g.get("non-modal", 40) not in (40, 530, 280, 300):
             self.opaque = self.opaque or _OF_MACHINE
@@ -305,10 +305,10 @@ class Interpreter:
         if g.get("non-modal") == 40:
             g.pop("non-modal")
         self._run_settings(words)
-        self._tool_words(words)
+        self._run_tool_words(words)
         self._run_switches(words, off=None)
         self._run_modes(words)
-        self._choose_motion(g)
+        self._set_motion_mode(g)
         if state.cycle is not None:
             end_cycle(state)
             state.motion, state.unknown_motion = None, Message("a canned cycle whose numbers only the machine knows")
@@ -322,7 +322,7 @@ class Interpreter:
         state.path.set_place(Kind.FOREIGN, (place[0], place[1], place[2]), 0, state.line)
         if any(named):
             state.path.initial_plane = None
-        self._stop(words.m.get("stop"))
+        self._run_stop(words.m.get("stop"))
 
     def forget_all(self, cause: str) -> None:
         """Add a FOREIGN row, and mark the position and the modes as unknown."""
@@ -337,14 +337,14 @@ class Interpreter:
     def _execute_or_keep(self, words: SortedBlock) -> None:
         """Execute offsets and motion. If any part of them is unclear, a single FOREIGN row replaces them."""
         state, path = self.state, self.state.path
-        named = named_axes(words.letters)
+        named = axes_in_block(words.letters)
         rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
         probing = state.feed_rate if named[2] and _is_probe(words) and state.feed_mode == 94 else 0.0
         try:
             if words.unknown:
-                self._unknown_words(words, named)
+                self._record_unknown_words(words, named)
             self._run_offsets(words)
-            self._choose_motion(words.g)
+            self._set_motion_mode(words.g)
             self._move_or_keep(words)
         except UnclearBlock as problem:
             self._record_unclear(str(problem), _ALL if state.cycle is not None else named)
@@ -364,13 +364,13 @@ class Interpreter:
             state.set_dynamic_length()
         self.reason = self.unclear[0][0]
 
-    def _unknown_words(self, words: SortedBlock, named: tuple[bool, bool, bool]) -> None:
+    def _record_unknown_words(self, words: SortedBlock, named: tuple[bool, bool, bool]) -> None:
         state = self.state
         for word in words.unknown:
             if word.letter == "M":
                 self._record_unclear(Message("{} is not understood", word), named)
                 if word.value == 61 and "Q" in words.letters:
-                    state.tool = whole_number(words.letters["Q"], 99_999)
+                    state.tool = parse_whole_number(words.letters["Q"], 99_999)
                 self._run_feed_output(word, words.letters)
                 continue
             code = round(word.value * 10)
@@ -395,7 +395,7 @@ class Interpreter:
         if state.dialect.torch is not None and word.value == 52:
             state.adaptive = "P" not in letters or letters["P"].value != 0.0
         elif word.value in (67, 68) and {"E", "Q"} <= letters.keys():
-            set_feed_output(state, whole_number(letters["E"]), letters["Q"].value)
+            set_feed_output(state, parse_whole_number(letters["E"]), letters["Q"].value)
 
     # -- feed, speed, tool, spindle, coolant ---------------------------------------------------------------------------
 
@@ -403,7 +403,7 @@ class Interpreter:
         state, letters, g = self.state, words.letters, words.g
         unit_before, mode_before, feed = state.unit, state.feed_mode, letters.get("F")
         if "units" in g:
-            unit = unit_of(g["units"])
+            unit = unit_for_code(g["units"])
             if state.unit not in (None, unit) and feed is not None:
                 raise BlockError("the block changes the units and sets F: the unit of F is ambiguous")
             state.unit = unit
@@ -420,14 +420,14 @@ class Interpreter:
             elif not dwells:
                 state.set_feed(letters.pop("F"))
         if "S" in letters:
-            self._speed(letters.pop("S"), "spindle" in words.m)
+            self._set_spindle_speed(letters.pop("S"), "spindle" in words.m)
         if "speed" in g:
             state.surface = g["speed"] == 960
             if state.surface:
                 letters.pop("D", None)
                 self._record_unclear(Message("constant surface speed (G96) is not understood"), _NONE)
 
-    def _speed(self, word: Word, starts: bool) -> None:
+    def _set_spindle_speed(self, word: Word, starts: bool) -> None:
         state = self.state
         state.unknown_modes.discard("speed")
         if word.value < 0.0:
@@ -437,13 +437,13 @@ class Interpreter:
         else:
             set_speed(state, word.value)
 
-    def _tool_words(self, words: SortedBlock) -> None:
+    def _run_tool_words(self, words: SortedBlock) -> None:
         state, letters = self.state, words.letters
         by_d = state.dialect.length_offset == "D"
         if by_d and "T" in letters:
-            _split_tool(letters)
+            _split_fagor_tool_word(letters)
         if "T" in letters:
-            state.next_tool = whole_number(letters.pop("T"), 99_999)
+            state.next_tool = parse_whole_number(letters.pop("T"), 99_999)
         if "tool change" in words.m and state.next_tool is not None:
             self._change_tool(state.next_tool)
         elif "tool change" in words.m:
@@ -453,7 +453,7 @@ class Interpreter:
         if state.dialect.length_offset == "edge" and "D" in letters:
             self._select_cutting_edge(letters.pop("D"))
         if by_d and "D" in letters:
-            state.offset_number = whole_number(letters.pop("D"), 99_999)
+            state.offset_number = parse_whole_number(letters.pop("D"), 99_999)
             if state.offset_on and words.g.get("length") is None:
                 self._change_active_length(state.offset_number)
 
@@ -466,7 +466,7 @@ class Interpreter:
 
     def _select_cutting_edge(self, word: Word) -> None:
         """Select the length offset of the tool's first cutting edge (D1), or cancel it (D0)."""
-        number = whole_number(word, 1)
+        number = parse_whole_number(word, 1)
         if number and self.state.tool is None:
             raise BlockError("{} comes before the first tool call", word)
         self.state.path.offset(self.state.tool or 0 if number else 0, line=self.state.line)
@@ -514,7 +514,7 @@ class Interpreter:
         if state.call is None:  # with a called cycle, a block is only a place
             radius, path = g.pop("radius", None), g.pop("path", None)
         state.unknown_modes -= g.keys()
-        if g.get("non-modal") == 40 and not self._states_dwell(letters):
+        if g.get("non-modal") == 40 and not self._states_dwell_time(letters):
             g.pop("non-modal")
         if g.get("non-modal") == 40:
             state.path.dwell(self._dwell_seconds(letters), line=state.line)
@@ -562,7 +562,7 @@ class Interpreter:
             raise BlockError("G4 needs its time, {}", letter)
         return self.state.dwell(letters.pop(letter))
 
-    def _states_dwell(self, letters: dict[str, Word]) -> bool:
+    def _states_dwell_time(self, letters: dict[str, Word]) -> bool:
         """Return whether a dwell states its time in the form that its controller expects. If not, remove its words.
 
         Fanuc, Haas and Mach also accept a time in seconds in X or U. A number without a decimal point may be in
@@ -614,7 +614,7 @@ class Interpreter:
         if "H" in letters:
             if stated_by != "H":
                 self.policy.unknown(Message("{} has no meaning in this block", letters["H"]))
-            return whole_number(letters.pop("H"), 99_999)
+            return parse_whole_number(letters.pop("H"), 99_999)
         number = state.offset_number if stated_by == "D" else state.tool
         if number is None:
             raise UnclearBlock("G43 has no {}, and no tool was called", stated_by or "H")
@@ -622,7 +622,7 @@ class Interpreter:
 
     # -- motion --------------------------------------------------------------------------------------------------------
 
-    def _choose_motion(self, g: dict[str, int]) -> None:
+    def _set_motion_mode(self, g: dict[str, int]) -> None:
         state = self.state
         motion, cycle = g.get("motion"), g.get("cycle")
         if motion is None and cycle is None:
@@ -658,7 +658,7 @@ class Interpreter:
             run_machine_move(state, letters)
         elif state.cycle is not None:
             if moving or "cycle" in g:
-                run_cycle(state, letters)
+                drill_cycle_holes(state, letters)
         elif state.motion is not None and (
             moving or (state.motion >= 2 and ("motion" in g or not letters.keys().isdisjoint("IJKR")))
         ):
@@ -684,7 +684,7 @@ class Interpreter:
                 raise BlockError("G28 or G30 is used while another motion is active; G80 is missing before it")
             self._check_one_motion(special, g, False)
             self.named = " ".join([f"G{special // 10}", *(str(letters.pop(p)) for p in "P" if p in letters)])
-            run_home(state, letters)
+            run_reference_return(state, letters)
             return
         if special == 530 and self._separate and state.motion is None:
             state.motion = 0
@@ -780,7 +780,7 @@ class Interpreter:
                 state.motion, state.unknown_motion = None, name
             raise
 
-    def _stop(self, codes: list[int] | None) -> None:
+    def _run_stop(self, codes: list[int] | None) -> None:
         if not codes:
             return
         state, code = self.state, codes[0]
@@ -794,7 +794,7 @@ class Interpreter:
             state.path.pause(optional=code == 1, line=state.line)
 
 
-def _split_tool(letters: dict[str, Word]) -> None:
+def _split_fagor_tool_word(letters: dict[str, Word]) -> None:
     """Convert a T word of a Fagor, such as T5.2, to T5 D2. Source: Fagor 8055, programming manual, 5.6.4."""
     tool, point, offset = letters["T"].text.partition(".")
     if point and offset.isdecimal() and tool.isdecimal():

@@ -58,7 +58,7 @@ class JumpStatement(NamedTuple):
     rest: str
 
 
-def statement_of(line: str) -> JumpStatement | None:
+def parse_statement(line: str) -> JumpStatement | None:
     """Return the statement of a line, or None if the line consists of words."""
     found = _STATEMENT.match(line)
     if found is None:
@@ -72,7 +72,7 @@ def board_command(line: str) -> str:
     return "" if found is None else found.group(1)
 
 
-def is_output(line: str) -> bool:
+def sends_data(line: str) -> bool:
     """Return whether a line sends data to a printer or file (DPRNT, BPRNT, POPEN, PCLOS)."""
     return _OUTPUT.match(line) is not None
 
@@ -129,7 +129,7 @@ class Jumps:
         behind = bisect_right(mine, line)
         return mine[behind] if behind < len(mine) else mine[0] if mine else None
 
-    def obey(self, statement: JumpStatement, line: int) -> tuple[int, str]:
+    def execute_statement(self, statement: JumpStatement, line: int) -> tuple[int, str]:
         """Execute the statement on `line`. Return the next line, and a block to execute before it.
 
         Raises
@@ -141,12 +141,12 @@ class Jumps:
         """
         keyword, rest = statement
         if keyword == "GOTO":
-            return self._goto(rest, line), ""
+            return self._execute_goto(rest, line), ""
         if keyword == "IF":
-            return self._if(rest, line)
+            return self._execute_if(rest, line)
         if keyword == "END":
-            return self._loop_start(line), ""
-        number, end = self._loop_from(line)
+            return self._start_of_loop(line), ""
+        number, end = self._loop_starting_at(line)
         if keyword == "DO":
             return line + 1, ""
         scanner = Scanner(rest, self._parameters)
@@ -185,7 +185,7 @@ class Jumps:
     def _target_line(self, found: re.Match[str], line: int) -> int | None:
         return None if found.group(1) is None else self.label(int(found.group(1)), line)
 
-    def _goto(self, rest: str, line: int) -> int:
+    def _execute_goto(self, rest: str, line: int) -> int:
         scanner = Scanner(rest, self._parameters)
         value = scanner.value()
         if math.isnan(value):
@@ -195,7 +195,7 @@ class Jumps:
             raise BlockError("GOTO {}: the program has no such line", rest.strip()[:20])
         return goal
 
-    def _if(self, rest: str, line: int) -> tuple[int, str]:
+    def _execute_if(self, rest: str, line: int) -> tuple[int, str]:
         scanner = Scanner(rest, self._parameters)
         condition = scanner.expression()
         clause = _AFTER_IF.match(rest, scanner.position)
@@ -207,22 +207,22 @@ class Jumps:
                 raise self.undecided(line, line)
             return line + 1, consequence if condition else ""
         if not math.isnan(condition):
-            return (self._goto(consequence, line) if condition else line + 1), ""
-        goal = self._goto(consequence, line)
+            return (self._execute_goto(consequence, line) if condition else line + 1), ""
+        goal = self._execute_goto(consequence, line)
         if goal > line:
             raise self.undecided(line, goal - 1)
         raise UndecidedJump(line, goal)
 
     # -- loops -------------------------------------------------------------------------------------------------------
 
-    def _loop_from(self, line: int) -> tuple[int, int]:
+    def _loop_starting_at(self, line: int) -> tuple[int, int]:
         """Return the number of the loop that starts on a line, and the line of its END."""
         found = self._all_loops().get(line)
         if found is None:
             raise BlockError("a loop (WHILE … DO) has no END")
         return found
 
-    def _loop_start(self, line: int) -> int:
+    def _start_of_loop(self, line: int) -> int:
         found = self._all_loops().get(line)
         if found is None:
             raise BlockError("END has no WHILE … DO before it")
@@ -234,21 +234,21 @@ class Jumps:
             self._loops = {}
             opened: dict[int, list[int]] = {}
             for at in range(len(self._lines)):
-                statement = statement_of(self._lines[at])
-                number = None if statement is None else self._opened_loop(statement)
+                statement = parse_statement(self._lines[at])
+                number = None if statement is None else self._loop_number_opened_by(statement)
                 if number is not None:
                     opened.setdefault(number, []).append(at)
                 elif statement is not None and statement.keyword == "END":
-                    number = _number_of(statement.rest)
+                    number = _loop_number(statement.rest)
                     if opened.get(number):
                         begin = opened[number].pop()
                         self._loops[begin], self._loops[at] = (number, at), (number, begin)
         return self._loops
 
     @staticmethod
-    def _opened_loop(statement: JumpStatement) -> int | None:
+    def _loop_number_opened_by(statement: JumpStatement) -> int | None:
         if statement.keyword == "DO":
-            return _number_of(statement.rest)
+            return _loop_number(statement.rest)
         if statement.keyword != "WHILE":
             return None
         found = re.search(r"DO[ \t]*([0-9]{1,9})[ \t]*$", statement.rest, re.IGNORECASE)
@@ -269,6 +269,6 @@ class Jumps:
         return found | {k for k, text in enumerate(self._lines) if _LABEL.match(text)} if anywhere else found
 
 
-def _number_of(rest: str) -> int:
+def _loop_number(rest: str) -> int:
     digits = re.match(r"[ \t]*([0-9]{1,9})(?![0-9])", rest)
     return int(digits.group(1)) if digits else -1

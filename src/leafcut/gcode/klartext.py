@@ -63,7 +63,7 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
     reader = _Reader()
     last = 0
     try:
-        for last, block in _blocks(text):
+        for last, block in _split_blocks(text):
             reader.run(block, last)
     except BlockError as problem:
         raise ReadError(file, str(problem), reader.line or last or None) from None
@@ -72,7 +72,7 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
     return reader.path.build()
 
 
-def _blocks(program: str) -> Iterator[tuple[int, str]]:
+def _split_blocks(program: str) -> Iterator[tuple[int, str]]:
     """Yield the line number and the text of each block. A continuation line (~) belongs to the block before it.
 
     Block numbers must be consecutive.
@@ -146,7 +146,7 @@ class _Reader:
 
     def _run_block(self, block: str) -> None:
         if block in _M_WORDS:
-            self._switch(block)
+            self._run_m_word(block)
         elif (tool := _TOOL.fullmatch(block)) is not None:
             self.tool, self.rpm = int(tool[1]), None if tool[2] is None else float(tool[2])
             self.path.tool(self.tool, line=self.line)
@@ -163,7 +163,7 @@ class _Reader:
                 "'{}' is not understood: leafcut reads only Heidenhain programs that it wrote itself", shown
             )
 
-    def _switch(self, word: str) -> None:
+    def _run_m_word(self, word: str) -> None:
         path = self.path
         if word in ("M3", "M4"):
             if self.rpm is None:

@@ -58,7 +58,7 @@ _DRILLS = re.compile(r"G8[1-9](?![0-9.])", re.IGNORECASE)
 _CHANGES = re.compile(r"M0*6(?![0-9.])", re.IGNORECASE)
 
 
-def other_language(text: str) -> str:
+def describe_unsupported_language(text: str) -> str:
     """Return a message that names the unsupported language of a text. For a mill, laser or torch program, return ""."""
     lines = text[:_LOOKED_AT].splitlines()
     if len(text) > _LOOKED_AT:

@@ -26,7 +26,7 @@ def is_linuxcnc(dialect: Dialect) -> bool:
     return dialect.family in _FAMILIES
 
 
-def is_malformed(words: tuple[Word, ...]) -> bool:
+def linuxcnc_refuses_words(words: tuple[Word, ...]) -> bool:
     """Return whether a block contains the same G or M word twice, both M7 and M8, or N or O after another word."""
     codes = [(word.letter, word.value) for word in words if word.letter in "GM"]
     letters = [word.letter for word in words]
@@ -35,7 +35,7 @@ def is_malformed(words: tuple[Word, ...]) -> bool:
     return misplaced or len(set(codes)) < len(codes) or {("M", 7.0), ("M", 8.0)} <= set(codes)
 
 
-def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
+def linuxcnc_refuses(state: InterpreterState, words: SortedBlock) -> bool:
     """Return whether LinuxCNC rejects a block, given the state before the block. Updates `state.feed_forgotten`."""
     g, letters = words.g, words.letters
     starts = g.get("radius", 400) != 400
@@ -45,7 +45,7 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
     state.feed_forgotten = "F" not in letters and (state.feed_forgotten or g.get("feed mode") in (940, 950))
     lacks_feed = (state.feed_forgotten or state.feed == 0.0) and "F" not in letters
     inverse = g.get("feed mode", 10 * state.feed_mode) == 930
-    unfed = ("F" not in letters if inverse else lacks_feed) and _feeds(state, words)
+    unfed = ("F" not in letters if inverse else lacks_feed) and _moves_at_feed(state, words)
     two = "motion" in g and g.get("non-modal") in (280, 300)  # both would use the axis words
     torn = _breaks_compensation(state, words, starts=starts)
     return again or strange or unfed or torn or two or _lacks_words(state, words) or _has_spare_words(state, words)
@@ -113,7 +113,7 @@ def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
     )
 
 
-def _feeds(state: InterpreterState, words: SortedBlock) -> bool:
+def _moves_at_feed(state: InterpreterState, words: SortedBlock) -> bool:
     g = words.g
     active = state.cycle if state.cycle is not None else state.motion
     chosen = g.get("cycle", g.get("motion", active))

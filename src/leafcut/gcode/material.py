@@ -1,6 +1,6 @@
 """Read the materials that a program defines in comments, and add the moves that the controller makes at every cut.
 
-The program itself does not contain these moves: `gcode.torch.convert_for_controller` leaves them out.
+The program itself does not contain these moves: `gcode.torch.convert_torch_path_for_controller` leaves them out.
 
 Source: QtPlasmaC manual, material handling. ``(o=0, …)`` applies to the current program. ``o=1`` and ``o=2`` are stored
 in the table under the number ``nu``, and selected by M190.
@@ -58,9 +58,9 @@ def read_materials(lines: Sequence[str]) -> list[Choice]:
         if comment is not None:
             figures = {name.lower(): float(value) for name, value in _FIGURE.findall(comment.group(2))}
             if comment.group(1) == "0":
-                choices.append((number, _material(figures, unit)))
+                choices.append((number, _material_from_values(figures, unit)))
             else:
-                table[int(figures.get("nu", -1))] = _material(figures, unit)
+                table[int(figures.get("nu", -1))] = _material_from_values(figures, unit)
         chosen = _CHOICE.search(line) if "190" in line else None
         if chosen is not None:
             choices.append((number, table.get(int(chosen.group(1)))))
@@ -91,7 +91,7 @@ class MaterialFeeds:
         return feed
 
 
-def _material(figures: dict[str, float], unit: float) -> Material:
+def _material_from_values(figures: dict[str, float], unit: float) -> Material:
     return Material(
         figures.get("ph", 0.0) * unit,
         figures.get("pd", 0.0),
@@ -100,7 +100,7 @@ def _material(figures: dict[str, float], unit: float) -> Material:
     )
 
 
-def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
+def add_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
     """Add the moves that the controller makes at every cut. Return the path and the number of cuts of unknown material.
 
     The torch descends to the pierce height, waits, descends to the cut height, and retracts after the cut. Marking has
@@ -131,7 +131,7 @@ def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float
         moves = (
             [row]
             if material is None
-            else list(_switching_moves(row, material, place, clearance, _feed_after(path, index)))
+            else list(_torch_switching_moves(row, material, place, clearance, _feed_after(path, index)))
         )
         place = next((m.end for m in reversed(moves) if m.kind in MOTIONS), place)
         rows += moves
@@ -149,24 +149,26 @@ def _feed_after(path: Toolpath, index: int) -> float:
     return float(path.value[first]) if path.kind[first] in _CUTTING else 0.0
 
 
-def _switching_moves(row: Motion, material: Material, place: Point3, clearance: float, feed: float) -> Iterator[Motion]:
+def _torch_switching_moves(
+    row: Motion, material: Material, place: Point3, clearance: float, feed: float
+) -> Iterator[Motion]:
     """Yield the moves that the controller adds when the program switches the torch.
 
     `feed` is the feed of the next cut.
     """
 
-    def to(kind: Kind, z: float, feed: float = 0.0) -> Motion:
+    def motion_to(kind: Kind, z: float, feed: float = 0.0) -> Motion:
         return Motion(kind, (place[0], place[1], z), feed, 0, row.line)
 
     if row.value == 0.0:
         yield row
-        yield to(Kind.RAPID, clearance)
+        yield motion_to(Kind.RAPID, clearance)
     elif row.ref:
-        yield to(Kind.RAPID, material.cut_height)
+        yield motion_to(Kind.RAPID, material.cut_height)
         yield row
     else:
-        yield to(Kind.RAPID, material.pierce_height)
+        yield motion_to(Kind.RAPID, material.pierce_height)
         yield row
         yield Motion(Kind.DWELL, (math.nan, math.nan, math.nan), material.pierce_delay, 0, row.line)
         if feed > 0.0:
-            yield to(Kind.FEED, material.cut_height, feed)
+            yield motion_to(Kind.FEED, material.cut_height, feed)

@@ -13,10 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from leafcut.gcode.expressions import words_as_written
+from leafcut.gcode.expressions import words_without_evaluation
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.word_groups import GROUP_OF
-from leafcut.gcode.words import plain_block
+from leafcut.gcode.words import parse_plain_block
 from leafcut.model.toolpath import Kind
 
 #: Fields of `Modal` that a block may inherit from earlier blocks, apart from the position. "motion" includes the active
@@ -118,11 +118,11 @@ class BlockReader:
         """The first block that sets each field of `Modal`."""
         found: dict[str, int] = {}
         for block in range(self.program.n_blocks):
-            for field in self.states(block, block + 1):
+            for field in self.set_fields(block, block + 1):
                 found.setdefault(field, block)
         return found
 
-    def states(self, begin: int, end: int) -> set[str]:
+    def set_fields(self, begin: int, end: int) -> set[str]:
         """Return the fields of `Modal` that the words in a half-open range of blocks set."""
         words = (self.words(block) for block in range(begin, end))
         return {field for w in words if w is not None for field in w.states}
@@ -139,8 +139,8 @@ class BlockReader:
 
     def _read(self, block: int) -> BlockWords | None:
         line = self.program.lines[int(self.program.line[block]) - 1].rstrip("\r\n")
-        plain = plain_block(line)
-        words = words_as_written(line) if plain is None else plain.words
+        plain = parse_plain_block(line)
+        words = words_without_evaluation(line) if plain is None else plain.words
         if words is None:
             return None
         states = {_FIELD_OF.get(GROUP_OF.get(round(w.value * 10), ""), "") for w in words if w.letter == "G"}
@@ -163,7 +163,7 @@ class BlockReader:
                 continue
             if words is None or block in self.program.fixed or int(Kind.FOREIGN) in self.kinds(block):
                 return ModalUse(frozenset(relies | (INHERITED - sets)), INHERITED)
-            used, stated = self._used_and_stated(block, words)
+            used, stated = self._modes_used_and_set(block, words)
             relies |= used - sets
             sets |= used | stated
             if len(sets) == len(INHERITED):
@@ -175,7 +175,7 @@ class BlockReader:
             return words is None or words.empty
         return words is not None and words.outputs and set(self.kinds(block)) == {int(Kind.FOREIGN)}
 
-    def _used_and_stated(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
+    def _modes_used_and_set(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
         """Return the modes that a block uses without setting them, and the modes that it sets."""
         kinds, stated = set(self.kinds(block)), set(words.states)
         after = self.program.modal(block + 1)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from leafcut.gcode.state import AXES, InterpreterState, named_axes, whole_number
+from leafcut.gcode.state import AXES, InterpreterState, axes_in_block, parse_whole_number
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import Arc, plane_axes
@@ -60,7 +60,7 @@ def run_machine_move(state: InterpreterState, letters: dict[str, Word]) -> None:
     state.path.machine(x, y, z, line=state.line)
 
 
-def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
+def run_reference_return(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Execute G28 or G30: a rapid to the programmed point, followed by a rapid to machine zero on the same axes.
 
     By convention, the stored position is machine zero.
@@ -100,7 +100,7 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     rise = end[normal] - begin[normal]
     length = math.hypot(
         _swept_angle(begin, end, center, axes, clockwise, turns)
-        * math.dist(_in_plane(begin, axes), _in_plane(center, axes)),
+        * math.dist(_plane_coordinates(begin, axes), _plane_coordinates(center, axes)),
         0.0 if math.isnan(rise) else rise,
     )
     state.path.arc(
@@ -112,7 +112,7 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     )
 
 
-def _in_plane(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[float, float]:
+def _plane_coordinates(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[float, float]:
     return point[axes[0]], point[axes[1]]
 
 
@@ -150,7 +150,7 @@ def _centre_from_radius(
     begin: Point3, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
 ) -> list[float]:
     """Return the centre of an arc with a given radius. A negative radius selects the arc of more than half a turn."""
-    (u0, v0), (u1, v1) = _in_plane(begin, axes), _in_plane(end, axes)
+    (u0, v0), (u1, v1) = _plane_coordinates(begin, axes), _plane_coordinates(end, axes)
     du, dv = u1 - u0, v1 - v0
     half = math.hypot(du, dv) / 2.0
     if half == 0.0:
@@ -170,7 +170,11 @@ def _swept_angle(
     begin: Point3, end: list[float], center: list[float], axes: tuple[int, int, int], clockwise: bool, turns: int
 ) -> float:
     """Return the swept angle of an arc, rad. It is always positive."""
-    (u0, v0), (u1, v1), (uc, vc) = _in_plane(begin, axes), _in_plane(end, axes), _in_plane(center, axes)
+    (u0, v0), (u1, v1), (uc, vc) = (
+        _plane_coordinates(begin, axes),
+        _plane_coordinates(end, axes),
+        _plane_coordinates(center, axes),
+    )
     turn = math.atan2(v1 - vc, u1 - uc) - math.atan2(v0 - vc, u0 - uc)
     sweep = (-turn if clockwise else turn) % math.tau
     return (sweep if sweep > 1e-9 else math.tau) + math.tau * (turns - 1)
@@ -194,7 +198,7 @@ def run_origin_change(state: InterpreterState, code: int, letters: dict[str, Wor
     if code in _G92_OFF:
         if state.policy.cancels_shift(state):
             state.move_origin((True, True, True))
-    elif code in (_G92, _G52) and not any(named_axes(letters)):
+    elif code in (_G92, _G52) and not any(axes_in_block(letters)):
         raise BlockError("G92 has no axis word" if code == _G92 else "G52 has no axis word")
     elif code == _G92:
         _, values = _take_axis_words(letters)
@@ -211,12 +215,12 @@ def _set_work_offset(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Execute G10. L2 and L20 set a work offset. Other tables are not supported."""
     if "L" not in letters:
         raise UnclearBlock("G10 without L is not understood")
-    table = whole_number(letters.pop("L"), 999)
+    table = parse_whole_number(letters.pop("L"), 999)
     if table not in (2, 20):
         raise UnclearBlock("G10 L{} is not understood", table)
     if "P" not in letters:
         raise BlockError("G10 L{} needs P, the work offset that it sets", table)
-    number = whole_number(letters.pop("P"), 999)
+    number = parse_whole_number(letters.pop("P"), 999)
     turned = letters.pop("R", None) is not None
     named, values = _take_axis_words(letters)
     active = {540 + 10 * n: n + 1 for n in range(6)} | {590 + n: n + 6 for n in range(1, 4)}
@@ -233,5 +237,5 @@ def _set_work_offset(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 def _take_axis_words(letters: dict[str, Word]) -> tuple[tuple[bool, bool, bool], dict[int, Word]]:
     """Remove the X, Y and Z words from `letters`. Return a flag for each axis, and the removed words by axis."""
-    named = named_axes(letters)
+    named = axes_in_block(letters)
     return named, {axis: letters.pop(AXES[axis]) for axis in range(3) if named[axis]}

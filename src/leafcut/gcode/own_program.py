@@ -14,7 +14,7 @@ from leafcut.gcode.words import BlockError, numbered_lines
 from leafcut.model.toolpath import Toolpath
 
 
-def interpret(
+def interpret_own_program(
     text: str,
     dialect: Dialect,
     file: str = "program",
@@ -56,7 +56,7 @@ def interpret(
         state.feed_mode = 95 if 940 in dialect.g_codes else 94
         state.offset_on = dialect.length_offset == "edge"
         set_outputs_after_abort(state)
-    interpreter = _interpreter_of(dialect.language)(state, policy)
+    interpreter = _interpreter_class(dialect.language)(state, policy)
     for number, line in numbered_lines(text):
         if not line or line.isspace():
             continue
@@ -70,7 +70,7 @@ def interpret(
     return state.path.build()
 
 
-def _interpreter_of(language: str) -> type[Interpreter]:
+def _interpreter_class(language: str) -> type[Interpreter]:
     """Return the interpreter of a language. Dialects without their own language use G-code."""
     if language == "sinumerik":
         from leafcut.gcode.sinumerik import SinumerikInterpreter

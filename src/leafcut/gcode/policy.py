@@ -7,8 +7,8 @@ programs only contain supported words.
 from __future__ import annotations
 
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, is_malformed, is_refused
-from leafcut.gcode.state import InterpreterState, whole_number
+from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, linuxcnc_refuses, linuxcnc_refuses_words
+from leafcut.gcode.state import InterpreterState, parse_whole_number
 from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF, OUTPUT_CODES, PAUSE, SortedBlock
 from leafcut.gcode.words import Block, BlockError, Word
 from leafcut.message import Message
@@ -52,8 +52,8 @@ class Policy:
         """
         if not is_linuxcnc(state.dialect):
             return False
-        malformed = is_malformed(block.words)
-        return is_refused(state, words) or malformed
+        malformed = linuxcnc_refuses_words(block.words)
+        return linuxcnc_refuses(state, words) or malformed
 
     def start(self, state: InterpreterState) -> None:
         """Set the state of the interpreter at the start of a program."""
@@ -136,7 +136,7 @@ class OwnPolicy(Policy):
             raise BlockError("radius compensation (G41, G42) is not understood")
         if word is None:
             raise BlockError("G{:g} needs D", code / 10)
-        return state.mm(word) if code in (411, 421) else float(whole_number(word, 9_999))
+        return state.mm(word) if code in (411, 421) else float(parse_whole_number(word, 9_999))
 
     def forget_height(self, state: InterpreterState) -> None:
         """Do nothing, because the height is known."""

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.gcode.words import Word, plain_block
-from leafcut.model.toolpath import Kind, Toolpath, last_rows
+from leafcut.gcode.words import Word, parse_plain_block
+from leafcut.model.toolpath import Kind, Toolpath, latest_marked_rows
 
 if TYPE_CHECKING:
     from leafcut.gcode.active_comments import ControllerSetting
@@ -223,7 +223,7 @@ class Program:
             path,
             line.astype(np.int32),
             np.append(first, len(path)).astype(np.int32),
-            changes[last_rows(changes >= 0)].astype(np.int32),
+            changes[latest_marked_rows(changes >= 0)].astype(np.int32),
             tuple(numbers),
             last_line=int(line[-1]) if len(line) else 0,
         )
@@ -269,7 +269,7 @@ class Program:
 
     def words(self, block: int) -> tuple[Word, ...]:
         """Return the words of a block. If the block contains more than plain words, the result is empty."""
-        plain = plain_block(self.lines[int(self.line[block]) - 1])
+        plain = parse_plain_block(self.lines[int(self.line[block]) - 1])
         return () if plain is None else plain.words
 
     def is_plain(self, row: int) -> bool:

@@ -16,7 +16,12 @@ from functools import cached_property
 import numpy as np
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.gcode.active_comments import ControllerSetting, controller_settings, is_active_comment, shown_comments
+from leafcut.gcode.active_comments import (
+    ControllerSetting,
+    active_or_displayed_comments,
+    controller_settings,
+    is_active_comment,
+)
 from leafcut.gcode.block_description import (
     BlockDescription,
     RangeDigests,
@@ -25,11 +30,11 @@ from leafcut.gcode.block_description import (
     significant_text,
     subprogram_digest,
 )
-from leafcut.gcode.control_flow import Control, Flow, o_word_of
+from leafcut.gcode.control_flow import Control, Flow, parse_o_word
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.expressions import BlockReading, ProgramParameters, read_block, words_as_written
+from leafcut.gcode.expressions import BlockReading, ProgramParameters, read_block, words_without_evaluation
 from leafcut.gcode.interpreter import Interpreter
-from leafcut.gcode.jumps import JumpStatement, UndecidedJump, board_command, has_statements, is_output, statement_of
+from leafcut.gcode.jumps import JumpStatement, UndecidedJump, board_command, has_statements, parse_statement, sends_data
 from leafcut.gcode.material import MaterialFeeds
 from leafcut.gcode.motion import check_radii
 from leafcut.gcode.policy import Policy
@@ -41,9 +46,9 @@ from leafcut.gcode.words import (
     BlockError,
     Word,
     has_nested_comment,
+    parse_words,
+    remove_word,
     split_line,
-    without_word,
-    words_of,
 )
 from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
@@ -151,7 +156,7 @@ def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
     return lines
 
 
-def _first_line(lines: tuple[str, ...]) -> int:
+def _first_program_line(lines: tuple[str, ...]) -> int:
     """Return the index of the first line of the program.
 
     If a title precedes the first percent sign, the title is skipped.
@@ -169,9 +174,9 @@ def _first_line(lines: tuple[str, ...]) -> int:
 def _is_readable(line: str) -> bool | None:
     try:
         body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
-        if set("#[") & set(body) or o_word_of(line) is not None or statement_of(line) is not None:
+        if set("#[") & set(body) or parse_o_word(line) is not None or parse_statement(line) is not None:
             return True
-        return bool(words_of(body)) and body != "%"
+        return bool(parse_words(body)) and body != "%"
     except BlockError:
         return None
 
@@ -231,7 +236,7 @@ class _BlockRecord:
     def describe(self, description: BlockDescription) -> None:
         self.descriptions[len(self.line)] = description
 
-    def note_depth(self, before: int, after: int) -> None:
+    def note_call_depth(self, before: int, after: int) -> None:
         if before == 0 and after:
             self._called = len(self.line) - 1
         elif before and after == 0:
@@ -255,7 +260,7 @@ class _BlockRecord:
             np.array(self.first + array("i", [len(path)]), dtype=np.int32),
             np.array(self.before + array("i", [self.current]), dtype=np.int32),
             tuple(Modal(*values) for values in self._numbers),
-            self._fixed_blocks(),
+            self._reasons_of_fixed_blocks(),
             last_line,
             self.obeyed,
             self.descriptions,
@@ -266,7 +271,7 @@ class _BlockRecord:
             switched_off=self.switched_off,
         )
 
-    def _fixed_blocks(self) -> dict[int, str]:
+    def _reasons_of_fixed_blocks(self) -> dict[int, str]:
         """Return the reason for each fixed block.
 
         After a setting that turns cuts into pierces, all blocks are fixed.
@@ -302,7 +307,7 @@ class _ProgramReader:
         self.parameters.fanuc = state.dialect.groups == "fanuc" or has_statements(self.lines)
         self.flow = Flow(self.lines, self.parameters)
         self.ended = False
-        self._title = _first_line(self.lines)
+        self._title = _first_program_line(self.lines)
         #: Digest of the text that the program repeats endlessly (M99 P in the main program).
         self._endless = ""
         #: Text that may be repeated: number of blocks up to its end, and first line from 0.
@@ -432,14 +437,14 @@ class _ProgramReader:
             return at + 1
         try:
             self.flow.count_repeated_block(at)
-            statement = statement_of(line)
+            statement = parse_statement(line)
             if statement is not None:
                 return self._run_statement(statement, at)
             command = board_command(line)
             if command:
                 return self._keep_board_command(command, at)
-            control = o_word_of(line) if "o" in line or "O" in line else None
-            return self._words(line, at) if control is None else self._run_o_word(control, at)
+            control = parse_o_word(line) if "o" in line or "O" in line else None
+            return self._run_block(line, at) if control is None else self._run_o_word(control, at)
         except UndecidedJump as unknown:
             return self._keep_undecided_lines(at, unknown)
         except BlockError as problem:
@@ -480,12 +485,12 @@ class _ProgramReader:
 
     def _run_statement(self, statement: JumpStatement, at: int) -> int:
         self.state.line = at + 1
-        after, consequence = self.flow.jumps.obey(statement, at)
+        after, consequence = self.flow.jumps.execute_statement(statement, at)
         self._note_jump(at, after)
         if after <= at:
             self.flow.start_iteration(at)
         if consequence:
-            return self._words(consequence, at)
+            return self._run_block(consequence, at)
         self.record.add(at + 1, len(self.state.path), _DIRECTS)
         return after
 
@@ -496,9 +501,9 @@ class _ProgramReader:
 
     def _run_o_word(self, control: Control, at: int) -> int:
         self.state.line, depth = at + 1, len(self.flow.calls)
-        after = self.flow.obey(control, at)
+        after = self.flow.execute_o_word(control, at)
         self.record.add(at + 1, len(self.state.path), _DIRECTS)
-        self.record.note_depth(depth, len(self.flow.calls))
+        self.record.note_call_depth(depth, len(self.flow.calls))
         return after
 
     def _keep_board_command(self, command: str, at: int) -> int:
@@ -521,10 +526,10 @@ class _ProgramReader:
         self.record.add(at + 1, rows, Message("{} is a command of the controller board, not G-code", command))
         return at + 1
 
-    def _words(self, line: str, at: int) -> int:
+    def _run_block(self, line: str, at: int) -> int:
         state, runner, flow = self.state, self.runner, self.flow
         rows, shift, looped, depth = len(state.path), state.shift, flow.is_repeated(at), len(flow.calls)
-        if is_output(line):
+        if sends_data(line):
             x, y, z = state.path.position
             state.path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
             self.record.describe(self._full_description(at))
@@ -541,7 +546,7 @@ class _ProgramReader:
         if reading.unknown or runner.opaque:
             self.record.describe(self._full_description(at))
         elif block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
-            self._describe(block, line)
+            self._describe_block(block, line)
         elif runner.named and not (runner.returns and depth):
             self.record.describe(BlockDescription(runner.named))
         if runner.refused or self._endless:
@@ -566,14 +571,14 @@ class _ProgramReader:
             reason = _OBEYED
         if block.words or settings or reason:
             self.record.add(at + 1, rows, reason, runner.during_motion)
-            self.record.note_depth(depth, len(flow.calls))
+            self.record.note_call_depth(depth, len(flow.calls))
         self.ended |= runner.ended
         return after
 
     def _read_block(self, line: str, number: int) -> BlockReading:
         """Parse the block of a line. Its feed may come from the controller's material table."""
         feeds = self.feeds
-        rest = None if feeds is None else without_word(line, feeds.word)
+        rest = None if feeds is None else remove_word(line, feeds.word)
         if feeds is None or rest is None:
             return read_block(line, number, self.parameters)
         reading = read_block(rest, number, self.parameters)
@@ -585,7 +590,9 @@ class _ProgramReader:
 
     def _computed_reason(self, reading: BlockReading, line: str) -> str:
         """Return why a block with parameters must be fixed, or "" if none of its parameters can change."""
-        stays = reading.computed and (reading.settings or self.parameters.asked or words_as_written(line) is None)
+        stays = reading.computed and (
+            reading.settings or self.parameters.asked or words_without_evaluation(line) is None
+        )
         return _COMPUTED if stays else ""
 
     def _next_line(self, at: int) -> int:
@@ -633,7 +640,7 @@ class _ProgramReader:
         return RangeDigests([self._significant_text(at) for at in range(len(self.lines))])
 
     @cached_property
-    def _subprograms(self) -> str:
+    def _callable_text_digest(self) -> str:
         return subprogram_digest(self.lines, self.state.dialect)
 
     def _significant_text(self, at: int) -> str:
@@ -643,13 +650,13 @@ class _ProgramReader:
 
     def _full_description(self, at: int) -> BlockDescription:
         """Describe a line with unknown effects: its text, and a digest of all parameters set before it."""
-        shown = shown_comments(self.lines[at].rstrip("\r\n"), self.state.dialect)
+        shown = active_or_displayed_comments(self.lines[at].rstrip("\r\n"), self.state.dialect)
         text = " ".join([self._significant_text(at), *shown])
-        return BlockDescription(text, self.parameters.digest(), self._subprograms)
+        return BlockDescription(text, self.parameters.digest(), self._callable_text_digest)
 
-    def _describe(self, block: Block, line: str) -> None:
+    def _describe_block(self, block: Block, line: str) -> None:
         dialect, unknown = self.state.dialect, self.runner.unknown
-        obeyed = shown_comments(line, dialect)
+        obeyed = active_or_displayed_comments(line, dialect)
         read = may_read_parameters(unknown, obeyed, dialect)
-        called = self._subprograms if unknown else ""
+        called = self._callable_text_digest if unknown else ""
         self.record.describe(describe_block(block, obeyed, self.parameters.digest() if read else None, called, dialect))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from leafcut.gcode.program import Program
-from leafcut.gcode.words import Block, plain_block
+from leafcut.gcode.words import Block, parse_plain_block
 from leafcut.model.toolpath import Kind
 
 #: G codes, in tenths, that may occur in the lead and the tail. They stay where they are.
@@ -63,7 +63,7 @@ class _CutReader:
         if not cuts or any(b in self.program.fixed for b in range(self.begin, self.end)):
             return None
         body, tail = int(self.program.row_block[cuts[0]]), int(self.program.row_block[cuts[-1]]) + 1
-        blocks = self._blocks(body, tail)
+        blocks = self._words_of_blocks(body, tail)
         if body == self.begin or blocks is None:
             return None
         found = [self._cutting_row(block, blocks[block - self.begin]) for block in range(body, tail)]
@@ -75,7 +75,7 @@ class _CutReader:
             or not self._is_level(rows)
         ):
             return None
-        entry, leave = self._before(rows[0]), self._after(rows[-1])
+        entry, leave = self._position_before(rows[0]), self._position_after(rows[-1])
         aside = ((range(self.begin, body), entry), (range(tail, self.end), leave))
         if not all(self._is_plain_lead_block(b, blocks[b - self.begin], at) for part, at in aside for b in part):
             return None
@@ -88,11 +88,11 @@ class _CutReader:
             return None
         return ReversibleCut(self.begin, body, tail, self.end, tuple(rows), places)
 
-    def _blocks(self, body: int, tail: int) -> list[Block] | None:
+    def _words_of_blocks(self, body: int, tail: int) -> list[Block] | None:
         """Return all blocks of the range, or None if a block has no plain words or a comment states a position."""
         lines, line = self.program.lines, self.program.line
-        blocks = [plain_block(lines[int(line[b]) - 1]) for b in range(self.begin, self.end)]
-        between = map(plain_block, lines[int(line[self.begin]) - 1 : int(line[tail - 1])])
+        blocks = [parse_plain_block(lines[int(line[b]) - 1]) for b in range(self.begin, self.end)]
+        between = map(parse_plain_block, lines[int(line[self.begin]) - 1 : int(line[tail - 1])])
         states = (_STATES_POSITION.search(remark) for block in between if block for remark in block.comments)
         plain = [b for b in blocks if b is not None and not b.deleted and b.percent is None]
         return plain if len(plain) == len(blocks) and not any(states) else None
@@ -131,7 +131,7 @@ class _CutReader:
         if self.path.kind[rows.start : rows.stop].tolist() == [int(Kind.DWELL)]:
             codes = [round(word.value * 10) for word in words.words if word.letter == "G"]
             # A dwell at the start or the end of the cut.
-            return letters <= _DWELL_LETTERS and codes == [40] and self._is_near(self._before(rows.start), at)
+            return letters <= _DWELL_LETTERS and codes == [40] and self._is_near(self._position_before(rows.start), at)
         plain = _LETTERS.issuperset(letters) and all(
             round(word.value * 10) in _ASIDE if word.letter == "G" else word.value in _SPINDLE
             for word in words.words
@@ -145,7 +145,8 @@ class _CutReader:
         if not letters & {"X", "Y"}:
             return all(self._is_standstill(row) for row in moves)
         return all(
-            self._is_near(self._after(row), at) and (self.path.kind[row] == Kind.RAPID or self._is_standstill(row))
+            self._is_near(self._position_after(row), at)
+            and (self.path.kind[row] == Kind.RAPID or self._is_standstill(row))
             for row in moves
         )
 
@@ -165,7 +166,7 @@ class _CutReader:
             stated.update((w.letter, w.text) for w in blocks[block - self.begin].words if w.letter in "XY")
             if block < body - 1:
                 continue
-            at = self._before(rows[0]) if block < body else self._after(rows[block - body])
+            at = self._position_before(rows[0]) if block < body else self._position_after(rows[block - body])
             for text, value in zip(stated.values(), at, strict=True):
                 if not math.isfinite(value) or (text is not None and abs(float(text) * unit - value) > _TOLERANCE):
                     return None
@@ -180,7 +181,7 @@ class _CutReader:
             if self.path.kind[row] == Kind.FEED:
                 continue
             centre = self.path.arcs[int(self.path.ref[row])].center
-            origin = (0.0, 0.0) if modal.absolute_centres else self._before(row)
+            origin = (0.0, 0.0) if modal.absolute_centres else self._position_before(row)
             stated = {word.letter: word.value for word in blocks[body - self.begin + number].words}
             for axis, letter in enumerate("IJ"):
                 if letter in stated and abs(origin[axis] + stated[letter] * unit - centre[axis]) > _TOLERANCE:
@@ -189,14 +190,14 @@ class _CutReader:
 
     # -- places ------------------------------------------------------------------------------------------------------
 
-    def _before(self, row: int) -> tuple[float, float]:
+    def _position_before(self, row: int) -> tuple[float, float]:
         return float(self.path.before[row, 0]), float(self.path.before[row, 1])
 
-    def _after(self, row: int) -> tuple[float, float]:
+    def _position_after(self, row: int) -> tuple[float, float]:
         return float(self.path.end[row, 0]), float(self.path.end[row, 1])
 
     def _is_near(self, one: tuple[float, float], other: tuple[float, float]) -> bool:
         return abs(one[0] - other[0]) < _TOLERANCE and abs(one[1] - other[1]) < _TOLERANCE
 
     def _is_standstill(self, row: int) -> bool:
-        return self._is_near(self._before(row), self._after(row))
+        return self._is_near(self._position_before(row), self._position_after(row))

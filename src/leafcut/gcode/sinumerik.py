@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from leafcut.gcode.interpreter import Interpreter
 from leafcut.gcode.state import InterpreterState
 from leafcut.gcode.word_groups import SortedBlock
-from leafcut.gcode.words import NUMBER, Block, BlockError, Word, words_of
+from leafcut.gcode.words import NUMBER, Block, BlockError, Word, parse_words
 from leafcut.message import Message
 from leafcut.model.toolpath import DrillCycle
 
@@ -42,7 +42,7 @@ class SinumerikInterpreter(Interpreter):
         """Parse and execute one line."""
         call = _CALL.fullmatch(line.partition(";")[0].strip())
         if call is None:
-            self.run(sinumerik_block(line, number))
+            self.run(parse_block(line, number))
             return
         self._reset()
         self.state.line = number
@@ -60,7 +60,7 @@ class SinumerikInterpreter(Interpreter):
             _drill_position(self.state, self.state.call, words)
 
 
-def sinumerik_block(line: str, number: int) -> Block:
+def parse_block(line: str, number: int) -> Block:
     """Parse a line without MCALL.
 
     Raises
@@ -76,12 +76,12 @@ def sinumerik_block(line: str, number: int) -> Block:
     plain = _SUPA.sub("G53", _RADIUS.sub("R", _TOOL.sub(r"T\1", body)))
     if "(" in plain or "=" in plain or '"' in plain:
         raise BlockError(
-            "'{}' is not understood: leafcut reads only Siemens programs that it wrote itself", _shown(body)
+            "'{}' is not understood: leafcut reads only Siemens programs that it wrote itself", _printable(body)
         )
-    return Block(number, words_of(plain), comments)
+    return Block(number, parse_words(plain), comments)
 
 
-def _shown(text: str) -> str:
+def _printable(text: str) -> str:
     return re.sub(r"[^\x20-\x7e]+", " ", text[:30])
 
 
@@ -100,7 +100,7 @@ def _call_cycle(state: InterpreterState, name: str, arguments: Sequence[str]) ->
     values = dict(zip(_ARGUMENTS[name], arguments, strict=False))
     if state.incremental or state.plane != 17:
         raise BlockError("{} is understood only in the XY plane (G17) with G90", name)
-    rtp, rfp, sdis, bottom = (_length(state, name, values, key) for key in ("RTP", "RFP", "SDIS", "DP"))
+    rtp, rfp, sdis, bottom = (_length_argument(state, name, values, key) for key in ("RTP", "RFP", "SDIS", "DP"))
     if sdis < 0.0:
         raise BlockError("{}: SDIS must not be negative", name)
     r_plane, here = rfp + sdis, state.path.position[2]
@@ -110,14 +110,14 @@ def _call_cycle(state: InterpreterState, name: str, arguments: Sequence[str]) ->
         raise BlockError("{}: RTP is neither the reference plane nor the height of the tool", name)
     peck = dwell = 0.0
     if name == "CYCLE82":
-        dwell = _number(name, values, "DTB")
+        dwell = _number_argument(name, values, "DTB")
         if dwell < 0.0:
             raise BlockError("CYCLE82: a negative dwell is a number of revolutions, which leafcut does not read")
     if name == "CYCLE83":
         wrong = [key for key, value in _FIXED.items() if values.get(key, "") != value]
         if wrong:
             raise BlockError("CYCLE83: {} must be {}", wrong[0], _FIXED[wrong[0]] or Message("empty"))
-        peck = r_plane - _length(state, name, values, "FDEP")
+        peck = r_plane - _length_argument(state, name, values, "FDEP")
         if not peck > 0.0:
             raise BlockError("CYCLE83: FDEP must be below the reference plane")
     of_name = {"CYCLE81": "G81", "CYCLE82": "G82"}.get(name) or {"0": "G73", "1": "G83"}.get(values.get("VARI", ""))
@@ -137,15 +137,15 @@ _ARGUMENTS = {
 _FIXED = {"DPR": "", "FDPR": "", "DAM": "0", "DTB": "0", "DTS": "0", "FRF": "1"}
 
 
-def _number(name: str, values: dict[str, str], key: str) -> float:
+def _number_argument(name: str, values: dict[str, str], key: str) -> float:
     text = values.get(key, "")
     if not _NUMBER.fullmatch(text):
         raise BlockError("{} needs {}, a number", name, key)
     return float(text)
 
 
-def _length(state: InterpreterState, name: str, values: dict[str, str], key: str) -> float:
-    return state.mm(Word(key, _number(name, values, key), values[key]))
+def _length_argument(state: InterpreterState, name: str, values: dict[str, str], key: str) -> float:
+    return state.mm(Word(key, _number_argument(name, values, key), values[key]))
 
 
 def _drill_position(state: InterpreterState, cycle: DrillCycle, words: SortedBlock) -> None:

@@ -244,7 +244,7 @@ class InterpreterState(Modal):
         With G93, F is the reciprocal of the duration of the cut in minutes.
         """
         if self.feed_mode == 93:
-            return self._feed_of_time(letters, length)
+            return self._feed_from_inverse_time(letters, length)
         if self.feed:
             self._assume_unit()
         if "feed" in self.unknown_modes:
@@ -262,7 +262,7 @@ class InterpreterState(Modal):
             raise BlockError("the cut has no feed; F is missing")
         return feed * self.override if self.adaptive else feed
 
-    def _feed_of_time(self, letters: dict[str, Word], length: float) -> float:
+    def _feed_from_inverse_time(self, letters: dict[str, Word], length: float) -> float:
         if self.rotary is not None and not length > 0.0:
             line, axis = self.rotary
             raise BlockError(
@@ -354,18 +354,18 @@ class InterpreterState(Modal):
         return float(self.line) if name == "_line" else None
 
 
-def named_axes(letters: dict[str, Word]) -> tuple[bool, bool, bool]:
+def axes_in_block(letters: dict[str, Word]) -> tuple[bool, bool, bool]:
     """Return for each of the axes X, Y and Z whether a block states it."""
     return (AXES[0] in letters, AXES[1] in letters, AXES[2] in letters)
 
 
-def whole_number(word: Word, most: int = 99_999_999) -> int:
+def parse_whole_number(word: Word, most: int = 99_999_999) -> int:
     """Return the whole number in a word."""
     if not 0 <= word.value <= most or word.value != int(word.value):
         raise BlockError("{} must be a whole number from 0 to {}", word, most)
     return int(word.value)
 
 
-def unit_of(code: int) -> float:
+def unit_for_code(code: int) -> float:
     """Return the length of the unit that G20, G21, G70, G71, G700 or G710 selects, mm. `code` is in tenths."""
     return MM_PER_INCH if code in (200, 700, 7000) else 1.0

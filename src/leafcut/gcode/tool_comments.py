@@ -100,7 +100,7 @@ def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
     return first
 
 
-def tool_width(program: Program, block: int) -> float:
+def tool_diameter_in_comments(program: Program, block: int) -> float:
     """Return the tool diameter from the last comment about the tool of a block, mm, or 0."""
     return _described_diameter(program, block)[0]
 
@@ -137,20 +137,20 @@ def _described_diameter(program: Program, block: int, since: int = 0) -> tuple[f
     earlier = changes[changes < block]
     last = int(program.text_line[earlier[-1]]) if len(earlier) else 1
     for number in range(line, max(last - _BEFORE_CHANGE, 0, line - _FARTHEST_COMMENT) - 1, -1):
-        described = _diameter_in(program.lines[number], unit)
+        described = _parse_diameter(program.lines[number], unit)
         if not described:
             continue
         named = tool is not None and described[1] == tool
         if named or (number >= since and None in (tool, described[1])):
             return described[0], described[2]
     for text in program.lines[: min(line, _TOP)]:
-        described = _diameter_in(text, unit)
+        described = _parse_diameter(text, unit)
         if described and tool is not None and described[1] == tool:
             return described[0], described[2]
     return 0.0, ""
 
 
-def _diameter_in(text: str, unit: float) -> tuple[float, int | None, str] | None:
+def _parse_diameter(text: str, unit: float) -> tuple[float, int | None, str] | None:
     """Return the diameter in a comment, mm, the tool number or None, and the comment itself.
 
     Without a diameter, return None.
@@ -163,7 +163,7 @@ def _diameter_in(text: str, unit: float) -> tuple[float, int | None, str] | None
     comment = text[comment_start(text) :]
     tool = _NAMED.search(comment)
     number = int(tool.group(1) or tool.group(2)) if tool else None
-    return size_in_mm(match.group(1), match.group(2), unit), number, comment
+    return convert_size_to_mm(match.group(1), match.group(2), unit), number, comment
 
 
 def comment_start(text: str) -> int:
@@ -171,7 +171,7 @@ def comment_start(text: str) -> int:
     return min((k for k in (text.find("("), text.find(";")) if k >= 0), default=-1)
 
 
-def size_in_mm(number: str, named: str | None, unit: float) -> float:
+def convert_size_to_mm(number: str, named: str | None, unit: float) -> float:
     """Convert a size such as 6.35 or 1/4 to mm.
 
     `named` is the unit written after the size. Without it, the size is in program units, and `unit` is their length in
@@ -182,7 +182,7 @@ def size_in_mm(number: str, named: str | None, unit: float) -> float:
     return value * (unit if not named else 1.0 if named.lower() == "mm" else MM_PER_INCH)
 
 
-def narrowest_tool(program: Program) -> float:
+def smallest_diameter_in_comments(program: Program) -> float:
     """Return the smallest tool width in the comments of a program, mm. If the comments state none, return infinity."""
     unit = next((m.unit for m in program.modals if m.unit), 1.0)
     widths = [math.inf]
@@ -195,7 +195,7 @@ def narrowest_tool(program: Program) -> float:
                 continue
             if "size" in match[0].lower() and _BEFORE_OTHER.search(text[begin : match.start()]):
                 continue
-            width = size_in_mm(match[1] or match[3] or match[5], match[2] or match[4] or match[6], unit)
+            width = convert_size_to_mm(match[1] or match[3] or match[5], match[2] or match[4] or match[6], unit)
             widths.append(width if width > 0 else math.inf)
     return min(widths)
 

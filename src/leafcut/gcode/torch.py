@@ -13,9 +13,9 @@ import numpy as np
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
-from leafcut.gcode.state import InterpreterState, whole_number
+from leafcut.gcode.state import InterpreterState, parse_whole_number
 from leafcut.gcode.word_groups import SortedBlock
-from leafcut.gcode.words import Block, BlockError, Word, tokenise, without_word
+from leafcut.gcode.words import Block, BlockError, Word, parse_block, remove_word
 from leafcut.message import Message
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Arc, Kind, Motion, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
@@ -26,36 +26,39 @@ KERF_REGISTER = 1
 LEAST_PERCENT, MOST_PERCENT = 10.0, 100.0
 
 
-def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
+def run_output_words(state: InterpreterState, words: SortedBlock) -> None:
     """Execute the words M52, M62 to M68 and M190 of a block."""
     letters = words.letters
     if "adaptive" in words.m:
-        state.adaptive = whole_number(letters.pop("P")) != 0 if "P" in letters else True
+        state.adaptive = parse_whole_number(letters.pop("P")) != 0 if "P" in letters else True
     if "material" in words.m:
-        state.material = whole_number(_required_word(letters, "P", 190))
+        state.material = parse_whole_number(_required_word(letters, "P", 190))
         if state.material_feeds is not None and state.material not in state.material_feeds:
             raise BlockError("M190 P{} selects a material of the controller whose feed is not known", state.material)
     for code in words.m.get("output", ())[:1]:
         if code == 66:
-            _take_wait(letters)
+            _remove_wait_words(letters)
         elif code >= 67:
-            number, percent = whole_number(_required_word(letters, "E", code)), _required_word(letters, "Q", code).value
+            number, percent = (
+                parse_whole_number(_required_word(letters, "E", code)),
+                _required_word(letters, "Q", code).value,
+            )
             set_feed_output(state, number, percent)
         else:
-            _switch_output(state, whole_number(_required_word(letters, "P", code)), code in (62, 64))
+            _switch_output(state, parse_whole_number(_required_word(letters, "P", code)), code in (62, 64))
 
 
-def material_block(state: InterpreterState, line: str, number: int) -> Block:
+def parse_block_with_material_feed(state: InterpreterState, line: str, number: int) -> Block:
     """Parse the block of a line. F may refer to the feed of the material selected in the controller.
 
     Raises
     ------
     BlockError
-        The line is invalid as in `words.tokenise`, no material is selected, or its feed is unknown.
+        The line is invalid as in `words.parse_block`, no material is selected, or its feed is unknown.
     """
     word = "" if state.dialect.torch is None else state.dialect.torch.material_feed
-    rest = without_word(line, word)
-    block = tokenise(line if rest is None else rest, number)
+    rest = remove_word(line, word)
+    block = parse_block(line if rest is None else rest, number)
     if rest is None:
         return block
     if state.material is None or state.material not in (state.material_feeds or {}):
@@ -99,10 +102,10 @@ def take_spindle_number(letters: dict[str, Word]) -> int:
     The number is 0 without the word, and for -1 (all spindles).
     """
     word = letters.pop("$", None)
-    return 0 if word is None or word.value == -1.0 else whole_number(word, 7)
+    return 0 if word is None or word.value == -1.0 else parse_whole_number(word, 7)
 
 
-def _take_wait(letters: dict[str, Word]) -> None:
+def _remove_wait_words(letters: dict[str, Word]) -> None:
     """Remove the words of M66, which waits for an input and does not change the toolpath."""
     if ("P" in letters) == ("E" in letters):
         raise BlockError("M66 needs P or E")
@@ -142,7 +145,7 @@ def set_speed(state: InterpreterState, rpm: float) -> None:
         state.path.spindle(state.spindle * rpm, line=state.line, number=SPEED_ALONE)
 
 
-def convert_for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
+def convert_torch_path_for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
     """Convert a cutting toolpath to the form that its controller accepts. Without a torch, nothing changes.
 
     If the controller probes, moves Z or waits by itself, these rows are left out. If the arc cannot be off during a
@@ -165,10 +168,10 @@ def convert_for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
         writer.write(motion, before[number])
     if not dialect.has_z_words:
         arcs = [replace(arc, center=(arc.center[0], arc.center[1], math.nan)) for arc in arcs]
-    return _with_arcs(rows, arcs)
+    return _toolpath_with_arcs(rows, arcs)
 
 
-def _with_arcs(rows: list[Motion], arcs: list[Arc]) -> Toolpath:
+def _toolpath_with_arcs(rows: list[Motion], arcs: list[Arc]) -> Toolpath:
     return replace(Toolpath.of_motions(rows), arcs=tuple(arcs))
 
 
@@ -183,9 +186,9 @@ class _TorchWriter:
         """Write a row of the toolpath. `before` is the position of the torch before the row."""
         torch, kind = self.torch, row.kind
         if kind is Kind.SPINDLE:
-            self._light(row)
+            self._switch_on(row)
         elif kind is Kind.TORCH:
-            self._darken(row)
+            self._write_beam_switch(row)
         elif kind is Kind.HEIGHT:
             if torch.height_output is not None:
                 self.keep(row)
@@ -215,7 +218,7 @@ class _TorchWriter:
             self.keep(row._replace(end=(x, y, math.nan)))
             self.displaced = False
 
-    def _light(self, row: Motion) -> None:
+    def _switch_on(self, row: Motion) -> None:
         torch = self.torch
         if row.value == 0.0:
             if self.lit is not None:
@@ -232,7 +235,7 @@ class _TorchWriter:
         self.lit, self.piercing = row, True
         self.keep(row if torch.power else row._replace(value=1.0))
 
-    def _darken(self, row: Motion) -> None:
+    def _write_beam_switch(self, row: Motion) -> None:
         if self.torch.can_switch_off_along_path:
             self.keep(row)
         elif row.value:
@@ -240,7 +243,7 @@ class _TorchWriter:
                 "{} cannot switch the torch off during a cut; leave out the micro-joints", self.dialect.name
             )
         elif self.lit is not None:
-            self._light(Motion(Kind.SPINDLE, row.end, 0.0, 0, row.line))
+            self._switch_on(Motion(Kind.SPINDLE, row.end, 0.0, 0, row.line))
 
 
 def _is_same_place(place: tuple[float, float], before: np.ndarray) -> bool:

@@ -88,9 +88,9 @@ def sort_words(block: Block, g_codes: frozenset[int], m_codes: frozenset[int], s
     for word in block.words:
         letter = word.letter
         if letter == "G":
-            _add_g(result, word, g_codes)
+            _add_g_word(result, word, g_codes)
         elif letter == "M":
-            _add_m(result, word, m_codes)
+            _add_m_word(result, word, m_codes)
         elif letter == "N" and "N" in result.letters:
             continue  # a second line number before the first
         elif letter in result.letters:
@@ -102,7 +102,7 @@ def sort_words(block: Block, g_codes: frozenset[int], m_codes: frozenset[int], s
     return result
 
 
-def _add_g(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
+def _add_g_word(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
     code = round(word.value * 10)
     if code not in known or abs(word.value * 10 - code) > 1e-6:
         result.unknown.append(word)
@@ -113,7 +113,7 @@ def _add_g(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
         _refuse_conflict("G", before / 10, code / 10)
 
 
-def _add_m(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
+def _add_m_word(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
     code = int(word.value)
     if code not in known or code != word.value:
         result.unknown.append(word)

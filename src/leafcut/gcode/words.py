@@ -65,7 +65,7 @@ def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
     return enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1)
 
 
-def tokenise(line: str, number: int = 0) -> Block:
+def parse_block(line: str, number: int = 0) -> Block:
     """Parse a line of G-code.
 
     Raises
@@ -79,13 +79,13 @@ def tokenise(line: str, number: int = 0) -> Block:
     deleted = body.startswith("/")
     if deleted:
         body = body[1:]
-    return Block(number, words_of(body), comments, deleted=deleted)
+    return Block(number, parse_words(body), comments, deleted=deleted)
 
 
-def plain_block(line: str) -> Block | None:
+def parse_plain_block(line: str) -> Block | None:
     """Parse a line that only contains comments and words with plain numbers. For any other line, return None."""
     try:
-        return tokenise(line.rstrip("\r\n"))
+        return parse_block(line.rstrip("\r\n"))
     except BlockError:
         return None
 
@@ -104,11 +104,11 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
         raise BlockError("the line has {} characters; this is not G-code", len(line))
     body, comments = line, tuple[str, ...]()
     if "(" in line or ")" in line or ";" in line:
-        body, comments = _without_comments(_flatten_comments(line) if nested else line)
+        body, comments = _split_off_comments(_flatten_comments(line) if nested else line)
     return body.strip(), comments
 
 
-def without_word(line: str, word: str) -> str | None:
+def remove_word(line: str, word: str) -> str | None:
     """Remove a word from a line. Return None if `word` is empty, or only occurs in comments."""
     at = line.find(word) if word else -1
     while at >= 0:
@@ -141,15 +141,15 @@ def _flatten_comments(line: str) -> str:
     return "".join(letters)
 
 
-def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
+def _split_off_comments(line: str) -> tuple[str, tuple[str, ...]]:
     """Return a line without its comments, and the comments. A semicolon inside parentheses is plain text."""
     comments: list[str] = []
 
-    def cut(match: re.Match[str]) -> str:
+    def collect_comment(match: re.Match[str]) -> str:
         comments.append(match.group().lstrip("(;").removesuffix(")").strip())
         return " "
 
-    body = COMMENT.sub(cut, line)
+    body = COMMENT.sub(collect_comment, line)
     if "(" in body:
         raise BlockError(
             "a comment contains another comment" if ")" in body else "a comment is not closed: ')' is missing"
@@ -159,7 +159,7 @@ def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
     return body, tuple(comments)
 
 
-def words_of(body: str) -> tuple[Word, ...]:
+def parse_words(body: str) -> tuple[Word, ...]:
     """Parse the words of a line without comments and marks. A leading colon means O, as in the ISO code of Fanuc."""
     words = []
     if body[:1] == ":" and body[1:2].isdigit():
@@ -169,23 +169,23 @@ def words_of(body: str) -> tuple[Word, ...]:
     while position < end:
         found = match(body, position)
         if found is None:
-            refuse_rest(body, position)
+            raise_unreadable_text(body, position)
         letter, text = found.groups()
         value = float(text)
         if not -MAX_NUMBER < value < MAX_NUMBER:
-            raise BlockError(out_of_range(letter))
+            raise BlockError(out_of_range_message(letter))
         words.append(Word(letter.upper(), value, text))
         position = found.end()
     return tuple(words)
 
 
-def out_of_range(letter: str) -> Message:
+def out_of_range_message(letter: str) -> Message:
     """Return the message for a number that is too large for any machine."""
     fault = Message("the number of {} is out of range: {:,.0f} or more", letter.upper(), MAX_NUMBER)
     return Message("{}; correct or delete this word, or post the program again", fault)
 
 
-def refuse_rest(body: str, position: int) -> NoReturn:
+def raise_unreadable_text(body: str, position: int) -> NoReturn:
     """Raise a `BlockError` that shows the text at `position`, which is not a word."""
     rest = body[position:].lstrip(" \t")
     first = rest[:1]

@@ -21,6 +21,6 @@ Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
-def segments(points: Points) -> Floats:
+def consecutive_segments(points: Points) -> Floats:
     """Return the straight segments between consecutive points, float64[n - 1, 2, …]."""
     return np.stack([points[:-1], points[1:]], axis=1)

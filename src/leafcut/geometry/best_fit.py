@@ -54,7 +54,7 @@ class _Piece(NamedTuple):
     dy: float
 
 
-def best_fit(points: Points, noise: Floats) -> Polyline | None:
+def fit_outline(points: Points, noise: Floats) -> Polyline | None:
     """Fit lines and arcs to a closed line of points, in O(n · `WINDOW`).
 
     Parameters
@@ -72,19 +72,19 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
     if len(points) < 3:
         return None
     weights = noise**-2.0
-    cuts = _divide(points, weights)
+    cuts = _divide_into_pieces(points, weights)
     # The ring was opened at an arbitrary point. Open it at a corner instead, and divide it again.
     shift = cuts[len(cuts) // 2]
     points, weights = np.roll(points, -shift, axis=0), np.roll(weights, -shift)
-    cuts = _merge(points, weights, _divide(points, weights))
+    cuts = _remove_needless_cuts(points, weights, _divide_into_pieces(points, weights))
     pieces = [
         piece
         for a, b in zip(cuts, [*cuts[1:], len(points)], strict=True)
         for piece in _accurate_pieces(points, weights, a, b, 1.0)
     ]
     if len(pieces) == 1:
-        return _circle(pieces[0])
-    return _polyline(points, _fillet_corners(points, weights, pieces))
+        return _circle_of_piece(pieces[0])
+    return _polyline_of_pieces(points, _replace_with_fillets(points, weights, pieces))
 
 
 # -- division into pieces ----------------------------------------------------------------------------------------------
@@ -94,15 +94,15 @@ def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, s
     """Fit a single piece to a run of points. If the piece is inaccurate, fit several pieces at lower fees instead."""
     whole = _fit_piece(points, weights, first, beyond)
     run = points[first:beyond]
-    if len(run) < 6 or share < LEAST_SHARE or float(np.abs(_distances(whole, run)).max()) <= MAX_DISTANCE:
+    if len(run) < 6 or share < LEAST_SHARE or float(np.abs(_distances_from_piece(whole, run)).max()) <= MAX_DISTANCE:
         return [whole]
     share *= 0.5
-    cuts = [first + cut for cut in _divide(run, weights[first:beyond], share)]
+    cuts = [first + cut for cut in _divide_into_pieces(run, weights[first:beyond], share)]
     pairs = zip(cuts, [*cuts[1:], beyond], strict=True)
     return [piece for a, b in pairs for piece in _accurate_pieces(points, weights, a, b, share)]
 
 
-def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
+def _divide_into_pieces(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
     """Find the cheapest division of an open line. Return the index of the first point of each piece."""
     n = len(points)
     window = min(WINDOW, n)
@@ -127,7 +127,7 @@ def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
     return cuts[::-1]
 
 
-def _merge(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
+def _remove_needless_cuts(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
     """Remove cuts inside a single line or arc.
 
     Such cuts appear where a piece exceeds the window, and where the closed line was opened.
@@ -151,9 +151,9 @@ def _piece_cost(points: Points, weights: Floats, first: int, beyond: int) -> flo
 
 def _piece_costs(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
     """Return the costs of pieces with 1, 2, 3 … points for each row of `points`, float64[rows, points, 2]."""
-    m = moments(points, weights)
+    m = running_moments(points, weights)
     total = np.cumsum(weights, axis=1)
-    straight, off = line_error(m), circle_error(m)[0]
+    straight, off = line_fit_error(m), circle_fit_error(m)[0]
     return np.minimum(total * straight + share * LINE_FEE, total * np.minimum(off, straight) + share * ARC_FEE)
 
 
@@ -162,10 +162,10 @@ def _piece_costs(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
 
 def _fit_piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
     origin, run = points[first], points[first:beyond]
-    m = moments(run[None] - origin, weights[None, first:beyond])
+    m = running_moments(run[None] - origin, weights[None, first:beyond])
     total = float(weights[first:beyond].sum())
-    off, *circle = (float(t[0, -1]) for t in circle_error(m))
-    line = float(line_error(m)[0, -1])
+    off, *circle = (float(t[0, -1]) for t in circle_fit_error(m))
+    line = float(line_fit_error(m)[0, -1])
     mx, my = float(m.x[0, -1] + origin[0]), float(m.y[0, -1] + origin[1])
     if total * off + ARC_FEE < total * line + LINE_FEE and np.isfinite(circle).all():
         x, y = circle[0] + mx, circle[1] + my
@@ -180,32 +180,32 @@ def _fit_piece(points: Points, weights: Floats, first: int, beyond: int) -> _Pie
     return _Piece(first, beyond, mx, my, 0.0, dx, dy)
 
 
-def _circle(piece: _Piece) -> Polyline | None:
+def _circle_of_piece(piece: _Piece) -> Polyline | None:
     if piece.radius == 0.0:
         return None
     return Polyline.circle(piece.x, piece.y, abs(piece.radius), clockwise=piece.radius < 0.0)
 
 
-def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
+def _replace_with_fillets(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
     """Replace a piece between two lines with an arc tangent to both lines, if this fits the points nearly as well."""
     result: list[_Piece] = []
     for k, piece in enumerate(pieces):
         before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]
         short = piece.beyond - piece.first <= FILLET_POINTS and len(pieces) > 2
-        fillet = _fillet(points, weights, piece, before, after) if short else None
-        if fillet is None and len(_joint(points, before, piece)) > 1:
+        fillet = _fit_fillet(points, weights, piece, before, after) if short else None
+        if fillet is None and len(_joint_points(points, before, piece)) > 1:
             # A sharp corner would be visible in the pixels. This one is rounded, but has too few points for a piece.
             empty = _Piece(piece.first, piece.first, 0.0, 0.0, 0.0, 0.0, 0.0)
-            corner = _fillet(points, weights, empty, before, piece)
+            corner = _fit_fillet(points, weights, empty, before, piece)
             result += [corner] if corner is not None else []
         result.append(fillet or piece)
     return result
 
 
-def _fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
+def _fit_fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
     """Return the arc tangent to both lines, or None if the arc does not fit the points."""
     cross = before.dx * after.dy - before.dy * after.dx
-    corner = [] if before.radius or after.radius else _intersections(before, after)
+    corner = [] if before.radius or after.radius else _piece_intersections(before, after)
     if not corner or abs(cross) < 0.1:
         return None
     # The centre lies on the bisector. For radius 1, its distance from the corner is 1 / sin(half the corner angle).
@@ -214,36 +214,45 @@ def _fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, afte
     centre_distance = 1.0 / (math.hypot(bx, by) * math.sin(half))
     # The points of both lines next to the arc must fit as well.
     extra = FILLET_POINTS // 8 + piece.beyond - piece.first
-    sides = [_last(before, extra), (piece.first, piece.beyond), (after.first, min(after.first + extra, after.beyond))]
+    sides = [
+        _last_points(before, extra),
+        (piece.first, piece.beyond),
+        (after.first, min(after.first + extra, after.beyond)),
+    ]
     rows = np.concatenate([np.arange(a, b) for a, b in sides])
     offsets = points[rows] - corner[0]
     on_first = np.arange(len(rows)) < len(rows) - (sides[2][1] - sides[2][0]) - (piece.beyond - piece.first) // 2
     along = np.where(on_first, -(offsets @ (before.dx, before.dy)), offsets @ (after.dx, after.dy))
     line_distance = np.where(on_first, offsets @ (before.dy, -before.dx), offsets @ (after.dy, -after.dx))
 
-    def off(radius: float) -> Floats:
+    def distances(radius: float) -> Floats:
         out = offsets - radius * centre_distance * np.array([bx, by])
         round_off = np.hypot(out[:, 0], out[:, 1]) - radius
         return np.asarray(np.where(along > radius / math.tan(half), line_distance, round_off))
 
     row_weights = weights[rows]
-    length = min(_length(points, line) for line in (before, after)) + piece.beyond - piece.first
-    radius = _likely_value(lambda r: float((row_weights * off(r) ** 2).sum()), 0.3, max(length * math.tan(half), 0.6))
+    length = min(_chord_length(points, line) for line in (before, after)) + piece.beyond - piece.first
+    radius = _likely_value(
+        lambda r: float((row_weights * distances(r) ** 2).sum()), 0.3, max(length * math.tan(half), 0.6)
+    )
     cost_before = sum(
-        float((weights[a:b] * _distances(fitted, points[a:b]) ** 2).sum())
+        float((weights[a:b] * _distances_from_piece(fitted, points[a:b]) ** 2).sum())
         for fitted, (a, b) in zip((before, piece, after), sides, strict=True)
     )
-    if np.abs(off(radius)).max() > 1.0 or float((row_weights * off(radius) ** 2).sum()) > cost_before + FILLET_WORTH:
+    if (
+        np.abs(distances(radius)).max() > 1.0
+        or float((row_weights * distances(radius) ** 2).sum()) > cost_before + FILLET_WORTH
+    ):
         return None
     x, y = corner[0][0] + radius * centre_distance * bx, corner[0][1] + radius * centre_distance * by
     return _Piece(piece.first, piece.beyond, x, y, math.copysign(radius, cross), 0.0, 0.0)
 
 
-def _last(piece: _Piece, count: int) -> tuple[int, int]:
+def _last_points(piece: _Piece, count: int) -> tuple[int, int]:
     return max(piece.first, piece.beyond - count), piece.beyond
 
 
-def _length(points: Points, piece: _Piece) -> float:
+def _chord_length(points: Points, piece: _Piece) -> float:
     dx, dy = (points[piece.beyond - 1] - points[piece.first]).tolist()
     return math.hypot(dx, dy)
 
@@ -268,45 +277,48 @@ def _likely_value(cost: Callable[[float], float], low: float, high: float) -> fl
     return 0.5 * (min(likely) + max(likely))
 
 
-def _distances(piece: _Piece, points: Points) -> Floats:
+def _distances_from_piece(piece: _Piece, points: Points) -> Floats:
     out = points - (piece.x, piece.y)
     if piece.radius == 0.0:
         return np.asarray(out[:, 0] * piece.dy - out[:, 1] * piece.dx)
     return np.asarray(np.hypot(out[:, 0], out[:, 1]) - abs(piece.radius))
 
 
-def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
+def _polyline_of_pieces(points: Points, pieces: list[_Piece]) -> Polyline:
     rows: list[list[float]] = []
     for k, piece in enumerate(pieces):
-        entry, exit_points = _joint(points, pieces[k - 1], piece), _joint(points, piece, pieces[(k + 1) % len(pieces)])
+        entry, exit_points = (
+            _joint_points(points, pieces[k - 1], piece),
+            _joint_points(points, piece, pieces[(k + 1) % len(pieces)]),
+        )
         start, stop = entry[-1], exit_points[0]
-        rows.append([*start, _bulge(points, piece, start, stop)])
+        rows.append([*start, _piece_bulge(points, piece, start, stop)])
         if len(exit_points) > 1:
             rows.append([*stop, 0.0])
     return Polyline(np.array(rows), closed=True)
 
 
-def _joint(points: Points, first: _Piece, second: _Piece) -> list[tuple[float, float]]:
+def _joint_points(points: Points, first: _Piece, second: _Piece) -> list[tuple[float, float]]:
     """Return the point where two pieces meet, or both end points of a line that connects the pieces."""
     a, b = points[first.beyond - 1], points[second.first % len(points)]
     middle = 0.5 * (a + b)
     for line, arc in ((first, second), (second, first)):
-        if line.radius == 0.0 != arc.radius and _touches(line, arc):
-            return [_nearest(line, np.array([arc.x, arc.y]))]
-    crossings = _intersections(first, second)
+        if line.radius == 0.0 != arc.radius and _is_tangent(line, arc):
+            return [_nearest_point_on_piece(line, np.array([arc.x, arc.y]))]
+    crossings = _piece_intersections(first, second)
     if crossings:
         crossing = min(crossings, key=lambda p: math.dist(p, middle))
         if math.dist(crossing, middle) <= MAX_JOINT_DISTANCE and not _covers_a_pixel_centre(a, b, crossing):
             return [crossing]
-    p, q = _nearest(first, middle), _nearest(second, middle)
+    p, q = _nearest_point_on_piece(first, middle), _nearest_point_on_piece(second, middle)
     if math.dist(p, q) <= 1.0:
         # Choose a point between both pieces, nearer to the piece with more points.
         share = (second.beyond - second.first) / max(second.beyond - second.first + first.beyond - first.first, 1)
         return [(p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1]))]
-    return [_nearest(first, a), _nearest(second, b)]
+    return [_nearest_point_on_piece(first, a), _nearest_point_on_piece(second, b)]
 
 
-def _touches(line: _Piece, arc: _Piece) -> bool:
+def _is_tangent(line: _Piece, arc: _Piece) -> bool:
     off = (arc.x - line.x) * line.dy - (arc.y - line.y) * line.dx
     return abs(abs(off) - abs(arc.radius)) < 1e-6
 
@@ -325,7 +337,7 @@ def _covers_a_pixel_centre(a: Points, b: Points, tip: tuple[float, float]) -> bo
     return bool(inside.any())
 
 
-def _nearest(piece: _Piece, point: Points) -> tuple[float, float]:
+def _nearest_point_on_piece(piece: _Piece, point: Points) -> tuple[float, float]:
     dx, dy = float(point[0]) - piece.x, float(point[1]) - piece.y
     if piece.radius == 0.0:
         along = dx * piece.dx + dy * piece.dy
@@ -334,7 +346,7 @@ def _nearest(piece: _Piece, point: Points) -> tuple[float, float]:
     return (piece.x + scale * dx, piece.y + scale * dy)
 
 
-def _intersections(first: _Piece, second: _Piece) -> list[tuple[float, float]]:
+def _piece_intersections(first: _Piece, second: _Piece) -> list[tuple[float, float]]:
     if first.radius == 0.0 and second.radius == 0.0:
         cross = first.dx * second.dy - first.dy * second.dx
         if abs(cross) < 1e-6:
@@ -349,12 +361,12 @@ def _intersections(first: _Piece, second: _Piece) -> list[tuple[float, float]]:
         # The circles intersect on their radical line. It crosses the line of centres at `along` from the first centre.
         along = 0.5 * (gap + (first.radius**2 - second.radius**2) / gap)
         line = (first.x + along * x / gap, first.y + along * y / gap, -y / gap, x / gap)
-        return _line_intersection(first, *line)
+        return _line_circle_intersections(first, *line)
     circle, line_piece = (first, second) if second.radius == 0.0 else (second, first)
-    return _line_intersection(circle, line_piece.x, line_piece.y, line_piece.dx, line_piece.dy)
+    return _line_circle_intersections(circle, line_piece.x, line_piece.y, line_piece.dx, line_piece.dy)
 
 
-def _line_intersection(circle: _Piece, x: float, y: float, dx: float, dy: float) -> list[tuple[float, float]]:
+def _line_circle_intersections(circle: _Piece, x: float, y: float, dx: float, dy: float) -> list[tuple[float, float]]:
     foot = (circle.x - x) * dx + (circle.y - y) * dy
     px, py = x + foot * dx, y + foot * dy
     square = circle.radius**2 - (px - circle.x) ** 2 - (py - circle.y) ** 2
@@ -364,7 +376,7 @@ def _line_intersection(circle: _Piece, x: float, y: float, dx: float, dy: float)
     return [(px + half * dx, py + half * dy), (px - half * dx, py - half * dy)]
 
 
-def _bulge(points: Points, piece: _Piece, start: tuple[float, float], end: tuple[float, float]) -> float:
+def _piece_bulge(points: Points, piece: _Piece, start: tuple[float, float], end: tuple[float, float]) -> float:
     if piece.radius == 0.0 or math.dist(start, end) < _TINY:
         return 0.0
     side = math.copysign(1.0, piece.radius)
@@ -398,7 +410,7 @@ class Moments(NamedTuple):
     zz: Floats
 
 
-def moments(points: Floats, weights: Floats) -> Moments:
+def running_moments(points: Floats, weights: Floats) -> Moments:
     """Return the moments of the first 1, 2, 3 … points of each row of `points`, float64[rows, n, 2].
 
     The points should be close to the origin, because this preserves precision.
@@ -427,13 +439,13 @@ def moments(points: Floats, weights: Floats) -> Moments:
     )
 
 
-def line_error(m: Moments) -> Floats:
+def line_fit_error(m: Moments) -> Floats:
     """Return the mean squared distance from the best line. This is the smaller eigenvalue of the covariance matrix."""
     half = 0.5 * (m.xx + m.yy)
     return np.maximum(half - np.sqrt(0.25 * (m.xx - m.yy) ** 2 + m.xy**2), 0.0)
 
 
-def circle_error(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
+def circle_fit_error(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
     """Fit a circle, and return the approximate mean squared distance, the centre (x and y), and the radius.
 
     The centre is relative to the mean of the points.

@@ -23,7 +23,7 @@ LARGEST_RADIUS = 5000.0
 FLAT = 0.002
 
 
-def cleaned_path(path: Polyline) -> Polyline | None:
+def clean_path(path: Polyline) -> Polyline | None:
     """Remove segments of length 0, and split arcs larger than a half circle. Return None if no segment is left.
 
     Arcs with a radius above `LARGEST_RADIUS` become lines, with a chord error of at most `FLAT` mm. If a full circle is
@@ -102,6 +102,6 @@ def counter_clockwise(path: Polyline) -> Polyline:
     return path.reversed() if path.area < 0.0 else path
 
 
-def ends_of(paths: Sequence[Polyline]) -> Points:
+def path_ends(paths: Sequence[Polyline]) -> Points:
     """Return the start and end points of all paths, alternating, float64[2n, 2]."""
     return np.array([end for path in paths for end in (path.start, path.end)]).reshape(-1, 2)

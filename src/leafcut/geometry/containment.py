@@ -28,7 +28,7 @@ class Conflict(NamedTuple):
     place: Point
 
 
-def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Conflict]:
+def find_outline_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Conflict]:
     """Find all pairs of polygons whose edges come within `same` mm of each other.
 
     Each pair has one of these kinds:
@@ -44,7 +44,7 @@ def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Confl
     """
     if len(shapes) < 2:
         return []
-    copies, single = _exact_copies(shapes)
+    copies, single = _split_off_copies(shapes)
     rings = shapely.get_exterior_ring(shapes)[single]
     pairs, total = [np.zeros((2, 0), dtype=np.int64)], 0
     for i, j in query_pairs(rings, rings, Message("outlines that cross or touch each other"), "dwithin", same):
@@ -73,7 +73,7 @@ def find_conflicts(shapes: NDArray[Any], same: float = COINCIDENT) -> list[Confl
     return result
 
 
-def _exact_copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
+def _split_off_copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
     """Return a conflict for each exact copy of a shape, and the indices of all other shapes.
 
     A drawing that was exported twice contains thousands of copies, and comparing all pairs of them would be slow.
@@ -96,10 +96,10 @@ def _conflict_point(a: Any, b: Any, kind: str) -> Point:
     return (float(point.x), float(point.y))
 
 
-def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def nesting_depths_and_parents(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Count the polygons around each polygon.
 
-    The polygons must not overlap or coincide (`find_conflicts`).
+    The polygons must not overlap or coincide (`find_outline_conflicts`).
 
     Returns
     -------
@@ -113,10 +113,10 @@ def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.
     PlanError
         The nesting is deeper than in any valid sheet.
     """
-    return enclosing_polygons(shapely.point_on_surface(shapes), shapes, shapely.area(shapes))
+    return count_enclosing_polygons(shapely.point_on_surface(shapes), shapes, shapely.area(shapes))
 
 
-def enclosing_polygons(
+def count_enclosing_polygons(
     points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Count the polygons that contain each point.

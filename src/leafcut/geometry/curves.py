@@ -30,7 +30,7 @@ Spend = Callable[[int], None]
 ROUND = 1e-3
 
 
-def allow_any_number(_: int) -> None:
+def accept_any_point_count(_: int) -> None:
     """Accept any number of points. This function is the default for `spend`."""
 
 
@@ -66,7 +66,7 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
     spans = np.flatnonzero(np.diff(knots[degree : n + 1]) > 0.0) + degree
     if not len(spans):
         raise PlanError("a spline has no length: all its knots are equal")
-    sample = _evaluate(homogeneous, degree, knots, spans, SAMPLE_CHORDS)
+    sample = _evaluate_spans(homogeneous, degree, knots, spans, SAMPLE_CHORDS)
     chords = 1.0 if degree == 1 else _chords_needed(sample, tolerance)
     counts = np.broadcast_to(chords, len(spans)).astype(np.int64)
     if int(counts.sum()) > MAX_POINTS:
@@ -74,9 +74,11 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
     pieces: list[Points] = [np.zeros((0, 2))] * len(spans)
     for count in np.unique(counts):
         chosen = np.flatnonzero(counts == count)
-        for index, points in zip(chosen, _evaluate(homogeneous, degree, knots, spans[chosen], int(count)), strict=True):
+        for index, points in zip(
+            chosen, _evaluate_spans(homogeneous, degree, knots, spans[chosen], int(count)), strict=True
+        ):
             pieces[index] = points[:-1]
-    end = _evaluate(homogeneous, degree, knots, spans[-1:], 1)[0][-1:]
+    end = _evaluate_spans(homogeneous, degree, knots, spans[-1:], 1)[0][-1:]
     return np.concatenate([*pieces, end])
 
 
@@ -94,7 +96,7 @@ def _chords_needed(sample: Floats, tolerance: float) -> Floats:
     return powers
 
 
-def _evaluate(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np.int64], count: int) -> Floats:
+def _evaluate_spans(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np.int64], count: int) -> Floats:
     """Evaluate equally spaced points in each knot span by de Boor's algorithm, float64[spans, count + 1, 2]."""
     start, end = knots[spans], knots[spans + 1]
     t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, count + 1)
@@ -116,7 +118,13 @@ def bezier_points(control: Floats, tolerance: float) -> Points:
 
 
 def ellipse_path(
-    center: Point, u: Point, v: Point, start: float, sweep: float, tolerance: float, spend: Spend = allow_any_number
+    center: Point,
+    u: Point,
+    v: Point,
+    start: float,
+    sweep: float,
+    tolerance: float,
+    spend: Spend = accept_any_point_count,
 ) -> Polyline:
     """Return arcs along the curve centre + u·cos(t) + v·sin(t), where t runs from `start` over `sweep` (rad).
 
@@ -150,7 +158,9 @@ def ellipse_path(
     return Polyline(rows)
 
 
-def fit_arcs_to_curve(points: Points, tolerance: float, closed: bool, spend: Spend = allow_any_number) -> Polyline:
+def fit_arcs_to_curve(
+    points: Points, tolerance: float, closed: bool, spend: Spend = accept_any_point_count
+) -> Polyline:
     """Fit arcs to points that lie within a quarter of `tolerance` of a curve.
 
     If the curve is closed, the last point must equal the first point.

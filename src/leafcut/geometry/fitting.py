@@ -82,7 +82,7 @@ def _fitted_bulge(points: Points, tolerance: float) -> float | None:
     along, off = offsets @ chord / length, (offsets @ np.array([-chord[1], chord[0]])) / length
     if float(np.abs(off).max()) <= 0.5 * tolerance:
         return 0.0 if _is_monotonic(np.diff(along[: len(points)])) else None
-    rise = _rise(along[: len(points)], off[: len(points)], length)
+    rise = _arc_height(along[: len(points)], off[: len(points)], length)
     bulge = -2.0 * rise / length
     if not FLAT < abs(bulge) <= MAX_BULGE:
         return None
@@ -95,7 +95,7 @@ def _fitted_bulge(points: Points, tolerance: float) -> float | None:
     return bulge if _is_monotonic(np.diff(angles) * np.sign(bulge)) else None
 
 
-def _rise(along: NDArray[np.float64], off: NDArray[np.float64], length: float) -> float:
+def _arc_height(along: NDArray[np.float64], off: NDArray[np.float64], length: float) -> float:
     """Return the height of the arc above its chord, computed from the point closest to the perpendicular bisector."""
     k = int(np.argmin(np.abs(along - 0.5 * length)))
     x, y = float(along[k]) - 0.5 * length, float(off[k])

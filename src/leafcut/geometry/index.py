@@ -47,7 +47,7 @@ def query_pairs(
         step = min(2 * step, _MAX_BATCH) if len(first) <= MOST_PER_SHAPE * step else max(step // 2, _MIN_BATCH)
 
 
-def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArray[np.float64]]:
+def point_pairs_within(points: Points, distance: float) -> tuple[Indices, Indices, NDArray[np.float64]]:
     """Return all pairs of points i < j that are within a distance of each other, and the distance of each pair.
 
     Raises
@@ -99,9 +99,11 @@ class NearLines:
                 if is_candidate is not None:
                     selected = is_candidate(line, target)
                     line, target = line[selected], target[selected]
-                yield self._near(line, targets, target, reach)
+                yield self._pairs_within_reach(line, targets, target, reach)
 
-    def _near(self, line: Indices, targets: NearLines, target: Indices, reach: float) -> tuple[Indices, Indices]:
+    def _pairs_within_reach(
+        self, line: Indices, targets: NearLines, target: Indices, reach: float
+    ) -> tuple[Indices, Indices]:
         a, b = self.boxes[line], targets.boxes[target]
         box_gaps = np.maximum(np.maximum(a[:, :2] - b[:, 2:], b[:, :2] - a[:, 2:]), 0.0)
         possible = np.hypot(*box_gaps.T) <= reach * (1.0 + _ACCURACY)
@@ -145,7 +147,7 @@ def unique_pairs(first: Indices, second: Indices) -> Indices:
     return np.stack([keys // stride, keys % stride], axis=1)
 
 
-def component_numbers(n: int, first: Indices, second: Indices) -> Indices:
+def connected_components(n: int, first: Indices, second: Indices) -> Indices:
     """Return the connected component of each node 0 … n - 1 as a number. The pairs (first, second) are the edges."""
     parent = list(range(n))
 

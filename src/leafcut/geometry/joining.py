@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices, Point, Points
-from leafcut.geometry.cleaning import ends_of
-from leafcut.geometry.index import near_pairs
+from leafcut.geometry.cleaning import path_ends
+from leafcut.geometry.index import point_pairs_within
 from leafcut.geometry.polyline import Polyline
 
 #: Maximum distance between ends that count as the same point, mm. Drawings store 4 to 6 digits.
@@ -43,7 +43,7 @@ class Joining:
     branches: list[Point] = field(default_factory=list)
 
 
-def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
+def join_paths(paths: Sequence[Polyline], tolerance: float) -> Joining:
     """Join open paths whose ends are within `tolerance` mm of each other, starting with the closest ends; O(n log n).
 
     Ends that coincide are joined before any gap is closed. If more than two ends meet, paths that are consecutive in
@@ -60,8 +60,8 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     if not members:
         return result
     chosen = [paths[i] for i in members]
-    ends = ends_of(chosen)
-    first, second, gaps = near_pairs(ends, tolerance)
+    ends = path_ends(chosen)
+    first, second, gaps = point_pairs_within(ends, tolerance)
     lengths = np.array([p.length for p in chosen])
     same_path = first // 2 == second // 2
     # Do not join a short line to itself: its ends are close only because it is short.
@@ -69,17 +69,17 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
         lengths[first // 2] > 2.0 * tolerance
     )
     first, second, gaps, same_path = first[allowed], second[allowed], gaps[allowed], same_path[allowed]
-    mate = _partners_of_ends(chosen, first, second, gaps, same_path)
-    result.branches = _branches(ends, mate, first, second, gaps)
-    for walk, loop in _chains(mate):
+    mate = _match_ends(chosen, first, second, gaps, same_path)
+    result.branches = _branch_points(ends, mate, first, second, gaps)
+    for walk, loop in _chains_of_paths(mate):
         gaps_closed: list[tuple[Point, float]] = []
-        path = _assemble(chosen, walk, loop, gaps_closed)
+        path = _build_chain(chosen, walk, loop, gaps_closed)
         result.paths.append(Joined(path, [members[end // 2] for end in walk], gaps_closed))
     result.paths.sort(key=lambda joined: min(joined.members))
     return result
 
 
-def _partners_of_ends(
+def _match_ends(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
     """Return the end that each end is joined to, or -1.
@@ -91,7 +91,7 @@ def _partners_of_ends(
     # Join the end of a path to the start of the next path in the drawing: starts are even numbers, ends are odd.
     head_to_tail = follow & (second - first == 1)
     rank = np.select([same_path, head_to_tail, follow], [0, 1, 2], 3)
-    angle = _angles(paths, first, second, distance == 0.0)
+    angle = _angles_between_ends(paths, first, second, distance == 0.0)
     rank[angle < DOUBLED_BACK] = 4
     order = np.lexsort((angle, rank, distance))
     mate = np.full(2 * len(paths), -1, dtype=np.int64)
@@ -101,7 +101,7 @@ def _partners_of_ends(
     return mate
 
 
-def _angles(
+def _angles_between_ends(
     paths: Sequence[Polyline], first: Indices, second: Indices, exact: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """Return the angle between the paths at each pair of ends, rad, or π if no other end meets there."""
@@ -118,7 +118,9 @@ def _inward_direction(path: Polyline, at_end: bool) -> Point:
     return (path.reversed() if at_end else path).direction_at(0.0)
 
 
-def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Point]:
+def _branch_points(
+    ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]
+) -> list[Point]:
     """Return all positions where three or more ends meet, or where an end has no free partner left."""
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
@@ -127,7 +129,7 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
     return [(float(x), float(y)) for x, y in np.unique(points.round(3), axis=0)]
 
 
-def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
+def _chains_of_paths(mate: Indices) -> list[tuple[list[int], bool]]:
     """Return the chains of joined paths, and whether each chain is closed.
 
     A chain is a list of ends. Each entry is the end at which the chain enters a path. End 2i is the start of path i,
@@ -153,8 +155,8 @@ def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
     return walks
 
 
-def _assemble(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
-    """Build the path of a chain (`walk`, from `_chains`), and append each gap that the path closes to `gaps`."""
+def _build_chain(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
+    """Build the path of a chain (`walk`, from `_chains_of_paths`), and append each gap that it closes to `gaps`."""
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):

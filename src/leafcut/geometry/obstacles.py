@@ -147,10 +147,10 @@ class ObstacleMap:
         ]
         ends: list[_Nodes] = [((point, k < 2), np.array([point])) for k, point in enumerate([a, b, *away])]
         for _ in range(MOST_ROUNDS):
-            nodes = [*ends, *((n, self._passing_corners(n, radius)) for n in sorted(blocking))]
+            nodes = [*ends, *((n, self._turning_corners(n, radius)) for n in sorted(blocking))]
             if sum(len(places) for _, places in nodes) > MOST_CORNERS:
                 return None
-            path, hit = self._shortest(nodes, standing | self._walls, radius, seen)
+            path, hit = self._shortest_unblocked_path(nodes, standing | self._walls, radius, seen)
             if path is not None:
                 return path[1:-1]
             if hit <= blocking:
@@ -161,7 +161,7 @@ class ObstacleMap:
     def _is_enclosed(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> bool:
         """Return whether standing polygons block every exit from the area around a point."""
         point, reach = shapely.Point(place), ENCLOSING * radius
-        near = self._numbers_near(point, reach + radius)
+        near = self._polygons_near(point, reach + radius)
         seen.update(near)
         blocked = shapely.union_all([self.shapes[n].buffer(radius - SLACK) for n in near if n in standing])
         surroundings = point.buffer(reach)
@@ -169,7 +169,7 @@ class ObstacleMap:
         exits = shapely.dwithin(free, point, radius) & shapely.dwithin(free, surroundings.boundary, SLACK)
         return not exits.any()
 
-    def _numbers_near(self, point: Any, distance: float) -> list[int]:
+    def _polygons_near(self, point: Any, distance: float) -> list[int]:
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
     def _clear_points_nearby(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
@@ -178,7 +178,7 @@ class ObstacleMap:
         Return all moved points.
         """
         point, away = shapely.Point(place), list[Point]()
-        for number in self._numbers_near(point, radius) if radius > 0.0 else ():
+        for number in self._polygons_near(point, radius) if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self.shapes[number], point))[0]
             far = math.hypot(place[0] - x, place[1] - y)
             seen.add(number)
@@ -204,7 +204,7 @@ class ObstacleMap:
         at, what = self._whole.query(cut, predicate="dwithin", distance=max(radius - SLACK, 0.0))
         return some[at], what
 
-    def _passing_corners(self, number: int, radius: float) -> Points:
+    def _turning_corners(self, number: int, radius: float) -> Points:
         """Return the corners where paths can turn around an obstacle.
 
         These are the convex corners of its enlarged outline.
@@ -228,14 +228,14 @@ class ObstacleMap:
         keys = [(nodes[i][0], nodes[j][0], radius) for i, j in pairs]
         new = [pair for pair, key in zip(pairs, keys, strict=True) if key not in self._between]
         if new:
-            of = [_pairs(len(nodes[i][1]), len(nodes[j][1]), i == j) for i, j in new]
+            of = [_index_pairs(len(nodes[i][1]), len(nodes[j][1]), i == j) for i, j in new]
             lines = [
                 np.stack([nodes[i][1][one], nodes[j][1][other]], axis=1)
                 for (i, j), (one, other) in zip(new, of, strict=True)
             ]
             is_end = [not isinstance(key, int) and key[1] for key, _ in nodes]
             ends = np.repeat([(is_end[i], is_end[j]) for i, j in new], [len(some) for some in lines], axis=0)
-            which, what = self._obstacles_on(np.concatenate(lines), ends, radius)
+            which, what = self._obstacles_on_lines(np.concatenate(lines), ends, radius)
             rows = np.vstack([np.concatenate(of, axis=1)[:, which], what]).T
             splits = np.searchsorted(which, np.cumsum([len(some) for some in lines])[:-1])
             for (i, j), some in zip(new, np.split(rows, splits), strict=True):
@@ -246,7 +246,7 @@ class ObstacleMap:
         shift[:, :2] = first[np.array(pairs)]
         return np.concatenate(found) + np.repeat(shift, [len(some) for some in found], axis=0)
 
-    def _obstacles_on(
+    def _obstacles_on_lines(
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return pairs (line, obstacle) for each line that crosses or approaches an obstacle, sorted by line."""
@@ -261,7 +261,7 @@ class ObstacleMap:
         order = np.argsort(which, kind="stable")
         return which[order], parts[order]
 
-    def _shortest(
+    def _shortest_unblocked_path(
         self, nodes: Sequence[_Nodes], standing: set[int], radius: float, seen: set[int]
     ) -> tuple[list[Point] | None, set[int]]:
         """Return the shortest unblocked path from the first node to the second node, and an empty set.
@@ -284,7 +284,7 @@ class ObstacleMap:
         return [(float(x), float(y)) for x, y in places[path].tolist()], set()
 
 
-def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
+def _index_pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
     """Return all pairs of an index below n and an index below m, int64[2, k].
 
     If `same`, return all pairs i ≠ j of indices below n.

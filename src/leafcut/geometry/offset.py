@@ -19,7 +19,7 @@ from leafcut.geometry.regions import FINE, chords_per_quarter
 GEOS_SLACK = 0.01
 
 
-def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Polyline]:
+def offset_closed_path(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Polyline]:
     """Grow the area inside a closed path by `distance` mm on all sides, and return its new boundary.
 
     At outward corners, the boundary follows an arc around the corner, as if a round tool of this radius had swept the
@@ -47,9 +47,9 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
         return [path]
     fine = FINE * tolerance
     check = _OffsetCheck(path, abs(distance), tolerance)
-    rings = list(_rings(check.region, distance, fine, tolerance))
+    rings = list(_buffered_rings(check.region, distance, fine, tolerance))
     if len(rings) == 1:
-        exact = parallel(path, distance, fine)
+        exact = offset_by_elements(path, distance, fine)
         if exact is not None and check.agrees(exact, rings[0]):
             return [exact]
     return [_fit_ring(ring, check, tolerance) for ring in rings]
@@ -65,7 +65,7 @@ def _fit_ring(ring: Points, check: _OffsetCheck, tolerance: float) -> Polyline:
     return Polyline.of_points(ring, closed=True)
 
 
-def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Iterator[Points]:
+def _buffered_rings(region: Any, distance: float, fine: float, tolerance: float) -> Iterator[Points]:
     """Yield the rings of the buffered region, largest first, float64[n, 2]. The first point is not repeated."""
     grown = region.buffer(distance, quad_segs=chords_per_quarter(abs(distance), fine))
     pieces = [p for p in getattr(grown, "geoms", [grown]) if not p.is_empty]
@@ -138,7 +138,7 @@ class Element(NamedTuple):
     radius: float = 0.0
 
 
-def parallel(path: Polyline, distance: float, tolerance: float) -> Polyline | None:
+def offset_by_elements(path: Polyline, distance: float, tolerance: float) -> Polyline | None:
     """Return the parallel at `distance` mm to the right of a closed path. A negative distance is to the left.
 
     The parallel is built element by element, so lines stay lines and arcs stay arcs. Arcs around the corners close
@@ -155,7 +155,7 @@ def parallel(path: Polyline, distance: float, tolerance: float) -> Polyline | No
     for i, corner in enumerate(corners):
         j = (i + 1) % len(elements)
         first, second = elements[i], elements[j]
-        turn = _turn(_direction(first, at_end=True), _direction(second, at_end=False))
+        turn = _turning_angle(_direction_of_travel(first, at_end=True), _direction_of_travel(second, at_end=False))
         joints.append(None)
         if math.dist(first.end, second.start) <= tolerance:
             joint_point = (0.5 * (first.end[0] + second.start[0]), 0.5 * (first.end[1] + second.start[1]))
@@ -195,7 +195,7 @@ def _shifted_element(s: Segment, distance: float) -> Element | None:
     return Element(start, end, 4.0 * math.atan(s.bulge), s.center, radius)
 
 
-def _direction(e: Element, at_end: bool) -> Point:
+def _direction_of_travel(e: Element, at_end: bool) -> Point:
     """Return the direction of travel at the start or the end of an element. The vector is not normalised."""
     if e.turn == 0.0:
         return (e.end[0] - e.start[0], e.end[1] - e.start[1])
@@ -204,7 +204,7 @@ def _direction(e: Element, at_end: bool) -> Point:
     return (-(y - e.center[1]) * side, (x - e.center[0]) * side)
 
 
-def _turn(a: Point, b: Point) -> float:
+def _turning_angle(a: Point, b: Point) -> float:
     """Return the angle from direction `a` to direction `b`, from -π to π."""
     return math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
 
@@ -213,18 +213,18 @@ def _nearest_intersection(a: Element, b: Element) -> Point | None:
     """Return the intersection of two elements that is closest to their common end, or None if they do not intersect."""
     reference = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
     if a.turn == 0.0 and b.turn == 0.0:
-        points = _line_line(a, b)
+        points = _line_line_intersections(a, b)
     elif a.turn == 0.0:
-        points = _line_circle(a, b)
+        points = _line_circle_intersections(a, b)
     elif b.turn == 0.0:
-        points = _line_circle(b, a)
+        points = _line_circle_intersections(b, a)
     else:
-        points = _circle_circle(a, b)
+        points = _circle_circle_intersections(a, b)
     return min(points, key=lambda p: math.dist(p, reference), default=None)
 
 
-def _line_line(a: Element, b: Element) -> list[Point]:
-    (ux, uy), (vx, vy) = _direction(a, True), _direction(b, True)
+def _line_line_intersections(a: Element, b: Element) -> list[Point]:
+    (ux, uy), (vx, vy) = _direction_of_travel(a, True), _direction_of_travel(b, True)
     cross = ux * vy - uy * vx
     if abs(cross) <= 1e-12 * math.hypot(ux, uy) * math.hypot(vx, vy):
         return []
@@ -232,8 +232,8 @@ def _line_line(a: Element, b: Element) -> list[Point]:
     return [(a.start[0] + share * ux, a.start[1] + share * uy)]
 
 
-def _line_circle(line: Element, arc: Element) -> list[Point]:
-    ux, uy = _direction(line, True)
+def _line_circle_intersections(line: Element, arc: Element) -> list[Point]:
+    ux, uy = _direction_of_travel(line, True)
     length = math.hypot(ux, uy)
     ux, uy = ux / length, uy / length
     rx, ry = arc.center[0] - line.start[0], arc.center[1] - line.start[1]
@@ -245,7 +245,7 @@ def _line_circle(line: Element, arc: Element) -> list[Point]:
     return [(line.start[0] + t * ux, line.start[1] + t * uy) for t in (along - half, along + half)]
 
 
-def _circle_circle(a: Element, b: Element) -> list[Point]:
+def _circle_circle_intersections(a: Element, b: Element) -> list[Point]:
     dx, dy = b.center[0] - a.center[0], b.center[1] - a.center[1]
     gap = math.hypot(dx, dy)
     if gap <= 1e-9 * a.radius:

@@ -181,7 +181,7 @@ class Polyline:
         if not self.bulges.any():
             return np.concatenate([self.vertices[:, :2], self.vertices[: int(self.closed), :2]])
         points = [np.array([self.start])]
-        points += [_chords(s, tolerance) if s.is_arc else np.array([s.end]) for s in self.segments()]
+        points += [_arc_chord_points(s, tolerance) if s.is_arc else np.array([s.end]) for s in self.segments()]
         return np.concatenate(points)
 
     def reversed(self) -> Polyline:
@@ -225,7 +225,7 @@ class Polyline:
         Beyond the ends of an open polyline, return the closest end.
         """
         index, share = self._locate(distance)
-        return _along(self.segment(index), share)
+        return _point_on_segment(self.segment(index), share)
 
     def direction_at(self, distance: float) -> tuple[float, float]:
         """Return the direction of travel at a distance from the start, mm, as a unit vector.
@@ -237,7 +237,7 @@ class Polyline:
         if not s.is_arc:
             length = math.hypot(s.end[0] - s.start[0], s.end[1] - s.start[1])
             return ((s.end[0] - s.start[0]) / length, (s.end[1] - s.start[1]) / length) if length else (1.0, 0.0)
-        x, y = _along(s, share)
+        x, y = _point_on_segment(s, share)
         side = math.copysign(1.0, s.bulge)
         return (-(y - s.center[1]) / s.radius * side, (x - s.center[0]) / s.radius * side)
 
@@ -261,15 +261,15 @@ class Polyline:
                 if length > 0.0 and high > low:
                     share = (high - low) / length
                     bulge = math.tan(share * math.atan(s.bulge)) if share < 1.0 else s.bulge
-                    rows.append((*_along(s, low / length), bulge))
-                    last = _along(s, high / length)
+                    rows.append((*_point_on_segment(s, low / length), bulge))
+                    last = _point_on_segment(s, high / length)
                 travelled += length
             if travelled >= end:
                 break
         return Polyline(np.array([*rows, (*last, 0.0)]), closed=False)
 
 
-def joined(*pieces: Polyline) -> Polyline:
+def concatenate(*pieces: Polyline) -> Polyline:
     """Concatenate open polylines. Each polyline must start where the previous polyline ends."""
     rows = [p.vertices[:-1] for p in pieces if p.n_segments]
     ends = [p for p in pieces if p.n_segments]
@@ -289,7 +289,7 @@ def _segment(ends: Sequence[float], bulge: float) -> Segment:
     return Segment((x0, y0), (x1, y1), bulge, center, math.hypot(x0 - center[0], y0 - center[1]))
 
 
-def _along(s: Segment, share: float) -> tuple[float, float]:
+def _point_on_segment(s: Segment, share: float) -> tuple[float, float]:
     if share <= 0.0:
         return s.start
     if share >= 1.0:
@@ -304,7 +304,7 @@ def _along(s: Segment, share: float) -> tuple[float, float]:
 MAX_CHORDS = 2000
 
 
-def _chords(s: Segment, tolerance: float) -> Points:
+def _arc_chord_points(s: Segment, tolerance: float) -> Points:
     """Return the end points of the chords of an arc, float64[k, 2].
 
     The chord error, r·(1 − cos(step/2)), is at most `tolerance`.

@@ -22,7 +22,9 @@ FINE = 0.125
 LONG = 0.05
 
 
-def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float = 0.01, name: str = "region") -> Any:
+def region_with_islands(
+    outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float = 0.01, name: str = "region"
+) -> Any:
     """Return the area inside an outline and outside its islands as a valid, counter-clockwise shapely Polygon.
 
     The chord error of arcs is at most an eighth of the tolerance.
@@ -42,7 +44,7 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
     return shapely.geometry.polygon.orient(shape)
 
 
-def shrink(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
+def shrink_region(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     """Shrink a polygon so that each remaining point is at least `distance` mm away from the original edge."""
     fine = FINE * tolerance
     # The arcs of a buffer consist of chords, which are closer to the edge by the chord error.
@@ -55,9 +57,9 @@ def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     If a passage is exactly as wide as the tool, within the tolerance, the tool touches both walls. The area there is a
     strip along the centre line that extends half a tolerance to each side.
     """
-    centres = shrink(shape, distance, tolerance)
+    centres = shrink_region(shape, distance, tolerance)
     slack = 0.5 * tolerance
-    slim = shrink(shape, distance - slack, tolerance)
+    slim = shrink_region(shape, distance - slack, tolerance)
     slots = [
         part
         for part in polygons(slim.difference(centres.buffer(2.0 * tolerance)))
@@ -74,7 +76,7 @@ def _box_diagonal(shape: Any) -> float:
     return math.hypot(x1 - x0, y1 - y0)
 
 
-def swept(shape: Any, radius: float, tolerance: float = 0.01) -> Any:
+def swept_region(shape: Any, radius: float, tolerance: float = 0.01) -> Any:
     """Return the area that a disc sweeps when its centre moves over a shape (lines or polygons).
 
     The result is accurate to within the chord error.

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats, Indices, Point, Points
-from leafcut.geometry.cleaning import ends_of
-from leafcut.geometry.index import component_numbers, near_pairs, query_pairs
-from leafcut.geometry.joining import Joined, Joining, join
+from leafcut.geometry.cleaning import path_ends
+from leafcut.geometry.index import connected_components, point_pairs_within, query_pairs
+from leafcut.geometry.joining import Joined, Joining, join_paths
 from leafcut.geometry.polyline import COINCIDENT, Polyline
 from leafcut.message import Message
 
@@ -38,12 +38,12 @@ class TidiedOutlines(Joining):
     doubles: list[Point] = field(default_factory=list)
 
 
-def join_advice(number: int, paths: Sequence[Polyline]) -> str:
+def advice_for_open_path(number: int, paths: Sequence[Polyline]) -> str:
     """Return advice for a message about the open path `paths[number]`. The advice names the nearest end and a remedy.
 
     The nearest end may belong to the same path.
     """
-    ends = ends_of(paths)
+    ends = path_ends(paths)
     own_ends = slice(2 * number, 2 * number + 2)
     distances = np.hypot(*(ends[None, :, :] - ends[own_ends, None, :]).transpose(2, 0, 1))
     distances[[0, 1], [2 * number, 2 * number + 1]] = math.inf
@@ -69,7 +69,7 @@ def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlin
     PlanError
         Hundreds of ends or lines share the same position.
     """
-    first = join(strokes, tolerance)
+    first = join_paths(strokes, tolerance)
     sound = [joined for joined in first.paths if strokes[joined.members[0]].closed]
     loops = [joined for joined in first.paths if joined.path.closed and not strokes[joined.members[0]].closed]
     flaws = _has_flaws([joined.path for joined in loops])
@@ -83,9 +83,9 @@ def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlin
     loose = [i for i, c in zip(remaining, covered, strict=True) if not c]
 
     unique = without_overlaps([strokes[i] for i in loose])
-    rejoined = join([p for p, _ in unique.paths], tolerance)
+    rejoined = join_paths([p for p, _ in unique.paths], tolerance)
     rejoined_paths = [
-        joined._replace(members=_source_strokes(joined, unique.paths, loose)) for joined in rejoined.paths
+        joined._replace(members=_strokes_of_path(joined, unique.paths, loose)) for joined in rejoined.paths
     ]
     doubles = [strokes[i].point_at(0.5 * strokes[i].length) for i in covered_strokes] + unique.removed
     open_ones = any(not joined.path.closed for joined in rejoined_paths)
@@ -93,11 +93,11 @@ def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlin
     return TidiedOutlines(sorted([*sound, *rejoined_paths], key=lambda joined: min(joined.members)), branches, doubles)
 
 
-def _source_strokes(joined: Joined, pieces: Sequence[tuple[Polyline, int]], loose: Sequence[int]) -> list[int]:
+def _strokes_of_path(joined: Joined, pieces: Sequence[tuple[Polyline, int]], loose: Sequence[int]) -> list[int]:
     return list(dict.fromkeys(loose[pieces[k][1]] for k in joined.members))
 
 
-def polygons(paths: Sequence[Polyline]) -> Any:
+def chord_polygons(paths: Sequence[Polyline]) -> Any:
     """Convert closed paths to shapely polygons. Chords replace the arcs.
 
     Raises
@@ -120,7 +120,7 @@ def polygons(paths: Sequence[Polyline]) -> Any:
 
 def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
     """Return whether each closed path crosses itself or encloses no area."""
-    shapes = polygons(paths)
+    shapes = chord_polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= COINCIDENT * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
 
@@ -143,7 +143,7 @@ def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) ->
     # An outline may share an edge with its neighbour. A stroke that other strokes continue belongs to the neighbour.
     ends = np.array([end for p in loose for end in (p.start, p.end)])
 
-    first, second, _ = near_pairs(ends, COINCIDENT)
+    first, second, _ = point_pairs_within(ends, COINCIDENT)
     for a, b in ((first, second), (second, first)):
         on_outline[(a // 2)[~on_outline[b // 2]]] = False
     return list(on_outline)
@@ -166,7 +166,7 @@ def without_overlaps(paths: Sequence[Polyline]) -> PathsWithoutOverlaps:
     is kept. If this leaves an odd number of ends at a point, an outline needs the duplicate, so it is restored. Closed
     paths and open paths without overlaps do not change. All other paths are returned in pieces.
     """
-    table = _segments(paths)
+    table = _segment_table(paths)
     cuts = _split_positions(table)
     if not cuts:
         return PathsWithoutOverlaps([(p, i) for i, p in enumerate(paths)], [])
@@ -179,7 +179,7 @@ def without_overlaps(paths: Sequence[Polyline]) -> PathsWithoutOverlaps:
         pieces += [(row.piece(s, e), source) for s, e in pairwise(stops)]
     unbroken = [(p, i) for i, p in enumerate(paths) if i not in broken]
     repeated = _repeated_pieces([p for p, _ in pieces])
-    restored = _needed_pieces(pieces, repeated, [p for p, _ in unbroken if not p.closed])
+    restored = _duplicates_to_restore(pieces, repeated, [p for p, _ in unbroken if not p.closed])
     dropped = {k for k in repeated if k not in restored}
     kept = [piece for k, piece in enumerate(pieces) if k not in dropped]
     removed = [pieces[k][0].point_at(0.5 * pieces[k][0].length) for k in sorted(dropped)]
@@ -198,7 +198,7 @@ class _Segments(NamedTuple):
     path: Indices
 
 
-def _segments(paths: Sequence[Polyline]) -> _Segments:
+def _segment_table(paths: Sequence[Polyline]) -> _Segments:
     chosen = [(i, p) for i, p in enumerate(paths) if not p.closed and p.n_segments]
     if not chosen:
         empty = np.zeros((0, 2))
@@ -218,7 +218,7 @@ def _segments(paths: Sequence[Polyline]) -> _Segments:
 def _split_positions(table: _Segments) -> dict[int, list[float]]:
     """Return the positions at which each overlapping segment is split, in mm from its start and in ascending order."""
     positions: dict[int, list[float]] = {}
-    for first, second in (_line_pairs(table), _arc_pairs(table)):
+    for first, second in (_overlapping_line_pairs(table), _overlapping_arc_pairs(table)):
         for i, j in ((first, second), (second, first)):
             starts, ends = _end_positions(table, i, j)
             for index, length, *stops in zip(
@@ -237,7 +237,7 @@ def _without_close_stops(stops: list[float]) -> list[float]:
     return kept
 
 
-def _line_pairs(table: _Segments) -> tuple[Indices, Indices]:
+def _overlapping_line_pairs(table: _Segments) -> tuple[Indices, Indices]:
     lines = np.flatnonzero(table.bulge == 0.0)
     if len(lines) < 2:
         return lines[:0], lines[:0]
@@ -280,7 +280,7 @@ def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Fl
     return np.where(line, on_line[0], on_arc[0]), np.where(line, on_line[1], on_arc[1])
 
 
-def _arc_pairs(table: _Segments) -> tuple[Indices, Indices]:
+def _overlapping_arc_pairs(table: _Segments) -> tuple[Indices, Indices]:
     arcs = np.flatnonzero(table.bulge != 0.0)
     if len(arcs) < 2:
         return arcs[:0], arcs[:0]
@@ -289,7 +289,7 @@ def _arc_pairs(table: _Segments) -> tuple[Indices, Indices]:
     batches = [np.zeros((2, 0), dtype=np.int64)]
     for group in groups:
         if len(group) > 1:
-            i, j, _ = near_pairs(table.center[group], COINCIDENT)
+            i, j, _ = point_pairs_within(table.center[group], COINCIDENT)
             batches.append(np.stack([group[i], group[j]]))
     first, second = np.concatenate(batches, axis=1)
     first, second = np.minimum(first, second), np.maximum(first, second)
@@ -314,25 +314,27 @@ def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
-    first, second, _ = near_pairs(middles, 2.0 * COINCIDENT)
+    first, second, _ = point_pairs_within(middles, 2.0 * COINCIDENT)
     a, b = np.array([p.start for p in pieces]), np.array([p.end for p in pieces])
 
-    def apart(p: Points, q: Points) -> Floats:
+    def point_distances(p: Points, q: Points) -> Floats:
         gap: Floats = np.hypot(*(p - q).T)
         return gap
 
-    straight = np.maximum(apart(a[first], a[second]), apart(b[first], b[second]))
-    crossed = np.maximum(apart(a[first], b[second]), apart(b[first], a[second]))
+    straight = np.maximum(point_distances(a[first], a[second]), point_distances(b[first], b[second]))
+    crossed = np.maximum(point_distances(a[first], b[second]), point_distances(b[first], a[second]))
     return sorted(set(second[np.minimum(straight, crossed) <= 2.0 * COINCIDENT].tolist()))
 
 
-def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline]) -> set[int]:
+def _duplicates_to_restore(
+    pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline]
+) -> set[int]:
     """Return the duplicates to restore, so that every point where three or more ends meet has an even number of ends.
 
     The function connects odd ends in pairs along every tree of duplicates (a T-join, computed from the leaves).
     """
-    ends = ends_of([*(p for p, _ in pieces), *outlines])
-    node = _end_numbers(ends)
+    ends = path_ends([*(p for p, _ in pieces), *outlines])
+    node = _number_ends(ends)
     doubles = set(repeated)
     present = np.array([k // 2 not in doubles for k in range(len(ends))])
     degree = np.bincount(node[present], minlength=len(ends))
@@ -366,7 +368,7 @@ def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outl
     return needed
 
 
-def _end_numbers(ends: Points) -> Indices:
+def _number_ends(ends: Points) -> Indices:
     """Number the ends. Ends that are linked by distances of at most 2 · `COINCIDENT` get the same number."""
-    first, second, _ = near_pairs(ends, 2.0 * COINCIDENT)
-    return component_numbers(len(ends), first, second)
+    first, second, _ = point_pairs_within(ends, 2.0 * COINCIDENT)
+    return connected_components(len(ends), first, second)

@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Points
-from leafcut.geometry.best_fit import best_fit
+from leafcut.geometry.best_fit import fit_outline
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline
 
@@ -39,7 +39,7 @@ FORTH, BACK = 0.5, -0.53
 MAX_SHIFT = 0.5
 
 
-def level_lines(height: NDArray[np.float32]) -> list[Points]:
+def trace_level_lines(height: NDArray[np.float32]) -> list[Points]:
     """Return the closed lines that separate negative values from all other values, float64[n, 2].
 
     The first point of a line is not repeated at its end. Coordinates are in pixels from the upper left corner of the
@@ -60,15 +60,15 @@ def level_lines(height: NDArray[np.float32]) -> list[Points]:
     return rings
 
 
-def fitted_outline(line: Points) -> Polyline:
+def fit_traced_outline(line: Points) -> Polyline:
     """Fit lines and arcs to a level line. They stay within `FARTHEST` of the line. All lengths are in pixels."""
     if len(line) < FEW_POINTS:
-        return smoothed_outline(line)
+        return smooth_outline(line)
     middle = line - 0.5
     # A crossing midway between two pixels shows only that the wall is somewhere between them.
     shift = np.abs(np.abs(middle - np.round(middle)) - 0.5).min(axis=1)
     noise = np.where(shift < UNSHADED, NOISE_OF_STEPS, NOISE_OF_SHADES)
-    path = best_fit(line, noise)
+    path = fit_outline(line, noise)
     if path is not None:
         ring = shapely.LinearRing(path.flattened(0.01)) if path.n_segments > 1 else None
         if ring is not None and ring.is_simple:
@@ -76,11 +76,11 @@ def fitted_outline(line: Points) -> Polyline:
             # Near corners, a level line is rounder than the wall.
             if off.max() <= FARTHEST and float((off > OUTLIER * noise).mean()) <= MAX_OUTLIERS:
                 return path
-    return smoothed_outline(line)
+    return smooth_outline(line)
 
 
-def smoothed_outline(line: Points) -> Polyline:
-    """Fit arcs to a smoothed level line. This is faster than `fitted_outline`, but it rounds corners more."""
+def smooth_outline(line: Points) -> Polyline:
+    """Fit arcs to a smoothed level line. This is faster than `fit_traced_outline`, but it rounds corners more."""
     if len(line) < FEW_POINTS:
         return Polyline.of_points(line, closed=True)
     return fit_arcs(_smoothed(line), FIT_TOLERANCE, closed=True)

@@ -41,12 +41,12 @@ def kernel(function: Function) -> Function:
     return _compiled(function)
 
 
-def part(function: Function) -> Function:
+def inner_kernel(function: Function) -> Function:
     """Compile a function that only other kernels call. It gets no wrappers for Python and C."""
     return _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
-def constant(value: ConstantT) -> ConstantT:
+def typed_constant(value: ConstantT) -> ConstantT:
     """Return a constant with a NumPy type.
 
     If the constant had a Python type, Numba would compile the called function again for each value.
@@ -55,7 +55,7 @@ def constant(value: ConstantT) -> ConstantT:
 
 
 #: Stands for "no node".
-NONE = constant(-1)
+NONE = typed_constant(-1)
 
 
 def _compiled(function: Function, **flags: Any) -> Function:

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
-from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, ring_length
-from leafcut.kernels.random import below, uniform
+from leafcut.kernels import inner_kernel, kernel
+from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, closed_path_length
+from leafcut.kernels.random import random_below, random_uniform
 
 #: Indices into `AntPath.costs`.
 PATH, BEST = 0, 1
@@ -63,14 +63,14 @@ class AntPath(NamedTuple):
     links: NDArray[np.int32]
 
 
-@part
+@inner_kernel
 def remove_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int, states: NDArray, k: int) -> int:
     """Remove a piece of the path that contains cluster c, and return the number of removed clusters.
 
-    This function only marks the clusters as removed. `close_path` closes the gaps. Changes: place, out, states[k].
+    This function only marks the clusters as removed. `close_gaps` closes the gaps. Changes: place, out, states[k].
     """
     m, place = len(walk.trial), walk.place
-    start = place[c] - below(states, k, length)
+    start = place[c] - random_below(states, k, length)
     for i in range(length):
         p = (start + i + m) % m
         v = layers.owner[walk.trial[p]]
@@ -81,8 +81,8 @@ def remove_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: in
     return count
 
 
-@part
-def close_path(layers: Clusters, walk: AntPath) -> int:
+@inner_kernel
+def close_gaps(layers: Clusters, walk: AntPath) -> int:
     """Close the gaps that removed clusters left in the path, and return the number of remaining positions.
 
     Changes: trial, place, dirty.
@@ -106,8 +106,8 @@ def close_path(layers: Clusters, walk: AntPath) -> int:
     return kept
 
 
-@part
-def find_gap(
+@inner_kernel
+def find_cheapest_insertion(
     layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int
 ) -> tuple[int, int]:
     """Find the cheapest position for cluster c among `count` positions, and the node to use there.
@@ -128,7 +128,10 @@ def find_gap(
     for p in range(first, last + 1):
         y = trial[p if p < count else 0]
         current = table[x, y]
-        if layers.least_back[c, owner[x]] + layers.least[c, owner[y]] - current < best and uniform(states, k) >= blink:
+        if (
+            layers.least_back[c, owner[x]] + layers.least[c, owner[y]] - current < best
+            and random_uniform(states, k) >= blink
+        ):
             for w in range(layers.begin[c], layers.begin[c + 1]):
                 added = table[x, w] + back[y, w] - current
                 if added < best:
@@ -137,11 +140,11 @@ def find_gap(
     return gap, node
 
 
-@part
+@inner_kernel
 def insert_cluster(layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int) -> None:
     """Insert cluster c at the cheapest of `count` positions in the path. Changes: trial, place, dirty, states[k]."""
     trial, place, dirty = walk.trial, walk.place, walk.dirty
-    gap, node = find_gap(layers, walk, c, count, blink, states, k)
+    gap, node = find_cheapest_insertion(layers, walk, c, count, blink, states, k)
     for index in range(count, gap, -1):
         v = trial[index - 1]
         trial[index] = v
@@ -154,37 +157,39 @@ def insert_cluster(layers: Clusters, walk: AntPath, c: int, count: int, blink: f
     dirty[gap + 1 if gap < count else 0] = 1
 
 
-@part
+@inner_kernel
 def remove_neighbours(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
     """Remove pieces of the path around a few neighbouring clusters, and return the number of removed clusters.
 
     Changes: place, out, states[k].
     """
     n_clusters = len(walk.trial)
-    target = 1 + below(states, k, MOST)
-    centre = below(states, k, n_clusters)
-    count = remove_piece(layers, walk, centre, 1 + below(states, k, min(LONGEST, target)), 0, states, k)
+    target = 1 + random_below(states, k, MOST)
+    centre = random_below(states, k, n_clusters)
+    count = remove_piece(layers, walk, centre, 1 + random_below(states, k, min(LONGEST, target)), 0, states, k)
     for i in range(layers.near.shape[1]):
         if count >= target:
             break
         c = layers.near[centre, i]
-        if walk.place[c] >= 0 and uniform(states, k) >= SPARED:
-            count = remove_piece(layers, walk, c, 1 + below(states, k, min(LONGEST, target - count)), count, states, k)
+        if walk.place[c] >= 0 and random_uniform(states, k) >= SPARED:
+            count = remove_piece(
+                layers, walk, c, 1 + random_below(states, k, min(LONGEST, target - count)), count, states, k
+            )
     return count
 
 
-@part
+@inner_kernel
 def reinsert_clusters(layers: Clusters, walk: AntPath, count: int, n_removed: int, states: NDArray, k: int) -> None:
     """Reinsert the removed clusters in random order. Changes: trial, place, dirty, out, states[k]."""
     for i in range(n_removed - 1, 0, -1):
-        j = below(states, k, i + 1)
+        j = random_below(states, k, i + 1)
         walk.out[i], walk.out[j] = walk.out[j], walk.out[i]
     for i in range(n_removed):
         insert_cluster(layers, walk, walk.out[i], count + i, BLINK, states, k)
 
 
-@part
-def mark_neighbours(walk: AntPath) -> None:
+@inner_kernel
+def mark_nearby_positions(walk: AntPath) -> None:
     """Mark all positions within `REACH` of a position that is already marked. Changes: dirty."""
     m, dirty = len(walk.trial), walk.dirty
     for _ in range(REACH):
@@ -197,8 +202,8 @@ def mark_neighbours(walk: AntPath) -> None:
             previous = current
 
 
-@part
-def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> None:
+@inner_kernel
+def rechoose_marked_nodes(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> None:
     """Choose the nodes at all marked positions again.
 
     If all positions are marked, the node at one random position stays fixed. Changes: trial, dirty, sums, links,
@@ -209,7 +214,7 @@ def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> No
     while clean < m and dirty[clean] == 1:
         clean += 1
     if clean == m:
-        clean = below(states, k, m)
+        clean = random_below(states, k, m)
         dirty[clean] = 0
     at, end = clean + 1, clean + m
     while at < end:
@@ -223,15 +228,15 @@ def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> No
         choose_nodes_between(layers, walk.trial, first - shift, at - 1 - shift, walk.sums, walk.links)
 
 
-@part
+@inner_kernel
 def copy_path(path: NDArray, target: NDArray) -> None:
     """Copy a path, int32[m], to `target` without allocating memory. Changes: target."""
     for at in range(len(path)):
         target[at] = path[at]
 
 
-@part
-def begin_trial(layers: Clusters, walk: AntPath) -> None:
+@inner_kernel
+def start_trial(layers: Clusters, walk: AntPath) -> None:
     """Start a trial with the current path. Changes: trial, place, dirty."""
     for at in range(len(walk.path)):
         walk.trial[at] = walk.path[at]
@@ -250,15 +255,15 @@ def anneal(
     Changes: walk, states[k].
     """
     costs = walk.costs
-    costs[PATH] = ring_length(layers, walk.path)
+    costs[PATH] = closed_path_length(layers, walk.path)
     for _ in range(steps):
-        begin_trial(layers, walk)
+        start_trial(layers, walk)
         n_removed = remove_neighbours(layers, walk, states, k)
-        reinsert_clusters(layers, walk, close_path(layers, walk), n_removed, states, k)
-        mark_neighbours(walk)
-        choose_dirty(layers, walk, states, k)
-        length = ring_length(layers, walk.trial)
-        if length < costs[PATH] - heat * math.log(1.0 - uniform(states, k)):
+        reinsert_clusters(layers, walk, close_gaps(layers, walk), n_removed, states, k)
+        mark_nearby_positions(walk)
+        rechoose_marked_nodes(layers, walk, states, k)
+        length = closed_path_length(layers, walk.trial)
+        if length < costs[PATH] - heat * math.log(1.0 - random_uniform(states, k)):
             copy_path(walk.trial, walk.path)
             costs[PATH] = length
             if length < costs[BEST] - min_gain:

@@ -21,10 +21,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, NONE, kernel, part
-from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels import EPSILON, NONE, inner_kernel, kernel
+from leafcut.kernels.cost import CostModel, node_travel_cost
 from leafcut.kernels.lin_kernighan import Tour, improve_queued, push_to_queue
-from leafcut.kernels.random import below
+from leafcut.kernels.random import random_below
 
 # Columns of `Assembly.trail`.
 UNUSED_A, UNUSED_B, LEFT, SEEN = 0, 2, 4, 6
@@ -69,8 +69,8 @@ class Assembly(NamedTuple):
     log: NDArray[np.int32]
 
 
-@part
-def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
+@inner_kernel
+def store_tour_links(links: NDArray, tour: NDArray, first: int) -> None:
     """Write each node's two neighbours in `tour` to two columns of `links`.
 
     Changes: columns first and first + 1 of links.
@@ -80,8 +80,8 @@ def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
         links[tour[k - 1], first + 1] = tour[k]
 
 
-@part
-def _fill_unused(a: Assembly) -> int:
+@inner_kernel
+def _collect_differing_edges(a: Assembly) -> int:
     """Find the edges that occur in only one of the two tours, and return the number of nodes that have such edges.
 
     Changes: trail, row ORDER of lists.
@@ -103,14 +103,14 @@ def _fill_unused(a: Assembly) -> int:
     return nodes
 
 
-@part
+@inner_kernel
 def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: int) -> int:
     """Choose a random unused edge of tour A (kind 0) or tour B (kind 1) at node u, and mark it as used.
 
     Returns the other end of the edge. Changes: trail, states[k].
     """
     first = 2 * kind
-    slot = first + (below(states, k, 2) if trail[u, LEFT + kind] == 2 else 0)
+    slot = first + (random_below(states, k, 2) if trail[u, LEFT + kind] == 2 else 0)
     v = trail[u, slot]
     if slot == first:
         trail[u, first] = trail[u, first + 1]
@@ -121,7 +121,7 @@ def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: i
     return int(v)
 
 
-@part
+@inner_kernel
 def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
     """Move a random node that has an unused edge to the end of ORDER. Return the number of remaining nodes.
 
@@ -129,7 +129,7 @@ def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int
     """
     order = a.lists[ORDER]
     while nodes > 0:
-        i = below(states, k, nodes)
+        i = random_below(states, k, nodes)
         order[i], order[nodes - 1] = order[nodes - 1], order[i]
         if a.trail[order[nodes - 1], LEFT] > 0:
             return nodes
@@ -137,14 +137,14 @@ def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int
     return 0
 
 
-@part
-def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
+@inner_kernel
+def split_into_ab_cycles(a: Assembly, states: NDArray, k: int) -> int:
     """Split the edges in which the tours differ into random AB-cycles, and return the number of cycles.
 
     Changes: trail, lists, states[k].
     """
     walk, cycles, starts = a.lists[WALK], a.lists[CYCLES], a.lists[BEGIN]
-    nodes = _fill_unused(a)
+    nodes = _collect_differing_edges(a)
     count = filled = starts[0] = 0
     length = 0  # number of edges in the walk
     while True:
@@ -175,8 +175,8 @@ def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
             a.trail[v, SEEN] = -1
 
 
-@part
-def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
+@inner_kernel
+def _replace_link(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
     """Replace v's neighbour `old` with `new`, and return the new length of the log. Changes: links, log."""
     slot = 0 if a.links[v, 0] == old else 1
     a.log[entries, 0], a.log[entries, 1], a.log[entries, 2] = v, slot, old
@@ -184,15 +184,15 @@ def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
     return entries + 1
 
 
-@part
+@inner_kernel
 def undo_changes(a: Assembly, entries: int) -> None:
     """Undo the changes in the log, starting with the most recent. Changes: links."""
     for e in range(entries - 1, -1, -1):
         a.links[a.log[e, 0], a.log[e, 1]] = a.log[e, 2]
 
 
-@part
-def sort_few(values: NDArray, count: int) -> None:
+@inner_kernel
+def shell_sort(values: NDArray, count: int) -> None:
     """Sort the first `count` values. Changes: values.
 
     Source: D. L. Shell, Communications of the ACM 2 (1959); gaps of M. Ciura (2001).
@@ -206,7 +206,7 @@ def sort_few(values: NDArray, count: int) -> None:
             values[j] = value
 
 
-@part
+@inner_kernel
 def piece_of_position(cut: NDArray, count: int, place: int) -> int:
     """Return the number of the piece that contains a position.
 
@@ -222,19 +222,19 @@ def piece_of_position(cut: NDArray, count: int, place: int) -> int:
     return low if low < count else 0
 
 
-@part
+@inner_kernel
 def length_of_piece(cut: NDArray, count: int, s: int, n: int) -> int:
     """Return the number of nodes in piece s of `count` pieces."""
     return int(cut[s] - cut[s - 1] if s > 0 else cut[0] - cut[count - 1] + n)
 
 
-@part
+@inner_kernel
 def _is_successor(place: NDArray, u: int, v: int) -> bool:
     return bool(place[v] == place[u] + 1 or (place[v] == 0 and place[u] == len(place) - 1))
 
 
-@part
-def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: int) -> float:
+@inner_kernel
+def _exchange_cycle_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: int) -> float:
     """Replace tour A's edges in an AB-cycle with tour B's edges, and return the gain.
 
     Afterwards, the log has two entries for each edge of A. Changes: links, log, row CUT of pieces.
@@ -244,14 +244,14 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: 
     for i in range(start, stop, 2):
         u, v = cycle[i], cycle[i + 1]
         back, on = cycle[i - 1 if i > start else stop - 1], cycle[i + 2 if i + 2 < stop else start]
-        gain += travel(cost, u, v) - travel(cost, v, on)
+        gain += node_travel_cost(cost, u, v) - node_travel_cost(cost, v, on)
         a.pieces[CUT, entries >> 1] = place[u] if _is_successor(place, u, v) else place[v]
-        entries = _relink(a, entries, u, v, back)
-        entries = _relink(a, entries, v, u, on)
+        entries = _replace_link(a, entries, u, v, back)
+        entries = _replace_link(a, entries, v, u, on)
     return gain
 
 
-@part
+@inner_kernel
 def _piece_end(a: Assembly, place: NDArray, count: int, v: int, removed: int) -> int:
     """Find the end of a piece at node v, which has lost its edge to `removed`.
 
@@ -260,7 +260,7 @@ def _piece_end(a: Assembly, place: NDArray, count: int, v: int, removed: int) ->
     return 2 * piece_of_position(a.pieces[CUT], count, place[v]) + (0 if _is_successor(place, removed, v) else 1)
 
 
-@part
+@inner_kernel
 def _find_subtours(a: Assembly, place: NDArray, start: int, stop: int) -> int:
     """Number the subtours that a cycle creates, count their nodes, and return the number of subtours.
 
@@ -289,8 +289,8 @@ def _find_subtours(a: Assembly, place: NDArray, start: int, stop: int) -> int:
     return subtours
 
 
-@part
-def _join(
+@inner_kernel
+def _join_subtour(
     cost: CostModel,
     node: NDArray,
     place: NDArray,
@@ -321,27 +321,27 @@ def _join(
             u = node[cut[s] - length + i]  # piece 0 may start before position 0, at the end of the array
             for slot in range(2):
                 v = a.links[u, slot]
-                removed = travel(cost, u, v)
+                removed = node_travel_cost(cost, u, v)
                 for c in range(min(JOINS, candidates.shape[1])):
                     w = candidates[u, c]
                     if w < 0 or subtour[piece_of_position(cut, count, place[w])] == small:
                         continue
                     for side in range(2):
                         x = a.links[w, side]
-                        gain = removed - lengths[u, c] + travel(cost, w, x) - travel(cost, v, x)
+                        gain = removed - lengths[u, c] + node_travel_cost(cost, w, x) - node_travel_cost(cost, v, x)
                         if gain > best:
                             best, bu, bv, bw, bx = gain, u, v, w, x
     if bu < 0:
         return best, -1
-    entries = _relink(a, entries, bu, bv, bw)
-    entries = _relink(a, entries, bv, bu, bx)
-    entries = _relink(a, entries, bw, bx, bu)
-    entries = _relink(a, entries, bx, bw, bv)
+    entries = _replace_link(a, entries, bu, bv, bw)
+    entries = _replace_link(a, entries, bv, bu, bx)
+    entries = _replace_link(a, entries, bw, bx, bu)
+    entries = _replace_link(a, entries, bx, bw, bv)
     return best, int(subtour[piece_of_position(cut, count, place[bw])])
 
 
-@part
-def try_cycle(
+@inner_kernel
+def build_cycle_child(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray, cycle: int
 ) -> tuple[float, int]:
     """Create the child of a single AB-cycle in `links`.
@@ -352,11 +352,11 @@ def try_cycle(
     """
     start, stop = a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1]
     count = (stop - start) >> 1
-    gain = _take_edges(cost, place, a, start, stop)
+    gain = _exchange_cycle_edges(cost, place, a, start, stop)
     entries = 2 * count
     if gain <= EPSILON:
         return -math.inf, entries
-    sort_few(a.pieces[CUT], count)
+    shell_sort(a.pieces[CUT], count)
     subtours = _find_subtours(a, place, start, stop)
     size, subtour = a.pieces[SIZE], a.pieces[SUBTOUR]
     for _ in range(subtours - 1):
@@ -364,7 +364,7 @@ def try_cycle(
         for s in range(subtours):
             if size[s] > 0 and (small < 0 or size[s] < size[small]):
                 small = s
-        added, target = _join(cost, node, place, a, candidates, lengths, count, small, entries)
+        added, target = _join_subtour(cost, node, place, a, candidates, lengths, count, small, entries)
         if target < 0:
             return -math.inf, entries
         gain, entries = gain + added, entries + 4
@@ -376,8 +376,8 @@ def try_cycle(
     return gain, entries
 
 
-@part
-def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int) -> int:
+@inner_kernel
+def _cut_at_changed_edges(node: NDArray, place: NDArray, a: Assembly, entries: int) -> int:
     """Cut tour A after each logged node whose successor has changed, and return the number of pieces.
 
     Changes: row CUT of pieces.
@@ -390,7 +390,7 @@ def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int)
         if a.links[v, 0] != w and a.links[v, 1] != w:
             cut[count] = p
             count += 1
-    sort_few(cut, count)
+    shell_sort(cut, count)
     kept = 0
     for i in range(count):  # a node may occur in the log twice
         if i == 0 or cut[i] != cut[kept - 1]:
@@ -399,7 +399,7 @@ def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int)
     return kept
 
 
-@part
+@inner_kernel
 def apply_child(tour: Tour, a: Assembly, entries: int) -> bool:
     """Update `node` and `place` from the child's links. The longest piece of A stays, and the other pieces follow it.
 
@@ -408,7 +408,7 @@ def apply_child(tour: Tour, a: Assembly, entries: int) -> bool:
     Changes: node, place and buffer of tour, row CUT of pieces.
     """
     node, place, cut, n = tour.node, tour.place, a.pieces[CUT], len(tour.node)
-    count = _cut_where_changed(node, place, a, entries)
+    count = _cut_at_changed_edges(node, place, a, entries)
     if count == 0:
         return True
     longest = 0
@@ -447,7 +447,7 @@ def apply_child(tour: Tour, a: Assembly, entries: int) -> bool:
     return True
 
 
-@part
+@inner_kernel
 def _has_edges(a: Assembly, cycle: int) -> bool:
     for i in range(a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1], 2):
         u, v = a.lists[CYCLES, i], a.lists[CYCLES, i + 1]
@@ -457,7 +457,7 @@ def _has_edges(a: Assembly, cycle: int) -> bool:
 
 
 @kernel
-def assemble(
+def recombine_by_edge_assembly(
     cost: CostModel,
     tour: Tour,
     a: Assembly,
@@ -493,18 +493,18 @@ def assemble(
         for i in range(n):
             tour.node[i] = own[pair, i]
             tour.place[own[pair, i]] = i
-        fill_links(a.links, own[pair], 0)
-        fill_links(a.links, partner[pair], 2)
-        count = find_cycles(a, states, pair)
+        store_tour_links(a.links, own[pair], 0)
+        store_tour_links(a.links, partner[pair], 2)
+        count = split_into_ab_cycles(a, states, pair)
         for c in range(count):
             order[c] = c
         for c in range(count):
-            pick = c + below(states, pair, count - c)
+            pick = c + random_below(states, pair, count - c)
             cycle = order[pick]
             order[pick] = order[c]
             if a.lists[BEGIN, cycle + 1] - a.lists[BEGIN, cycle] > 2 * LONGEST_CYCLE or not _has_edges(a, cycle):
                 continue
-            gain, entries = try_cycle(cost, tour.node, tour.place, a, candidates, lengths, cycle)
+            gain, entries = build_cycle_child(cost, tour.node, tour.place, a, candidates, lengths, cycle)
             if gain > EPSILON and apply_child(tour, a, entries):
                 gains[pair] += gain
                 for e in range(entries):

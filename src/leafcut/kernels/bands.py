@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 
 
 class Bands(NamedTuple):
@@ -30,13 +30,13 @@ class Bands(NamedTuple):
     side: float
 
 
-@part
+@inner_kernel
 def band_at(bands: Bands, y: float) -> int:
     """Return the number of the band at height y. If no band is at that height, return the nearest band."""
     return int(min(max(math.floor((y - bands.low) / bands.side), 0.0), len(bands.first) - 2.0))
 
 
-@part
+@inner_kernel
 def first_right_of(bands: Bands, band: int, x: float) -> int:
     """Return the index of the first point in a band whose x coordinate is at least `x`.
 
@@ -52,7 +52,7 @@ def first_right_of(bands: Bands, band: int, x: float) -> int:
     return int(low)
 
 
-@part
+@inner_kernel
 def distance_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
     """Compute the distance from a point to the segment a–b."""
     length2 = (bx - ax) * (bx - ax) + (by - ay) * (by - ay)

@@ -6,12 +6,12 @@ import math
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
-from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels import inner_kernel, kernel
+from leafcut.kernels.cost import CostModel, node_travel_cost
 from leafcut.kernels.neighbours import MOST_TWINS, REST, TWINS, Nearby, Tree, find_nearby
 
 
-@part
+@inner_kernel
 def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> None:
     """Remove the point farthest from the centre from the fullest quadrants. Changes: points."""
     for c in range(per_quadrant - 1, -1, -1):
@@ -24,7 +24,7 @@ def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> No
             return
 
 
-@part
+@inner_kernel
 def _choose_candidates(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
     """Choose up to k points, and return their number.
 
@@ -56,7 +56,7 @@ def _choose_candidates(points: NDArray, distances: NDArray, per_quadrant: int, k
     return count
 
 
-@part
+@inner_kernel
 def _insert(candidates: NDArray, lengths: NDArray, count: int, j: int, length: float) -> None:
     """Insert a candidate into a sorted list that has `count` candidates. Changes: candidates, lengths."""
     slot = count
@@ -89,7 +89,7 @@ def fill_candidates(
         find_nearby(tree, i, per_quadrant, k, nearby)
         count = _choose_candidates(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
         for f in range(count):
-            _insert(candidates[i], lengths[i], f, nearby.chosen[f], travel(cost, i, nearby.chosen[f]))
+            _insert(candidates[i], lengths[i], f, nearby.chosen[f], node_travel_cost(cost, i, nearby.chosen[f]))
         for c in range(count, k):
             candidates[i, c], lengths[i, c] = -1, math.inf
 
@@ -122,18 +122,18 @@ def fill_directed_candidates(
         count = _choose_candidates(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
         for f in range(count):
             j = nearby.chosen[f]
-            _insert(candidates[i], lengths[i], f, j, travel(cost, query[i], goal[j]))
+            _insert(candidates[i], lengths[i], f, j, node_travel_cost(cost, query[i], goal[j]))
         for c in range(count, k):
             candidates[i, c], lengths[i, c] = -1, math.inf
 
 
-@part
+@inner_kernel
 def cheapest_unvisited(cost: CostModel, visited: NDArray, i: int) -> int:
     """Scan all nodes and return the unvisited node that is cheapest to reach from node i, or -1 if all are visited."""
     best, best_d = -1, math.inf
     for j in range(len(visited)):
         if visited[j] == 0:
-            d = travel(cost, i, j)
+            d = node_travel_cost(cost, i, j)
             if d < best_d:
                 best, best_d = j, d
     return best

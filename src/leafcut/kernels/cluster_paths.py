@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import part
+from leafcut.kernels import inner_kernel
 
 
 class Clusters(NamedTuple):
@@ -52,8 +52,8 @@ class Clusters(NamedTuple):
     anchored: NDArray[np.int64]
 
 
-@part
-def ring_length(layers: Clusters, path: NDArray) -> float:
+@inner_kernel
+def closed_path_length(layers: Clusters, path: NDArray) -> float:
     """Compute the length of a path, int32[m], as a ring."""
     total = 0.0
     for at in range(len(path)):
@@ -61,7 +61,7 @@ def ring_length(layers: Clusters, path: NDArray) -> float:
     return total
 
 
-@part
+@inner_kernel
 def choose_nodes_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
     """Choose the nodes at positions first … last of a path so that the path is as short as possible.
 

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 from leafcut.kernels.candidates import cheapest_unvisited
 from leafcut.kernels.cost import CostModel
-from leafcut.kernels.neighbours import Tree, nearest_unvisited, remove_point
+from leafcut.kernels.neighbours import Tree, mark_point_visited, nearest_unvisited
 from leafcut.kernels.pheromone import decay_edge
-from leafcut.kernels.random import below, uniform
+from leafcut.kernels.random import random_below, random_uniform
 
 
 class Unvisited(NamedTuple):
@@ -58,7 +58,7 @@ class Decay(NamedTuple):
     initial: float
 
 
-@part
+@inner_kernel
 def _start_tour(
     tree: Tree, first: int, second: int, states: NDArray, ant: int, tour: NDArray, unvisited: Unvisited
 ) -> int:
@@ -77,18 +77,18 @@ def _start_tour(
         visited[first] = 1
         step = 1
     if step == 0 or second >= 0:
-        node = second if second >= 0 else below(states, ant, n)
+        node = second if second >= 0 else random_below(states, ant, n)
         tour[step] = node
         visited[node] = 1
         step += 1
     for k in range(step):
         if tour[k] < len(tree.x):
-            remove_point(tree, alive, tour[k])
+            mark_point_visited(tree, alive, tour[k])
     return step
 
 
-@part
-def _nearest(cost: CostModel, tree: Tree, unvisited: Unvisited, i: int) -> int:
+@inner_kernel
+def _nearest_unvisited_node(cost: CostModel, tree: Tree, unvisited: Unvisited, i: int) -> int:
     """Find the nearest unvisited node in the k-d tree. If nodes have no positions, scan all nodes instead."""
     if len(tree.x) == 0:
         return cheapest_unvisited(cost, unvisited.visited, i)
@@ -113,15 +113,19 @@ def nearest_neighbour_tour(
     for step in range(_start_tour(tree, first, second, states, 0, tour, unvisited), n):
         last = tour[step - 1]
         # The free node has no position, so all nodes are equally near; the first is used.
-        node = cheapest_unvisited(cost, visited, last) if last == cost.free else _nearest(cost, tree, unvisited, last)
+        node = (
+            cheapest_unvisited(cost, visited, last)
+            if last == cost.free
+            else _nearest_unvisited_node(cost, tree, unvisited, last)
+        )
         tour[step] = node
         visited[node] = 1
         if node < len(tree.x):
-            remove_point(tree, unvisited.alive, node)
+            mark_point_visited(tree, unvisited.alive, node)
 
 
-@part
-def choose_next(
+@inner_kernel
+def choose_next_candidate(
     candidates: NDArray,
     weights: NDArray,
     nearness: NDArray,
@@ -160,9 +164,9 @@ def choose_next(
                 total += weights[i, c]
                 if weights[i, c] > best_weight:
                     best, best_weight = c, weights[i, c]
-    if best < 0 or (greedy_probability > 0.0 and uniform(states, ant) < greedy_probability):
+    if best < 0 or (greedy_probability > 0.0 and random_uniform(states, ant) < greedy_probability):
         return best
-    remaining = uniform(states, ant) * total
+    remaining = random_uniform(states, ant) * total
     last = best
     for c in range(k):
         j = candidates[i, c]
@@ -176,20 +180,20 @@ def choose_next(
     return last
 
 
-@part
+@inner_kernel
 def random_unvisited(visited: NDArray, states: NDArray, ant: int) -> int:
     """Return a random unvisited node. While few nodes are visited, all unvisited nodes are about equally likely.
 
     Changes: states[ant].
     """
     n = len(visited)
-    node = below(states, ant, n)
+    node = random_below(states, ant, n)
     while visited[node] == 1:
         node = (node + 1) % n
     return node
 
 
-@part
+@inner_kernel
 def _next_node(
     cost: CostModel,
     tree: Tree,
@@ -205,15 +209,17 @@ def _next_node(
     if last == cost.free:
         node = random_unvisited(visited, states, ant)
     else:
-        c = choose_next(edges.candidates, edges.weights, edges.nearness, visited, last, greedy_probability, states, ant)
-        node = edges.candidates[last, c] if c >= 0 else _nearest(cost, tree, unvisited, last)
+        c = choose_next_candidate(
+            edges.candidates, edges.weights, edges.nearness, visited, last, greedy_probability, states, ant
+        )
+        node = edges.candidates[last, c] if c >= 0 else _nearest_unvisited_node(cost, tree, unvisited, last)
     visited[node] = 1
     if node < len(tree.x):
-        remove_point(tree, unvisited.alive, node)
+        mark_point_visited(tree, unvisited.alive, node)
     return node
 
 
-@part
+@inner_kernel
 def _decay_edge(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
     """If b is a candidate of a, apply the local decay to the edge from a to b. Changes: pheromone, weights."""
     for c in range(edges.candidates.shape[1]):

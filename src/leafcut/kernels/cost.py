@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 
 EUCLIDEAN, CHEBYSHEV, MANHATTAN = 0, 1, 2
 EUC_2D, CEIL_2D, ATT, GEO, MAX_2D, MAN_2D, EXPLICIT = 3, 4, 5, 6, 7, 8, 9
@@ -58,7 +58,7 @@ def relief_table(header: tuple[float, ...], tiles: NDArray, heights: NDArray) ->
 
 
 class CostModel(NamedTuple):
-    """Input of `travel`. It has few fields because a kernel copies every field when it is not inlined.
+    """Input of `node_travel_cost`. It has few fields because a kernel copies every field when it is not inlined.
 
     ============== ============== ==========================================================================
     code           int            code of the metric (see the constants above)
@@ -92,8 +92,8 @@ class CostModel(NamedTuple):
     free: int
 
 
-@part
-def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float:
+@inner_kernel
+def rest_to_rest_seconds(distance: float, velocity: float, acceleration: float) -> float:
     """Compute the duration in seconds of a move that starts and ends at rest.
 
     The velocity profile of a short move is a triangle. The profile of a longer move is a trapezoid.
@@ -104,14 +104,14 @@ def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float
     return distance / velocity + velocity / acceleration
 
 
-@part
-def machine_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: float, ay: float) -> float:
+@inner_kernel
+def rapid_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: float, ay: float) -> float:
     """Compute the duration in seconds of a rapid by (dx, dy) ≥ 0 mm.
 
     The axes move together on LINEAR machines and independently on DOGLEG machines.
     """
     if code == DOGLEG:
-        return max(rest_to_rest(dx, vx, ax), rest_to_rest(dy, vy, ay))
+        return max(rest_to_rest_seconds(dx, vx, ax), rest_to_rest_seconds(dy, vy, ay))
     # If axes are synchronised, the time follows from the maximum d/v and the maximum d/a of the axes.
     ramp = max(dx / vx, dy / vy)
     pull = max(dx / ax, dy / ay)
@@ -122,14 +122,14 @@ def machine_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: f
     return ramp + pull / ramp
 
 
-@part
+@inner_kernel
 def _radians(degrees_minutes: float) -> float:
     degrees = float(int(degrees_minutes))
     return GEO_PI * (degrees + 5.0 * (degrees_minutes - degrees) / 3.0) / 180.0
 
 
-@part
-def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
+@inner_kernel
+def geographical_distance(xi: float, yi: float, xj: float, yj: float) -> float:
     """Compute the distance in whole kilometres between two points that are given in degrees.minutes.
 
     Source: TSPLIB 95, section 2.4.
@@ -143,14 +143,14 @@ def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
     return float(int(GEO_RADIUS * math.acos(min(1.0, max(-1.0, cosine))) + 1.0))
 
 
-@part
+@inner_kernel
 def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> float:
     """Compute the integer distance between two points as TSPLIB defines it.
 
     Source: TSPLIB 95 (Reinelt), sections 2.1 to 2.6.
     """
     if code == GEO:
-        return geographical(xi, yi, xj, yj)
+        return geographical_distance(xi, yi, xj, yj)
     dx, dy = abs(xi - xj), abs(yi - yj)
     if code == MAX_2D:
         return max(math.floor(dx + 0.5), math.floor(dy + 0.5))
@@ -164,8 +164,8 @@ def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> fl
     return math.ceil(length) if code == CEIL_2D else math.floor(length + 0.5)
 
 
-@part
-def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
+@inner_kernel
+def segment_touches_zone(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
     """Check whether the segment between two points touches the rectangle ``zones[k]`` (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
     for axis in range(2):
@@ -185,8 +185,8 @@ def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) 
     return True
 
 
-@part
-def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
+@inner_kernel
+def box_touches_zone(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
     """Check whether the bounding box of two points touches the rectangle ``zones[k]``."""
     if max(xi, xj) < zones[k, 0] or min(xi, xj) > zones[k, 2]:
         return False
@@ -194,7 +194,7 @@ def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float)
 
 
 @kernel
-def distance(
+def metric_distance(
     code: int, xi: float, yi: float, xj: float, yj: float, vx: float, vy: float, ax: float, ay: float, per_mm: float
 ) -> float:
     """Compute the cost of travel between two points using only the metric."""
@@ -204,7 +204,7 @@ def distance(
     if code == EUC_2D:
         return math.floor(math.sqrt(dx * dx + dy * dy) + 0.5)
     if code >= LINEAR:
-        return machine_seconds(code, dx, dy, vx, vy, ax, ay) + per_mm * math.sqrt(dx * dx + dy * dy)
+        return rapid_seconds(code, dx, dy, vx, vy, ax, ay) + per_mm * math.sqrt(dx * dx + dy * dy)
     if code == CHEBYSHEV:
         return max(dx, dy)
     if code == MANHATTAN:
@@ -212,8 +212,8 @@ def distance(
     return tsplib_distance(code, xi, yi, xj, yj)
 
 
-@part
-def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+@inner_kernel
+def highest_tile_in_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
     """Return the maximum safe height of the tiles that two points' bounding box touches, or −∞ if it touches none."""
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
@@ -227,8 +227,8 @@ def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -
     return best
 
 
-@part
-def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+@inner_kernel
+def highest_tile_on_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
     """Return the maximum safe height of the tiles that a straight move touches, or −∞ if it touches none.
 
     In each row of tiles, the move touches the columns between its entry and its exit. The range is widened slightly so
@@ -257,36 +257,36 @@ def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) 
     return best
 
 
-@part
-def height_of(table: NDArray, i: int) -> float:
+@inner_kernel
+def node_height(table: NDArray, i: int) -> float:
     """Return the height of a node, mm."""
     return float(table[1 + i // table.shape[1], i % table.shape[1]])
 
 
-@part
+@inner_kernel
 def travel_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
     """Compute the height of the travel move from node i to node j in mm. It is at least the height of both nodes."""
     if code == DOGLEG:
-        highest = highest_of_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
+        highest = highest_tile_in_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
     else:
-        highest = highest_of_line(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
-    return float(max(highest, height_of(table, i), height_of(table, j)))
+        highest = highest_tile_on_line(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
+    return float(max(highest, node_height(table, i), node_height(table, j)))
 
 
-@part
-def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
+@inner_kernel
+def _rise_and_fall_cost(cost: CostModel, i: int, j: int) -> float:
     """Compute the cost of rising from node i to the travel height and descending to node j."""
     height = travel_height(cost.code, cost.xy, cost.matrix, i, j)
-    up, down = height - height_of(cost.matrix, i), height - height_of(cost.matrix, j)
+    up, down = height - node_height(cost.matrix, i), height - node_height(cost.matrix, j)
     if cost.code < LINEAR:
         return float(up + down)
     vz, az = cost.matrix[0, 3], cost.matrix[0, 4]
-    return rest_to_rest(up, vz, az) + rest_to_rest(down, vz, az)
+    return rest_to_rest_seconds(up, vz, az) + rest_to_rest_seconds(down, vz, az)
 
 
-@part
-def _special_cost(cost: CostModel, i: int, j: int) -> float:
-    """Compute the cost of travel like `travel`, but also handle free and tied nodes, zones, and matrices."""
+@inner_kernel
+def _general_travel_cost(cost: CostModel, i: int, j: int) -> float:
+    """Compute the cost of travel like `node_travel_cost`, but also handle free and tied nodes, zones, and matrices."""
     if (i == cost.tied_a and j == cost.tied_b) or (i == cost.tied_b and j == cost.tied_a):
         return TIED
     if i == cost.free or j == cost.free:
@@ -294,54 +294,57 @@ def _special_cost(cost: CostModel, i: int, j: int) -> float:
     if cost.code == EXPLICIT:
         return float(cost.matrix[i, j])
     xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
-    base = distance(cost.code, xi, yi, xj, yj, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
+    base = metric_distance(cost.code, xi, yi, xj, yj, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
     if len(cost.matrix) > 0:
-        base += _rise_and_fall(cost, i, j)
+        base += _rise_and_fall_cost(cost, i, j)
     if xj < xi or (xj == xi and yj < yi):
         # Both directions are computed alike. Otherwise rounding could make the cost asymmetric at the edge of a zone.
         xi, yi, xj, yj = xj, yj, xi, yi
     for k in range(cost.zones.shape[0]):
         # With unsynchronised axes, the path is not straight and may touch any part of the box between the points.
-        if overlaps(cost.zones, k, xi, yi, xj, yj) and (cost.code == DOGLEG or crosses(cost.zones, k, xi, yi, xj, yj)):
+        if box_touches_zone(cost.zones, k, xi, yi, xj, yj) and (
+            cost.code == DOGLEG or segment_touches_zone(cost.zones, k, xi, yi, xj, yj)
+        ):
             return base + cost.lift
     return base
 
 
-@part
-def is_by_metric(cost: CostModel) -> bool:
+@inner_kernel
+def depends_only_on_metric(cost: CostModel) -> bool:
     """Check whether the cost between ordinary nodes depends only on the metric."""
     return len(cost.zones) == 0 and len(cost.matrix) == 0
 
 
-@part
-def is_special(cost: CostModel, i: int) -> bool:
+@inner_kernel
+def is_free_or_tied(cost: CostModel, i: int) -> bool:
     """Check whether a node is free or tied."""
     return bool(i == cost.free or i == cost.tied_a or i == cost.tied_b)
 
 
-@part
-def travel(cost: CostModel, i: int, j: int) -> float:
+@inner_kernel
+def node_travel_cost(cost: CostModel, i: int, j: int) -> float:
     """Compute the cost of travel between nodes i and j. The cost is symmetric."""
-    if cost.plain or (is_by_metric(cost) and not is_special(cost, i) and not is_special(cost, j)):
+    if cost.plain or (depends_only_on_metric(cost) and not is_free_or_tied(cost, i) and not is_free_or_tied(cost, j)):
         xy = cost.xy
-        return distance(
+        return metric_distance(
             cost.code, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1], cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm
         )
-    return _special_cost(cost, i, j)
+    return _general_travel_cost(cost, i, j)
 
 
-@part
-def is_straight(cost: CostModel) -> bool:
-    """Check whether `straight` gives the correct cost of travel between ordinary nodes."""
+@inner_kernel
+def uses_straight_cost(cost: CostModel) -> bool:
+    """Check whether `straight_travel_cost` gives the correct cost of travel between ordinary nodes."""
     metric = cost.code == EUCLIDEAN or cost.code == EUC_2D or cost.code == CEIL_2D
-    return metric and is_by_metric(cost)
+    return metric and depends_only_on_metric(cost)
 
 
-@part
-def straight(xy: NDArray, code: int, i: int, j: int) -> float:
-    """Compute the same cost as `travel`, provided that `is_straight` holds. Numba inlines this short function.
+@inner_kernel
+def straight_travel_cost(xy: NDArray, code: int, i: int, j: int) -> float:
+    """Compute the same cost as `node_travel_cost`, provided that `uses_straight_cost` holds.
 
-    Calling `travel`, which passes all fields of the cost model, made local search a quarter slower.
+    Numba inlines this short function. Calling `node_travel_cost`, which passes all fields of the cost model, made local
+    search a quarter slower.
     """
     dx, dy = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1]
     length = math.sqrt(dx * dx + dy * dy)
@@ -357,14 +360,14 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
     """Compute the cost of a closed tour, int32[n], without tied edges."""
     total = 0.0
     for k in range(len(tour)):
-        step = travel(cost, tour[k], tour[k - 1])
+        step = node_travel_cost(cost, tour[k], tour[k - 1])
         if step != TIED:
             total += step
     return total
 
 
 @kernel
-def way_heights(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> None:
+def travel_heights_along_path(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> None:
     """Compute the travel height from each node (`xy`: float64[n, 2]) to the next node, using the nodes' `relief_table`.
 
     Changes: heights float64[n - 1], mm.
@@ -377,4 +380,4 @@ def way_heights(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> Non
 def edge_costs(cost: CostModel, leave: NDArray, arrive: NDArray, costs: NDArray) -> None:
     """Compute the travel cost of each edge from leave[e] to arrive[e], int32[m] each. Changes: costs float64[m]."""
     for e in range(len(leave)):
-        costs[e] = travel(cost, leave[e], arrive[e])
+        costs[e] = node_travel_cost(cost, leave[e], arrive[e])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 from leafcut.kernels.bands import Bands, band_at, first_right_of
 
 _HALF = 0.5 * math.pi
@@ -53,7 +53,7 @@ class EdgePath(NamedTuple):
     station: NDArray
 
 
-@part
+@inner_kernel
 def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
     """Sort the first `count` intervals by their starts (Shell's sort). Changes: low, high."""
     for gap in _GAPS:
@@ -65,8 +65,8 @@ def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
             low[j], high[j] = a, b
 
 
-@part
-def uncovered(
+@inner_kernel
+def uncovered_edge(
     low: NDArray, high: NDArray, count: int, left: float, right: float, tolerance: float
 ) -> tuple[float, float, float]:
     """Compute the part of −π/2 … π/2 that no interval covers.
@@ -101,7 +101,7 @@ def uncovered(
 
 
 @kernel
-def engaged_edges(
+def measure_engagement(
     bands: Bands,
     path: EdgePath,
     tool: ToolEdge,
@@ -171,4 +171,4 @@ def engaged_edges(
                     else:
                         low[count], high[count] = a, b
                         count += 1
-        angle[i], width[i], nearest[i] = uncovered(low, high, count, left, right, tool.nothing)
+        angle[i], width[i], nearest[i] = uncovered_edge(low, high, count, left, right, tool.nothing)

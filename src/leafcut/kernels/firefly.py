@@ -12,21 +12,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, kernel, part
-from leafcut.kernels.cost import TIED, CostModel, tour_cost, travel
+from leafcut.kernels import EPSILON, inner_kernel, kernel
+from leafcut.kernels.cost import TIED, CostModel, node_travel_cost, tour_cost
 from leafcut.kernels.lin_kernighan import (
     ENDS,
     NO_LIMIT,
     TWO,
     Tour,
     improve_queued,
-    is_one_tour,
+    is_single_tour,
     keep_or_undo,
     make_move,
     push_to_queue,
-    reverse,
+    reverse_positions,
 )
-from leafcut.kernels.random import below
+from leafcut.kernels.random import random_below
 
 _A, _B, _C = np.uint64(13), np.uint64(7), np.uint64(17)
 _HALF, _LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
@@ -36,7 +36,7 @@ INVERSIONS = 2
 
 
 @kernel
-def edges_apart(tour: NDArray, second: NDArray, place: NDArray) -> int:
+def count_different_edges(tour: NDArray, second: NDArray, place: NDArray) -> int:
     """Count the edges of `tour` that are missing in the tour `second` (int32[h] each).
 
     `place`, int32[h], is the inverse of `second`.
@@ -49,7 +49,7 @@ def edges_apart(tour: NDArray, second: NDArray, place: NDArray) -> int:
     return count
 
 
-@part
+@inner_kernel
 def longest_edge(costs: NDArray, tour: NDArray) -> float:
     """Find the longest edge of a closed tour, int32[h], and return its cost."""
     longest = np.float64(costs[tour[0], tour[-1]])
@@ -59,7 +59,9 @@ def longest_edge(costs: NDArray, tour: NDArray) -> float:
 
 
 @kernel
-def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, states: NDArray, k: int) -> float:
+def make_random_inversions(
+    costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, states: NDArray, k: int
+) -> float:
     """Try to invert `moves` random runs, and keep the inversions that do not lengthen the tour. Return the gain.
 
     An inversion needs up to four table lookups. Usually the first lookup is enough, because a new edge is already
@@ -94,15 +96,15 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
         # Add two lengths in a fixed order, so that rounding does not break a tie.
         gain = (np.float64(costs[a, b]) + np.float64(costs[c, d])) - (ac + bd)
         if gain >= 0.0:
-            reverse(tour, place, int(first), int(last))
+            reverse_positions(tour, place, int(first), int(last))
             total += gain
             reach = max(reach, 2.0 * ac, 2.0 * bd)
     states[k] = word
     return total
 
 
-@part
-def places_apart(tour: NDArray, second: NDArray) -> int:
+@inner_kernel
+def count_different_positions(tour: NDArray, second: NDArray) -> int:
     """Count the positions at which two tours, int32[h], differ (Hamming distance)."""
     count = 0
     for k in range(len(tour)):
@@ -133,7 +135,7 @@ class PairRules(NamedTuple):
 
 
 @kernel
-def move_pairs(
+def move_firefly_pairs(
     cost: CostModel,
     tours: NDArray,
     lengths: NDArray,
@@ -166,7 +168,7 @@ def move_pairs(
     for i in range(start, stop):
         for j in range(i, n):
             equal = abs(lengths[i] - lengths[j]) <= EPSILON
-            apart = places_apart(tours[i], tours[j])
+            apart = count_different_positions(tours[i], tours[j])
             r = 10.0 * apart / h
             towards = int(rules.moves * np.exp(-rules.absorption * r * r))
             first, second = j, i
@@ -178,21 +180,21 @@ def move_pairs(
             for u in range(rules.moves):
                 f = first if u < towards else second
                 if rules.long or equal:
-                    head, last = below(states, k, h), below(states, k, h - 1)
+                    head, last = random_below(states, k, h), random_below(states, k, h - 1)
                     if last >= head:
                         last += 1
                     else:
                         head, last = last, head
                 else:
-                    nodes = 2 + below(states, k, limit - 1)
-                    head = below(states, k, h - nodes + 1)
+                    nodes = 2 + random_below(states, k, limit - 1)
+                    head = random_below(states, k, h - nodes + 1)
                     last = head + nodes - 1
                 added = inversion_cost(cost, tours[f], head, last)
                 if added < -0.5 * TIED:
                     insert_result(kept, kept_lengths, f, head, last, lengths[f] + added)
 
 
-@part
+@inner_kernel
 def inversion_cost(cost: CostModel, tour: NDArray, first: int, last: int) -> float:
     """Compute how much longer a closed tour, int32[h], becomes when its positions `first` … `last` are inverted."""
     h = len(tour)
@@ -200,10 +202,15 @@ def inversion_cost(cost: CostModel, tour: NDArray, first: int, last: int) -> flo
         return 0.0  # the same cycle in reverse direction
     a, b = tour[first - 1], tour[first]
     c, d = tour[last], tour[last + 1 if last + 1 < h else 0]
-    return travel(cost, a, c) + travel(cost, b, d) - travel(cost, a, b) - travel(cost, c, d)
+    return (
+        node_travel_cost(cost, a, c)
+        + node_travel_cost(cost, b, d)
+        - node_travel_cost(cost, a, b)
+        - node_travel_cost(cost, c, d)
+    )
 
 
-@part
+@inner_kernel
 def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last: int, length: float) -> None:
     """Insert a result into the sorted rows of `kept`, and remove the longest row."""
     row = len(kept_lengths)
@@ -232,8 +239,8 @@ def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray
         lengths[row] = tour_cost(cost, moved[row])
 
 
-@part
-def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
+@inner_kernel
+def invert_run(cost: CostModel, tour: Tour, first: int, length: int) -> float:
     """Invert a run of `length` positions that starts at `first`, and return the added cost. Changes: tour."""
     h = len(tour.node)
     last = (first + length - 1) % h
@@ -241,8 +248,13 @@ def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
     c, d = tour.node[last], tour.node[last + 1 if last + 1 < h else 0]
     move = tour.move
     move[ENDS, 0], move[ENDS, 1], move[ENDS, 2], move[ENDS, 3] = a, b, d, c
-    added = travel(cost, a, c) + travel(cost, b, d) - travel(cost, a, b) - travel(cost, c, d)
-    if not is_one_tour(tour.place, move, TWO) or not make_move(tour, TWO):
+    added = (
+        node_travel_cost(cost, a, c)
+        + node_travel_cost(cost, b, d)
+        - node_travel_cost(cost, a, b)
+        - node_travel_cost(cost, c, d)
+    )
+    if not is_single_tour(tour.place, move, TWO) or not make_move(tour, TWO):
         return 0.0
     for i in range(4):
         push_to_queue(tour, move[ENDS, i])
@@ -250,7 +262,7 @@ def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
 
 
 @kernel
-def fly_and_mend(
+def invert_and_repair(
     cost: CostModel,
     tour: Tour,
     candidates: NDArray,
@@ -265,16 +277,16 @@ def fly_and_mend(
 
     A move makes `INVERSIONS` nearby inversions and then runs local search at the affected nodes. A move that makes the
     tour longer is undone. Symbols: for candidates, lengths and breadth, see `lin_kernighan.find_move`; for longest, see
-    `fly`.
+    `make_random_inversions`.
     Changes: tour, states[k].
     """
     h, total = len(tour.node), 0.0
     for _ in range(moves):
         tour.counts[2] = 0
         tour.counts[3] = 0
-        centre, added = below(states, k, h), 0.0
+        centre, added = random_below(states, k, h), 0.0
         for _ in range(INVERSIONS):
-            first = (centre + below(states, k, longest)) % h
-            added += invert(cost, tour, first, 2 + below(states, k, longest - 1))
+            first = (centre + random_below(states, k, longest)) % h
+            added += invert_run(cost, tour, first, 2 + random_below(states, k, longest - 1))
         total += keep_or_undo(tour, improve_queued(cost, tour, candidates, lengths, breadth, NO_LIMIT) - added)
     return total

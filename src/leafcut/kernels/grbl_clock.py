@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 
 #: The planner holds this many blocks (BLOCK_BUFFER_SIZE - 1) and this many prepared segments (SEGMENT_BUFFER_SIZE - 1).
 BLOCKS, SEGMENTS = 15, 5
@@ -97,21 +97,21 @@ def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
     return Board(byte_s, lock_s, pace, *memory, np.full(n_items, -1.0))
 
 
-@part
+@inner_kernel
 def _spend_time(board: Board, seconds: float) -> None:
     """Let the main program spend `seconds` of processor time. This takes longer while the motors are running."""
     board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
 
 
-@part
+@inner_kernel
 def _next_free_segment(board: Board) -> float:
     """Return the time in seconds at which another segment fits into the buffer."""
     when: float = board.ends[board.counts[MADE] % SEGMENTS]
     return when
 
 
-@part
-def _run_segment(board: Board, remaining: float, speed: float, time: float) -> None:
+@inner_kernel
+def _queue_segment(board: Board, remaining: float, speed: float, time: float) -> None:
     """Prepare a segment of the oldest block. The segment is rounded to whole steps with equal ticks.
 
     remaining float  length of the block that remains after the segment, mm
@@ -138,8 +138,8 @@ def _run_segment(board: Board, remaining: float, speed: float, time: float) -> N
         count[BEGUN] = 0
 
 
-@part
-def _cut_segment(board: Board) -> None:
+@inner_kernel
+def _prepare_next_segment(board: Board) -> None:
     ring, state, count = board.ring, board.state, board.counts
     at = count[DONE] % PLACES
     remaining, rate, per_mm = ring[at, LEFT], ring[at, RATE], ring[at, PER_MM]
@@ -182,10 +182,10 @@ def _cut_segment(board: Board) -> None:
             if remaining <= min_remaining:
                 break
             limit += SEGMENT_S
-    _run_segment(board, remaining if remaining > 1e-9 else 0.0, speed, time)
+    _queue_segment(board, remaining if remaining > 1e-9 else 0.0, speed, time)
 
 
-@part
+@inner_kernel
 def _prepare_segments(board: Board) -> None:
     """Prepare segments while the buffer has space for them, and detect whether the motors have run out of segments."""
     state, count = board.state, board.counts
@@ -196,14 +196,14 @@ def _prepare_segments(board: Board) -> None:
         elif count[DONE] < count[PLANNED] and _next_free_segment(board) <= state[NOW]:
             starts_block = not count[BEGUN] or count[CHANGED]
             count[CHANGED] = 0
-            _cut_segment(board)
+            _prepare_next_segment(board)
             _spend_time(board, CUT_S + LOAD_S if starts_block else CUT_S)
         else:
             break
 
 
-@part
-def _start(board: Board) -> None:
+@inner_kernel
+def _start_motion(board: Board) -> None:
     count = board.counts
     if not count[RUNNING] and count[DONE] < count[PLANNED]:
         count[RUNNING] = 1
@@ -214,7 +214,7 @@ def _start(board: Board) -> None:
         _prepare_segments(board)
 
 
-@part
+@inner_kernel
 def _run_until(board: Board, until: float) -> None:
     state, count = board.state, board.counts
     _prepare_segments(board)
@@ -225,11 +225,11 @@ def _run_until(board: Board, until: float) -> None:
     state[NOW] = max(state[NOW], until)
 
 
-@part
+@inner_kernel
 def _wait_until_at_rest(board: Board) -> None:
     state, count = board.state, board.counts
     while count[DONE] < count[PLANNED]:
-        _start(board)
+        _start_motion(board)
         if count[RUNNING] and count[DONE] < count[PLANNED]:
             state[NOW] = max(state[NOW], _next_free_segment(board))
         _prepare_segments(board)
@@ -238,18 +238,18 @@ def _wait_until_at_rest(board: Board) -> None:
         count[RUNNING] = 0
 
 
-@part
+@inner_kernel
 def _wait_for_free_block(board: Board) -> None:
     state, count = board.state, board.counts
     _prepare_segments(board)
     while count[PLANNED] - count[DONE] >= BLOCKS:
-        _start(board)
+        _start_motion(board)
         if count[RUNNING] and count[PLANNED] - count[DONE] >= BLOCKS:
             state[NOW] = max(state[NOW], _next_free_segment(board))
         _prepare_segments(board)
 
 
-@part
+@inner_kernel
 def _plan_blocks(board: Board) -> int:
     """Replan after adding a block, and return the number of blocks visited.
 
@@ -279,7 +279,7 @@ def _plan_blocks(board: Board) -> int:
     return visited
 
 
-@part
+@inner_kernel
 def _limit_along_direction(limits: NDArray, unit: NDArray) -> float:
     """Compute the maximum velocity or acceleration along a unit vector that respects the limits of all axes."""
     result = math.inf
@@ -289,7 +289,7 @@ def _limit_along_direction(limits: NDArray, unit: NDArray) -> float:
     return result
 
 
-@part
+@inner_kernel
 def _squared_corner_speed(board: Board, acceleration: NDArray, deviation: float) -> float:
     """Compute the square of the maximum speed at the corner between the last block and the next block, (mm/s)²."""
     before, after = board.unit[0], board.unit[1]
@@ -311,7 +311,7 @@ def _squared_corner_speed(board: Board, acceleration: NDArray, deviation: float)
     return limit * deviation * sine / (1.0 - sine)
 
 
-@part
+@inner_kernel
 def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviation: float, owner: int) -> None:
     """Add a straight move to position `end` to the planner. Moves of less than one step are dropped.
 
@@ -355,7 +355,7 @@ def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviati
 
 
 @kernel
-def grbl_clock(
+def simulate_board(
     board: Board,
     move: NDArray,
     size: NDArray,
@@ -409,7 +409,7 @@ def grbl_clock(
             line = i
             sent = max(sent, freed_at + ANSWER_S * board.pace) + size[i] * board.byte_s
             if state[NOW] < sent:
-                _start(board)
+                _start_motion(board)
                 _run_until(board, sent)
             _prepare_segments(board)
             _spend_time(board, LINE_S + words[i] * WORD_S + size[i] * BYTE_S)

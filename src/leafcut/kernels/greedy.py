@@ -64,7 +64,7 @@ def list_edges(
 
 
 @kernel
-def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
+def join_fragments(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
     """If two nodes are the ends of different fragments, join them. Return whether they were joined.
 
     Changes: tail, neighbours.
@@ -80,7 +80,7 @@ def join(tail: NDArray, neighbours: NDArray, i: int, j: int) -> bool:
 
 
 @kernel
-def join_edges(
+def join_fragments_along_edges(
     edges: NDArray, count: int, candidates: NDArray, nodes: NDArray, tail: NDArray, neighbours: NDArray
 ) -> None:
     """Go through the first `count` edges in order, and join the nodes of each edge if possible.
@@ -93,11 +93,11 @@ def join_edges(
         row = index // k
         i = nodes[row]
         if tail[i] >= 0:
-            join(tail, neighbours, i, nodes[candidates[row, index - row * k]])
+            join_fragments(tail, neighbours, i, nodes[candidates[row, index - row * k]])
 
 
 @kernel
-def walk_path(neighbours: NDArray, start: int, tour: NDArray) -> None:
+def write_path(neighbours: NDArray, start: int, tour: NDArray) -> None:
     """Follow the path that starts at a given node, and write its nodes to `tour`. Changes: tour int32[n]."""
     previous, node = -1, start
     for step in range(len(tour)):

@@ -26,9 +26,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, constant, kernel, part
-from leafcut.kernels.cost import CostModel, is_straight, straight, travel
-from leafcut.kernels.random import below
+from leafcut.kernels import EPSILON, inner_kernel, kernel, typed_constant
+from leafcut.kernels.cost import CostModel, node_travel_cost, straight_travel_cost, uses_straight_cost
+from leafcut.kernels.random import random_below
 
 #: A move exchanges at most this many edges.
 DEPTH = 5
@@ -52,9 +52,9 @@ LEAVES_5 = np.array([
 ])  # fmt: skip
 
 #: Numbers of edges that a move may exchange, as constants.
-TWO, THREE, FOUR, FIVE = constant(2), constant(3), constant(4), constant(5)
+TWO, THREE, FOUR, FIVE = typed_constant(2), typed_constant(3), typed_constant(4), typed_constant(5)
 #: Maximum number of nodes to examine after a kick. In practice, this limit is never reached.
-NO_LIMIT = constant(1_000_000)
+NO_LIMIT = typed_constant(1_000_000)
 
 #: Rows of `Tour.move`.
 ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
@@ -87,7 +87,7 @@ class Tour(NamedTuple):
     gain: NDArray[np.float64]
 
 
-@part
+@inner_kernel
 def push_to_queue(work: Any, v: int) -> None:
     """Append a node to the queue of a `Tour` or a `Route`, unless it is already in the queue.
 
@@ -101,7 +101,7 @@ def push_to_queue(work: Any, v: int) -> None:
         work.counts[1] += 1
 
 
-@part
+@inner_kernel
 def pop_from_queue(work: Any) -> int:
     """Remove the first node from the queue of a `Tour` or a `Route`, and return it. Changes: queued, counts."""
     first = work.counts[0]
@@ -112,21 +112,21 @@ def pop_from_queue(work: Any) -> int:
     return int(v)
 
 
-@part
+@inner_kernel
 def successor(node: NDArray, place: NDArray, v: int) -> int:
     """Return the successor of v."""
     at = place[v] + 1
     return int(node[at if at < len(node) else 0])
 
 
-@part
+@inner_kernel
 def predecessor(node: NDArray, place: NDArray, v: int) -> int:
     """Return the predecessor of v."""
     return int(node[place[v] - 1])
 
 
-@part
-def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
+@inner_kernel
+def reverse_positions(node: NDArray, place: NDArray, first: int, last: int) -> int:
     """Reverse positions first … last of the tour. If fewer positions lie outside this range, reverse those instead.
 
     If last < first, the range wraps around. Returns the number of reversed positions. Changes: node, place.
@@ -154,7 +154,7 @@ def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
     return int(size)
 
 
-@part
+@inner_kernel
 def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
     """Sort the 2k ends of the k removed edges by position, starting right after the first removed edge.
 
@@ -187,7 +187,7 @@ def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
         move[RANK, move[ORDER, i]] = i
 
 
-@part
+@inner_kernel
 def next_entered_piece(move: NDArray, rank: int, k: int) -> int:
     """Return the rank at which the new tour enters its next piece, given that it entered the current piece at `rank`.
 
@@ -202,8 +202,8 @@ def next_entered_piece(move: NDArray, rank: int, k: int) -> int:
     return int(move[RANK, i + 1 if i % 2 == 1 else i - 1])
 
 
-@part
-def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
+@inner_kernel
+def is_single_tour(place: NDArray, move: NDArray, k: int) -> bool:
     """Check whether the move yields a single tour. Changes: rows ORDER, RANK, KEY of move."""
     sort_removed_ends(place, move, k)
     rank, pieces = 0, 0
@@ -214,7 +214,7 @@ def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
             return pieces == k
 
 
-@part
+@inner_kernel
 def make_move(tour: Tour, k: int) -> bool:
     """Make a move whose ends are sorted.
 
@@ -270,8 +270,8 @@ def make_move(tour: Tour, k: int) -> bool:
     return True
 
 
-@part
-def undo_log(tour: Tour) -> None:
+@inner_kernel
+def undo_logged_changes(tour: Tour) -> None:
     """Undo all entries of the log, most recent first, and empty the log. Changes: node, place, counts."""
     for entry in range(tour.counts[2] - 1, -1, -1):
         at, v = tour.log[entry, 0], tour.log[entry, 1]
@@ -280,7 +280,7 @@ def undo_log(tour: Tour) -> None:
     tour.counts[2] = 0
 
 
-@part
+@inner_kernel
 def _is_removed(ends: NDArray, last: int, c: int, d: int) -> bool:
     for e in range(0, 2 * last + 1, 2):
         a, b = ends[e], ends[e + 1]
@@ -289,41 +289,41 @@ def _is_removed(ends: NDArray, last: int, c: int, d: int) -> bool:
     return False
 
 
-@part
+@inner_kernel
 def _is_either(a: int, b: int, v: int) -> bool:
     """Check whether v is a or b. `v in (a, b)` takes three times as long to compile."""
     return not (v != a and v != b)
 
 
-@part
-def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
+@inner_kernel
+def _is_ordinary_node(free: int, tied_a: int, tied_b: int, v: int) -> bool:
     return v != free and v != tied_a and v != tied_b
 
 
-@part
-def edge_and_return(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
+@inner_kernel
+def edge_and_closing_cost(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
     """Compute the cost of travel from c to d, and from d to t0.
 
     If the move does not yield a single tour, the second cost is ∞. Machine times are slow to compute. Skipping them for
     impossible moves makes a kick 5 % faster.
     """
-    return travel(cost, c, d), travel(cost, d, t0) if leaves else math.inf
+    return node_travel_cost(cost, c, d), node_travel_cost(cost, d, t0) if leaves else math.inf
 
 
-@part
+@inner_kernel
 def neighbours_of_position(node: NDArray, at: int) -> tuple[int, int]:
     """Return the node after a position and the node before it."""
     return node[at + 1 if at + 1 < len(node) else 0], node[at - 1]
 
 
-@part
-def steps_between(at: int, start: int, direction: int, n: int) -> int:
+@inner_kernel
+def count_positions_between(at: int, start: int, direction: int, n: int) -> int:
     """Count the positions from `start` to `at`, going forward (direction 0) or backward (direction 1)."""
     r = at - start if direction == 0 else start - at
     return r if r >= 0 else r + n
 
 
-@part
+@inner_kernel
 def store_move(place: NDArray, move: NDArray, gain: NDArray, k: int, gained: float) -> int:
     """Prepare a move of k edges for `make_move`, and return k. Changes: rows ORDER, RANK, KEY of move; gain."""
     sort_removed_ends(place, move, k)
@@ -331,7 +331,7 @@ def store_move(place: NDArray, move: NDArray, gain: NDArray, k: int, gained: flo
     return k
 
 
-@part
+@inner_kernel
 def find_move(  # noqa: PLR0915  # five loops, one within the other
     cost: CostModel,
     node: NDArray,
@@ -365,12 +365,12 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     ends, code, xy, n = move[ENDS], cost.code, cost.xy, len(node)
     free, tied_a, tied_b = cost.free, cost.tied_a, cost.tied_b
     # A call of `travel` passes the whole cost model. If costs are straight, it is needed only at free and tied nodes.
-    quick = is_straight(cost) and t0 != free and t0 != tied_a and t0 != tied_b
+    quick = uses_straight_cost(cost) and t0 != free and t0 != tied_a and t0 != tied_b
     b1, b2, b3, b4 = breadth[1], breadth[2], breadth[3], breadth[4]
     for direction in range(2):
         t1 = successor(node, place, t0) if direction == 0 else predecessor(node, place, t0)
         start = place[t1]
-        g0 = travel(cost, t0, t1)
+        g0 = node_travel_cost(cost, t0, t1)
         ends[0], ends[1] = t0, t1
         for i1 in range(b1):
             t2 = candidates[t1, i1]
@@ -381,16 +381,20 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             ahead1, behind1 = neighbours_of_position(node, at2)
             if _is_either(ahead1, behind1, t1):
                 continue  # an edge of the tour cannot be added
-            r2 = steps_between(at2, start, direction, n)
+            r2 = count_positions_between(at2, start, direction, n)
             ends[2] = t2
             for side1 in range(2):
                 t3 = ahead1 if side1 == 0 else behind1
                 # With two edges, the direction determines whether there is one tour; later, the order of the positions.
                 leaves = side1 != direction
-                if quick and _is_plain(free, tied_a, tied_b, t2) and _is_plain(free, tied_a, tied_b, t3):
-                    removed, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)
+                if (
+                    quick
+                    and _is_ordinary_node(free, tied_a, tied_b, t2)
+                    and _is_ordinary_node(free, tied_a, tied_b, t3)
+                ):
+                    removed, back = straight_travel_cost(xy, code, t2, t3), straight_travel_cost(xy, code, t3, t0)
                 else:
-                    removed, back = edge_and_return(cost, t2, t3, t0, leaves)
+                    removed, back = edge_and_closing_cost(cost, t2, t3, t0, leaves)
                 h1 = g1 + removed
                 closed = h1 - back
                 ends[3] = t3
@@ -407,7 +411,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                     ahead2, behind2 = neighbours_of_position(node, at4)
                     if _is_either(ahead2, behind2, t3):
                         continue
-                    r4 = steps_between(at4, start, direction, n)
+                    r4 = count_positions_between(at4, start, direction, n)
                     ends[4] = t4
                     for side2 in range(2):
                         t5 = ahead2 if side2 == 0 else behind2
@@ -417,10 +421,17 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                         m2 = r4 - 1 + on2
                         key2 = on1 | (on2 << 1) | ((1 if m1 < m2 else 0) << 2)
                         leaves = (LEAVES_3 >> key2) & 1 == 1
-                        if quick and _is_plain(free, tied_a, tied_b, t4) and _is_plain(free, tied_a, tied_b, t5):
-                            removed, back = straight(xy, code, t4, t5), straight(xy, code, t5, t0)
+                        if (
+                            quick
+                            and _is_ordinary_node(free, tied_a, tied_b, t4)
+                            and _is_ordinary_node(free, tied_a, tied_b, t5)
+                        ):
+                            removed, back = (
+                                straight_travel_cost(xy, code, t4, t5),
+                                straight_travel_cost(xy, code, t5, t0),
+                            )
                         else:
-                            removed, back = edge_and_return(cost, t4, t5, t0, leaves)
+                            removed, back = edge_and_closing_cost(cost, t4, t5, t0, leaves)
                         h2 = g2 + removed
                         closed = h2 - back
                         ends[5] = t5
@@ -435,7 +446,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                             ahead3, behind3 = neighbours_of_position(node, at6)
                             if _is_either(ahead3, behind3, t5):
                                 continue
-                            r6 = steps_between(at6, start, direction, n)
+                            r6 = count_positions_between(at6, start, direction, n)
                             ends[6] = t6
                             for side3 in range(2):
                                 t7 = ahead3 if side3 == 0 else behind3
@@ -447,12 +458,15 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                 leaves = (LEAVES_4 >> key3) & 1 == 1
                                 if (
                                     quick
-                                    and _is_plain(free, tied_a, tied_b, t6)
-                                    and _is_plain(free, tied_a, tied_b, t7)
+                                    and _is_ordinary_node(free, tied_a, tied_b, t6)
+                                    and _is_ordinary_node(free, tied_a, tied_b, t7)
                                 ):
-                                    removed, back = straight(xy, code, t6, t7), straight(xy, code, t7, t0)
+                                    removed, back = (
+                                        straight_travel_cost(xy, code, t6, t7),
+                                        straight_travel_cost(xy, code, t7, t0),
+                                    )
                                 else:
-                                    removed, back = edge_and_return(cost, t6, t7, t0, leaves)
+                                    removed, back = edge_and_closing_cost(cost, t6, t7, t0, leaves)
                                 h3 = g3 + removed
                                 closed = h3 - back
                                 ends[7] = t7
@@ -467,7 +481,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                     ahead4, behind4 = neighbours_of_position(node, at8)
                                     if _is_either(ahead4, behind4, t7):
                                         continue
-                                    r8 = steps_between(at8, start, direction, n)
+                                    r8 = count_positions_between(at8, start, direction, n)
                                     for side4 in range(2):
                                         on4 = 1 if side4 == direction else 0
                                         m4 = r8 - 1 + on4
@@ -484,12 +498,15 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                             continue
                                         if (
                                             quick
-                                            and _is_plain(free, tied_a, tied_b, t8)
-                                            and _is_plain(free, tied_a, tied_b, t9)
+                                            and _is_ordinary_node(free, tied_a, tied_b, t8)
+                                            and _is_ordinary_node(free, tied_a, tied_b, t9)
                                         ):
-                                            removed, back = straight(xy, code, t8, t9), straight(xy, code, t9, t0)
+                                            removed, back = (
+                                                straight_travel_cost(xy, code, t8, t9),
+                                                straight_travel_cost(xy, code, t9, t0),
+                                            )
                                         else:
-                                            removed, back = edge_and_return(cost, t8, t9, t0, True)
+                                            removed, back = edge_and_closing_cost(cost, t8, t9, t0, True)
                                         closed = g4 + removed - back
                                         if closed > EPSILON:
                                             ends[8], ends[9] = t8, t9
@@ -526,7 +543,7 @@ def improve_queued(
     return total
 
 
-@part
+@inner_kernel
 def keep_or_undo(tour: Tour, gained: float) -> float:
     """Undo the logged changes if they make the tour longer or if the log was too small.
 
@@ -536,11 +553,11 @@ def keep_or_undo(tour: Tour, gained: float) -> float:
         return gained
     while tour.counts[1] > 0:
         pop_from_queue(tour)
-    undo_log(tour)
+    undo_logged_changes(tour)
     return 0.0
 
 
-@part
+@inner_kernel
 def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
     """Swap two adjacent pieces of 1 … 50 nodes at a random position, and return the added cost.
 
@@ -548,18 +565,18 @@ def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
     """
     n = len(tour.node)
     longest = min(LONGEST_PIECE, (n - 2) // 2)
-    p = below(states, k, n)
-    q = (p + 1 + below(states, k, longest)) % n
-    r = (q + 1 + below(states, k, longest)) % n
+    p = random_below(states, k, n)
+    q = (p + 1 + random_below(states, k, longest)) % n
+    r = (q + 1 + random_below(states, k, longest)) % n
     a, b = tour.node[p], tour.node[p + 1 if p + 1 < n else 0]
     c, d = tour.node[q], tour.node[q + 1 if q + 1 < n else 0]
     e, f = tour.node[r], tour.node[r + 1 if r + 1 < n else 0]
     # a b…c d…e f  becomes  a d…e b…c f
     move = tour.move
     move[ENDS, 0], move[ENDS, 1], move[ENDS, 2], move[ENDS, 3], move[ENDS, 4], move[ENDS, 5] = b, a, d, c, f, e
-    added = travel(cost, a, d) + travel(cost, e, b) + travel(cost, c, f)
-    removed = travel(cost, a, b) + travel(cost, c, d) + travel(cost, e, f)
-    if not is_one_tour(tour.place, move, THREE) or not make_move(tour, THREE):
+    added = node_travel_cost(cost, a, d) + node_travel_cost(cost, e, b) + node_travel_cost(cost, c, f)
+    removed = node_travel_cost(cost, a, b) + node_travel_cost(cost, c, d) + node_travel_cost(cost, e, f)
+    if not is_single_tour(tour.place, move, THREE) or not make_move(tour, THREE):
         return 0.0
     for i in range(6):
         push_to_queue(tour, move[ENDS, i])
@@ -567,7 +584,7 @@ def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
 
 
 @kernel
-def kick_and_mend(
+def kick_and_repair(
     cost: CostModel,
     tour: Tour,
     candidates: NDArray,

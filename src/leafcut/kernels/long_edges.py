@@ -16,13 +16,13 @@ import math
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, NONE, kernel, part
-from leafcut.kernels.cost import CostModel, travel
-from leafcut.kernels.lin_kernighan import Tour, predecessor, push_to_queue, reverse, successor
+from leafcut.kernels import EPSILON, NONE, inner_kernel, kernel
+from leafcut.kernels.cost import CostModel, node_travel_cost
+from leafcut.kernels.lin_kernighan import Tour, predecessor, push_to_queue, reverse_positions, successor
 
 
-@part
-def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
+@inner_kernel
+def _walk_step(tour: Tour, fixed: int, moving: int, target: int) -> int:
     """Walk one step: remove the edge fixed–moving and the edge before `target`, and add the edge moving–target.
 
     The node before `target` becomes the new end, next to `fixed`. Returns the number of written positions. Changes:
@@ -30,11 +30,11 @@ def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
     """
     node, place = tour.node, tour.place
     if successor(node, place, fixed) == moving:
-        return reverse(node, place, place[moving], place[predecessor(node, place, target)])
-    return reverse(node, place, place[successor(node, place, target)], place[moving])
+        return reverse_positions(node, place, place[moving], place[predecessor(node, place, target)])
+    return reverse_positions(node, place, place[successor(node, place, target)], place[moving])
 
 
-@part
+@inner_kernel
 def _walk_end(
     cost: CostModel,
     tour: Tour,
@@ -51,7 +51,7 @@ def _walk_end(
     Returns the gain of the steps that are kept, and the number of positions that may still be written (`places`).
     Changes: tour, joined_to, steps.
     """
-    open_length, best, kept, count = travel(cost, fixed, moving), 0.0, 0, 0
+    open_length, best, kept, count = node_travel_cost(cost, fixed, moving), 0.0, 0, 0
     while count < len(steps) and places > 0:
         forward = successor(tour.node, tour.place, fixed) == moving
         shortest, target, gain = math.inf, NONE, 0.0
@@ -62,13 +62,13 @@ def _walk_end(
             y = predecessor(tour.node, tour.place, x) if forward else successor(tour.node, tour.place, x)
             if x == fixed or y in (moving, fixed) or joined_to[x] == y or joined_to[y] == x:
                 continue
-            gain_here = open_length - lengths[moving, c] + travel(cost, y, x)
-            if gain_here > best + EPSILON and travel(cost, fixed, y) - gain_here < shortest:
-                shortest, target, gain = travel(cost, fixed, y) - gain_here, x, gain_here
+            gain_here = open_length - lengths[moving, c] + node_travel_cost(cost, y, x)
+            if gain_here > best + EPSILON and node_travel_cost(cost, fixed, y) - gain_here < shortest:
+                shortest, target, gain = node_travel_cost(cost, fixed, y) - gain_here, x, gain_here
         if target < 0:
             break
         end = predecessor(tour.node, tour.place, target) if forward else successor(tour.node, tour.place, target)
-        places -= _step(tour, fixed, moving, target)
+        places -= _walk_step(tour, fixed, moving, target)
         joined_to[moving] = target
         steps[count, 0], steps[count, 1] = moving, target
         moving, open_length, count = end, gain, count + 1
@@ -77,7 +77,7 @@ def _walk_end(
     for k in range(count - 1, -1, -1):
         joined_to[steps[k, 0]] = -1
         if k >= kept:
-            places -= _step(tour, fixed, moving, steps[k, 1])
+            places -= _walk_step(tour, fixed, moving, steps[k, 1])
             moving = steps[k, 0]
         else:
             push_to_queue(tour, steps[k, 0])

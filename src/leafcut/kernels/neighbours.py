@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 
 #: Number of points per leaf. The search scans a whole leaf. With few points, this is cheaper than another level of the
 #: tree.
@@ -70,14 +70,14 @@ class Nearby(NamedTuple):
     stack: NDArray[np.int32]
 
 
-@part
+@inner_kernel
 def _swap(u: NDArray, v: NDArray, label: NDArray, i: int, j: int) -> None:
     u[i], u[j] = u[j], u[i]
     v[i], v[j] = v[j], v[i]
     label[i], label[j] = label[j], label[i]
 
 
-@part
+@inner_kernel
 def _quickselect(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle: int) -> None:
     """Partially sort the run low … high by u until position `middle` has its final value (quickselect).
 
@@ -103,8 +103,8 @@ def _quickselect(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, mi
             return
 
 
-@part
-def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int:
+@inner_kernel
+def _split_run(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int:
     """Split a run of points by u near its middle, and return the start of the right part.
 
     Points with equal values of u stay together.
@@ -129,7 +129,7 @@ def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int
     return last if last < stop else middle
 
 
-@part
+@inner_kernel
 def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, start: int, stop: int) -> None:
     """Sort a few points by position and then by label, so that points at the same position follow each other.
 
@@ -145,7 +145,7 @@ def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, start: int, stop: int) ->
             j -= 1
 
 
-@part
+@inner_kernel
 def _set_box(x: NDArray, y: NDArray, start: int, stop: int, box: NDArray, node: int) -> None:
     x0, y0, x1, y1 = math.inf, math.inf, -math.inf, -math.inf
     for i in range(start, stop):
@@ -155,7 +155,7 @@ def _set_box(x: NDArray, y: NDArray, start: int, stop: int, box: NDArray, node: 
 
 
 @kernel
-def grow_tree(
+def fill_tree(
     x: NDArray,
     y: NDArray,
     label: NDArray,
@@ -192,9 +192,9 @@ def grow_tree(
                 leaf_of[i] = node
             continue
         elif box[node, 2] - box[node, 0] >= box[node, 3] - box[node, 1]:
-            cut = _split(x, y, label, b, s)
+            cut = _split_run(x, y, label, b, s)
         else:
-            cut = _split(y, x, label, b, s)
+            cut = _split_run(y, x, label, b, s)
         child[node] = count
         begin[count], stop[count], parent[count] = b, cut, node
         begin[count + 1], stop[count + 1], parent[count + 1] = cut, s, node
@@ -205,7 +205,7 @@ def grow_tree(
     return count
 
 
-@part
+@inner_kernel
 def _insert_sorted(points: NDArray, distances: NDArray, row: int, capacity: int, j: int, d: float) -> None:
     """Insert j at squared distance d into a sorted row that holds at most `capacity` points.
 
@@ -218,7 +218,7 @@ def _insert_sorted(points: NDArray, distances: NDArray, row: int, capacity: int,
     distances[row, slot], points[row, slot] = d, j
 
 
-@part
+@inner_kernel
 def _record_twin(points: NDArray, j: int) -> None:
     for c in range(MOST_TWINS):
         if points[TWINS, c] == j:
@@ -228,8 +228,8 @@ def _record_twin(points: NDArray, j: int) -> None:
             return
 
 
-@part
-def _scan(
+@inner_kernel
+def _record_nearest_in_run(
     x: NDArray,
     y: NDArray,
     start: int,
@@ -273,15 +273,15 @@ def _scan(
     return capacity
 
 
-@part
-def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
+@inner_kernel
+def squared_distance_to_box(box: NDArray, node: int, x: float, y: float) -> float:
     """Compute the squared distance from a position to a tree node's bounding box. Inside the box, the distance is 0."""
     dx = max(box[node, 0] - x, x - box[node, 2], 0.0)
     dy = max(box[node, 1] - y, y - box[node, 3], 0.0)
     return float(dx * dx + dy * dy)
 
 
-@part
+@inner_kernel
 def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity: int, limit: NDArray) -> None:
     """Set the squared distance limit of each row. Row REST has the largest limit. Changes: limit."""
     rest_limit = distances[REST, capacity - 1] if capacity > 0 else -1.0
@@ -293,10 +293,10 @@ def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity
     limit[TWINS] = 1e-300 if points[TWINS, MOST_TWINS - 1] < 0 else 0.0
 
 
-@part
-def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
+@inner_kernel
+def _box_is_within_limits(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
     """Check whether a box may contain a point at (x, y), or reaches into a quadrant within the quadrant's limit."""
-    d = squared_gap(box, node, x, y)
+    d = squared_distance_to_box(box, node, x, y)
     if d >= limit[REST]:
         return False
     x0, y0, x1, y1 = box[node, 0], box[node, 1], box[node, 2], box[node, 3]
@@ -311,7 +311,7 @@ def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> boo
     return bool(d < limit[TWINS])
 
 
-@part
+@inner_kernel
 def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -> None:
     """Find the points nearest to point i.
 
@@ -338,16 +338,16 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
         while height > 0:
             height -= 1
             box_node = stack[height]
-            if box_node != up and not _reaches(box, box_node, xi, yi, limit):
+            if box_node != up and not _box_is_within_limits(box, box_node, xi, yi, limit):
                 continue
             left = child[box_node]
             if left < 0 or (box[box_node, 0] == box[box_node, 2] and box[box_node, 1] == box[box_node, 3]):
-                capacity = _scan(
+                capacity = _record_nearest_in_run(
                     x, y, tree.begin[box_node], tree.stop[box_node], i, points, distances, per_quadrant, capacity
                 )
                 _set_limits(points, distances, per_quadrant, capacity, limit)
                 continue
-            right_first = squared_gap(box, left + 1, xi, yi) < squared_gap(box, left, xi, yi)
+            right_first = squared_distance_to_box(box, left + 1, xi, yi) < squared_distance_to_box(box, left, xi, yi)
             stack[height] = left if right_first else left + 1
             stack[height + 1] = left + 1 if right_first else left
             height += 2
@@ -357,8 +357,8 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
             height = 1
 
 
-@part
-def remove_point(tree: Tree, alive: NDArray, i: int) -> None:
+@inner_kernel
+def mark_point_visited(tree: Tree, alive: NDArray, i: int) -> None:
     """Subtract point i from the tree's counts of unvisited points. Changes: alive int32[m]."""
     node = tree.leaf_of[i]
     while node >= 0:
@@ -366,7 +366,7 @@ def remove_point(tree: Tree, alive: NDArray, i: int) -> None:
         node = tree.parent[node]
 
 
-@part
+@inner_kernel
 def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stack: NDArray) -> int:
     """Find the unvisited point nearest to point i. Return -1 if all points have been visited.
 
@@ -385,7 +385,7 @@ def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stac
         while height > 0:
             height -= 1
             box_node = stack[height]
-            if alive[box_node] == 0 or squared_gap(box, box_node, xi, yi) >= best_d:
+            if alive[box_node] == 0 or squared_distance_to_box(box, box_node, xi, yi) >= best_d:
                 continue
             left = tree.child[box_node]
             if left < 0:
@@ -395,7 +395,7 @@ def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stac
                         if d < best_d:
                             best, best_d = j, d
                 continue
-            right_first = squared_gap(box, left + 1, xi, yi) < squared_gap(box, left, xi, yi)
+            right_first = squared_distance_to_box(box, left + 1, xi, yi) < squared_distance_to_box(box, left, xi, yi)
             stack[height] = left if right_first else left + 1
             stack[height + 1] = left + 1 if right_first else left
             height += 2

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 
 #: Number of children per heap node. Four children share a cache line, and the heap is half as high as with two
 #: children.
@@ -80,7 +80,7 @@ class TreeScratch(NamedTuple):
     excess: NDArray
 
 
-@part
+@inner_kernel
 def _insert_in_heap(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> None:
     """Insert a node into the heap at position `hole` or higher up. Changes: heap, place."""
     while hole > 0:
@@ -95,7 +95,7 @@ def _insert_in_heap(heap: NDArray, place: NDArray, key: NDArray, hole: int, node
     place[node] = hole
 
 
-@part
+@inner_kernel
 def _replace_heap_top(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> None:
     """Replace the node at the top of the heap. Changes: heap, place."""
     hole = 0
@@ -113,8 +113,8 @@ def _replace_heap_top(heap: NDArray, place: NDArray, key: NDArray, size: int, no
     place[node] = hole
 
 
-@part
-def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) -> float:
+@inner_kernel
+def build_sparse_spanning_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) -> float:
     """Build the minimum spanning tree of a connected graph under penalties, and return its penalised cost.
 
     Nodes without edges do not belong to the tree. Changes: work.parent, key, heap, place.
@@ -148,8 +148,8 @@ def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) ->
     return total
 
 
-@part
-def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[int, int]:
+@inner_kernel
+def two_cheapest_hub_edges(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[int, int]:
     """Return the hub's neighbours along its two cheapest edges. Unless `tied` is -1, it is one of the two.
 
     Symbols: spokes float64[n] is the cost of the edge from the hub to each node.
@@ -167,15 +167,15 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
     return a, b
 
 
-@part
-def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
+@inner_kernel
+def complete_one_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
     """Complete the spanning tree in `work` to a 1-tree, count the degrees of its nodes, and return the added cost.
 
     The added cost consists of the cost of both hub edges, minus the effect of all penalties on a tour. This effect is
     the same for every tour. The hub has no penalty.
     Changes: work.excess, which is 0 at the hub.
     """
-    a, b = two_spokes(spokes, penalty, hub, tied)
+    a, b = two_cheapest_hub_edges(spokes, penalty, hub, tied)
     excess, parent, on_a_tour = work.excess, work.parent, 0.0
     for i in range(len(penalty)):
         excess[i] = -2.0
@@ -222,7 +222,7 @@ def join_sets(
         up[sets.right[new]] = new
 
 
-@part
+@inner_kernel
 def penalty_direction(sets: Sets, n: int, excess: NDArray) -> float:
     """Convert the excess of each node into a direction for the penalties.
 
@@ -244,7 +244,7 @@ def penalty_direction(sets: Sets, n: int, excess: NDArray) -> float:
 
 
 @kernel
-def climb(
+def ascend_subgradient(
     graph: Graph,
     sets: Sets,
     spokes: NDArray,
@@ -274,7 +274,9 @@ def climb(
     n = len(penalty)
     root = 0 if hub != 0 else 1
     for step in range(first, last):
-        value = sparse_tree(graph, penalty, root, work) + close_tree(spokes, hub, tied, root, penalty, work)
+        value = build_sparse_spanning_tree(graph, penalty, root, work) + complete_one_tree(
+            spokes, hub, tied, root, penalty, work
+        )
         if value > best_value:
             best_value = value
             for i in range(n):

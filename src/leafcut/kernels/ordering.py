@@ -9,13 +9,13 @@ import math
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import NONE, kernel, part
-from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, ring_length
+from leafcut.kernels import NONE, inner_kernel, kernel
+from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, closed_path_length
 from leafcut.kernels.pheromone import decay_edge
-from leafcut.kernels.random import below, uniform
+from leafcut.kernels.random import random_below, random_uniform
 
 
-@part
+@inner_kernel
 def choose_next_cluster(
     weights: NDArray, nearness: NDArray, missing: NDArray, last: int, greedy_probability: float, states: NDArray, k: int
 ) -> int:
@@ -43,16 +43,16 @@ def choose_next_cluster(
                 if weights[last, c] > weights[last, best]:
                     best = c
     if last >= 0 and 0.0 < total < math.inf:
-        if uniform(states, k) < greedy_probability:
+        if random_uniform(states, k) < greedy_probability:
             return best
-        remaining = uniform(states, k) * total
+        remaining = random_uniform(states, k) * total
         for c in range(m):
             if missing[c] == 0:
                 remaining -= weights[last, c]
                 if remaining <= 0.0:
                     return c
         return best
-    rank = below(states, k, n_available)
+    rank = random_below(states, k, n_available)
     for c in range(m):
         if missing[c] == 0:
             rank -= 1
@@ -103,7 +103,9 @@ def construct_order(
 
 
 @kernel
-def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
+def choose_nodes_of_order(
+    layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray
+) -> float:
     """Choose the best node for each cluster of an order, int32[m], and return the length of the closed path.
 
     The result is optimal: the algorithm cuts the path at its smallest cluster and tries all nodes of this cluster.
@@ -122,7 +124,7 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
         if m > 1:
             first = cut + 1 if cut + 1 < m else 0
             choose_nodes_between(layers, trial, first, first + m - 2, sums, links)
-        length = ring_length(layers, trial)
+        length = closed_path_length(layers, trial)
         if length < best:
             best = length
             for at in range(m):
@@ -130,7 +132,7 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
     return best
 
 
-@part
+@inner_kernel
 def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, last: int) -> bool:
     """Check whether positions first … last of an order contain no precedence pair and may therefore be inverted."""
     for at in range(first, last):
@@ -151,12 +153,12 @@ def invert_runs(
     Changes: order, place int32[m], states[k].
     """
     m, fixed = len(order), int(layers.anchored[0])
-    near = fixed + below(states, k, m - fixed)
+    near = fixed + random_below(states, k, m - fixed)
     for _ in range(runs):
-        first = near + below(states, k, longest)
+        first = near + random_below(states, k, longest)
         if first > m - 2:
-            first = fixed + below(states, k, m - 1 - fixed)
-        last = min(m - 1, first + 1 + below(states, k, longest - 1))
+            first = fixed + random_below(states, k, m - 1 - fixed)
+        last = min(m - 1, first + 1 + random_below(states, k, longest - 1))
         if not may_invert(layers, order, place, first, last):
             continue
         while first < last:
@@ -166,7 +168,7 @@ def invert_runs(
 
 
 @kernel
-def steps_apart(order: NDArray, place: NDArray) -> int:
+def count_different_steps(order: NDArray, place: NDArray) -> int:
     """Count the steps of an order, int32[m], that are missing in a second order.
 
     `place`, int32[m], contains the position of each cluster in the second order.

@@ -10,8 +10,8 @@ import math
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
-from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels import inner_kernel, kernel
+from leafcut.kernels.cost import CostModel, node_travel_cost
 
 
 @kernel
@@ -23,7 +23,7 @@ def fill_nearness(cost: CostModel, candidates: NDArray, weight: float, offset: f
     for i in range(candidates.shape[0]):
         for c in range(candidates.shape[1]):
             j = candidates[i, c]
-            nearness[i, c] = (1.0 / (travel(cost, i, j) + offset)) ** weight if j >= 0 else 0.0
+            nearness[i, c] = (1.0 / (node_travel_cost(cost, i, j) + offset)) ** weight if j >= 0 else 0.0
 
 
 @kernel
@@ -66,7 +66,7 @@ def deposit(
                 pheromone[b, c] = min(highest, kept * pheromone[b, c] + amount)
 
 
-@part
+@inner_kernel
 def decay_edge(
     pheromone: NDArray,
     nearness: NDArray,

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
-from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels import inner_kernel, kernel
+from leafcut.kernels.cost import CostModel, node_travel_cost
 from leafcut.kernels.lin_kernighan import push_to_queue
 
 #: Binary logarithm of the number of positions that share an entry of `Route.shift`.
@@ -114,16 +114,16 @@ class Rules(NamedTuple):
     backward: Lists
 
 
-@part
+@inner_kernel
 def leg_cost(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
     """Compute the cost of travel from node u to node v, or from v to u if s = -1."""
     if s > 0:
-        return travel(cost, route.leave[u], route.enter[v])
-    return travel(cost, route.leave[v], route.enter[u])
+        return node_travel_cost(cost, route.leave[u], route.enter[v])
+    return node_travel_cost(cost, route.leave[v], route.enter[u])
 
 
-@part
-def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
+@inner_kernel
+def update_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
     """Update bias and shift after the nodes at positions low … high have changed. Changes: bias, shift."""
     node, bias, shift, n = route.node, route.bias, route.shift, len(route.node)
     value = bias[low - 1] + shift[(low - 1) >> BLOCK] if low > 0 else 0.0
@@ -147,11 +147,11 @@ def recompute_bias(cost: CostModel, route: Route) -> None:
     """Recompute bias from scratch, because incremental updates accumulate rounding errors. Changes: bias, shift."""
     if route.flags[TWISTED] == 1:
         route.shift[:] = 0.0
-        set_bias(cost, route, 0, len(route.node) - 1)
+        update_bias(cost, route, 0, len(route.node) - 1)
 
 
-@part
-def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: bool, b: bool, c: bool) -> bool:
+@inner_kernel
+def keeps_precedence(route: Route, rules: Rules, p: int, q: int, r: int, swapped: bool, b: bool, c: bool) -> bool:
     """Check whether the path would still satisfy the precedence after an exchange.
 
     `swapped` means that the exchange swaps the pieces. `b` and `c` mean that it reverses piece B or C.
@@ -179,7 +179,7 @@ def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: boo
     return True
 
 
-@part
+@inner_kernel
 def log_exchange(route: Route, p: int, r: int) -> bool:
     """Write the nodes at positions p + 1 … r to the log, and return whether the log had space for them.
 
@@ -199,7 +199,7 @@ def log_exchange(route: Route, p: int, r: int) -> bool:
     return True
 
 
-@part
+@inner_kernel
 def make_exchange(cost: CostModel, route: Route) -> bool:
     """Make the exchange in `move`, log the overwritten entries, and queue the nodes at the cuts.
 
@@ -221,7 +221,7 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
         node[p + 1 + k] = buffer[k]
         place[buffer[k]] = p + 1 + k
     if route.flags[TWISTED] == 1:
-        set_bias(cost, route, p + 1, r)
+        update_bias(cost, route, p + 1, r)
     middle = p + (r - q if move[SWAPPED] == 1 else q - p)
     for cut in (p, middle, r):
         push_to_queue(route, node[cut])
@@ -229,7 +229,7 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
     return True
 
 
-@part
+@inner_kernel
 def visit_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
     """Compute the cost of visiting node v by the option with entry row `row`.
 
@@ -237,12 +237,15 @@ def visit_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) ->
     """
     index = route.place[v]
     u, w = route.node[index - 1], route.node[index + 1 if index + 1 < len(route.node) else 0]
-    arrival, departure = travel(cost, route.leave[u], row), travel(cost, row + rules.beyond[0], route.enter[w])
+    arrival, departure = (
+        node_travel_cost(cost, route.leave[u], row),
+        node_travel_cost(cost, row + rules.beyond[0], route.enter[w]),
+    )
     return float(rules.service[row] + arrival + departure)
 
 
-@part
-def take_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> bool:
+@inner_kernel
+def switch_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> bool:
     """Switch node v to the option with entry row `row`, log the previous option, and queue v and its neighbours.
 
     Returns whether the log had enough space. Changes: enter, leave, bias, shift, queue, queued, counts, log.
@@ -256,18 +259,18 @@ def take_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -
         route.counts[2] = top + 3
     route.enter[v], route.leave[v] = row, row + rules.beyond[0]
     if route.flags[TWISTED] == 1:
-        set_bias(cost, route, at, at)
+        update_bias(cost, route, at, at)
     push_to_queue(route, v)
     push_to_queue(route, route.node[at - 1])
     push_to_queue(route, route.node[at + 1 if at + 1 < len(route.node) else 0])
     return True
 
 
-@part
-def choose_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain: float) -> float:
+@inner_kernel
+def switch_to_best_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain: float) -> float:
     """Switch node v to the option that is best between its neighbours, if the gain exceeds `min_gain`.
 
-    Returns the gain, or 0 if the option stays the same. Changes: see `take_option`.
+    Returns the gain, or 0 if the option stays the same. Changes: see `switch_option`.
     """
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]
     if stop - start < 2:
@@ -279,12 +282,12 @@ def choose_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain:
         total = visit_cost(cost, route, rules, v, rules.way[e])
         if total < best_cost:
             best, best_cost = rules.way[e], total
-    if best == route.enter[v] or not take_option(cost, route, rules, v, best):
+    if best == route.enter[v] or not switch_option(cost, route, rules, v, best):
         return 0.0
     return float(current - best_cost)
 
 
-@part
+@inner_kernel
 def undo_exchanges(cost: CostModel, route: Route, rules: Rules) -> None:
     """Undo all changes in the log, most recent first, and empty the log.
 
@@ -305,7 +308,7 @@ def undo_exchanges(cost: CostModel, route: Route, rules: Rules) -> None:
                 route.node[p + 1 + k] = log[top + k]
                 route.place[log[top + k]] = p + 1 + k
         if route.flags[TWISTED] == 1:
-            set_bias(cost, route, p + 1, r)
+            update_bias(cost, route, p + 1, r)
     route.counts[2] = 0
 
 

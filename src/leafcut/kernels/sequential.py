@@ -22,10 +22,10 @@ import math
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import constant, kernel, part
+from leafcut.kernels import inner_kernel, kernel, typed_constant
 from leafcut.kernels.cost import CostModel
 from leafcut.kernels.lin_kernighan import pop_from_queue, push_to_queue
-from leafcut.kernels.random import below, uniform
+from leafcut.kernels.random import random_below, random_uniform
 from leafcut.kernels.route import (
     BLOCK,
     RING,
@@ -39,12 +39,12 @@ from leafcut.kernels.route import (
     R,
     Route,
     Rules,
-    choose_option,
-    keeps_order,
+    keeps_precedence,
     leg_cost,
     make_exchange,
     recompute_bias,
-    take_option,
+    switch_option,
+    switch_to_best_option,
     undo_exchanges,
     visit_cost,
 )
@@ -61,20 +61,20 @@ OPTION_SHARE = 0.3
 MOST_AT_ONCE = 3
 
 #: Search for an exchange at most this many times after a kick.
-MOST_SEARCHES = constant(10_000)
+MOST_SEARCHES = typed_constant(10_000)
 
 #: Values for the flags of an exchange.
-YES, NO = constant(True), constant(False)
+YES, NO = typed_constant(True), typed_constant(False)
 
 
-@part
+@inner_kernel
 def coordinate_of(route: Route, v: int, s: int) -> int:
     """Return the coordinate of node v: its distance from the anchor in direction s, 0 … n - 1."""
     at = route.place[v]
     return int(at if s > 0 or at == 0 else len(route.place) - at)
 
 
-@part
+@inner_kernel
 def node_at(route: Route, x: int, s: int) -> int:
     """Return the node at coordinate x = 0 … n in direction s. Coordinate n is the anchor again."""
     n = len(route.node)
@@ -83,7 +83,7 @@ def node_at(route: Route, x: int, s: int) -> int:
     return int(route.node[x if s > 0 else n - x])
 
 
-@part
+@inner_kernel
 def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
     """Compute how much the cost inside the piece at coordinates x … y grows when the piece is reversed."""
     if route.flags[TWISTED] == 0:
@@ -93,7 +93,7 @@ def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
     return float(bias[b] + shift[b >> BLOCK] - bias[a] - shift[a >> BLOCK])
 
 
-@part
+@inner_kernel
 def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, v: int, s: int) -> float:
     """Return the cost of travel from u to v. It is the candidate's `listed` cost, unless nodes have several options."""
     if len(rules.way) <= len(route.node):
@@ -101,7 +101,7 @@ def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u:
     return leg_cost(cost, route, u, v, s)
 
 
-@part
+@inner_kernel
 def record_exchange(
     route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool
 ) -> bool:
@@ -115,19 +115,19 @@ def record_exchange(
     else:
         p, q, r = n - 1 - z, n - 1 - y, n - 1 - x
         b, c = c, b
-    if r - p > capacity or not keeps_order(route, rules, p, q, r, swapped, b, c):
+    if r - p > capacity or not keeps_precedence(route, rules, p, q, r, swapped, b, c):
         # On a ring, A C B with empty D equals B A C, which is a different order with respect to precedence.
         if not (route.flags[RING] == 1 and swapped and r == n - 1) or b or c:
             return False
         p, q, r = -1, p, q
-        if r - p > capacity or not keeps_order(route, rules, p, q, r, YES, NO, NO):
+        if r - p > capacity or not keeps_precedence(route, rules, p, q, r, YES, NO, NO):
             return False
     move[P], move[Q], move[R] = p, q, r
     move[SWAPPED], move[TURNED_B], move[TURNED_C] = swapped, b, c
     return True
 
 
-@part
+@inner_kernel
 def search_cut_before(
     cost: CostModel,
     route: Route,
@@ -189,7 +189,7 @@ def search_cut_before(
     return 0.0
 
 
-@part
+@inner_kernel
 def search_cut_after(
     cost: CostModel,
     route: Route,
@@ -246,7 +246,7 @@ def search_cut_after(
     return 0.0
 
 
-@part
+@inner_kernel
 def find_exchange(
     cost: CostModel,
     route: Route,
@@ -305,7 +305,7 @@ def improve_route(
         v = pop_from_queue(route)
         while True:
             max_searches -= 1
-            gain = choose_option(cost, route, rules, v, min_gain)
+            gain = switch_to_best_option(cost, route, rules, v, min_gain)
             if gain <= 0.0:
                 # Numba compiles a version for each constant direction. A common version would be a third slower.
                 gain = find_exchange(cost, route, rules, rules.onward, breadth, min_gain, 1, v)
@@ -321,7 +321,7 @@ def improve_route(
     return total
 
 
-@part
+@inner_kernel
 def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
     """Swap two adjacent pieces at a random position that precedence allows, and return the added cost.
 
@@ -331,12 +331,12 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k:
     first = -1 if route.flags[RING] == 1 else 0
     for draw in range(DRAWS):
         max_length = max(1, LONGEST_PIECE >> (draw // 2))
-        p = first + below(states, k, n - 2 - first)
-        q = p + 1 + below(states, k, min(max_length, n - 2 - p))
-        r = q + 1 + below(states, k, min(max_length, n - 1 - q))
+        p = first + random_below(states, k, n - 2 - first)
+        q = p + 1 + random_below(states, k, min(max_length, n - 2 - p))
+        r = q + 1 + random_below(states, k, min(max_length, n - 1 - q))
         if (p < 0 and r == n - 1) or r - p > len(route.buffer):
             continue
-        if not keeps_order(route, rules, p, q, r, YES, NO, NO):
+        if not keeps_precedence(route, rules, p, q, r, YES, NO, NO):
             continue
         move[P], move[Q], move[R], move[SWAPPED], move[TURNED_B], move[TURNED_C] = p, q, r, 1, 0, 0
         a, b, c, d, e = node[p], node[p + 1], node[q], node[q + 1], node[r]
@@ -347,24 +347,24 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k:
     return 0.0
 
 
-@part
+@inner_kernel
 def change_option(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
     """Switch a random node to a random option, and return the added cost. Changes: route, states[k]."""
-    v = below(states, k, len(route.node))
+    v = random_below(states, k, len(route.node))
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]
     if stop - start < 2:
         return 0.0
-    row = rules.way[start + below(states, k, stop - start)]
+    row = rules.way[start + random_below(states, k, stop - start)]
     added = visit_cost(cost, route, rules, v, row) - visit_cost(cost, route, rules, v, route.enter[v])
-    return added if take_option(cost, route, rules, v, row) else 0.0
+    return added if switch_option(cost, route, rules, v, row) else 0.0
 
 
-@part
+@inner_kernel
 def kick(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int, times: int) -> float:
     """Change the path at `times` random positions, and return the added cost. Changes: route, states[k]."""
     added = 0.0
     for _ in range(times):
-        if len(rules.way) > len(route.node) and uniform(states, k) < OPTION_SHARE:
+        if len(rules.way) > len(route.node) and random_uniform(states, k) < OPTION_SHARE:
             added += change_option(cost, route, rules, states, k)
         else:
             added += swap_pieces(cost, route, rules, states, k)
@@ -393,10 +393,10 @@ def kick_route(
     recompute_bias(cost, route)
     for _ in range(kicks):
         route.counts[2], route.counts[3] = 0, 0
-        times = 1 + below(states, k, MOST_AT_ONCE) if heat > 0.0 else 1
+        times = 1 + random_below(states, k, MOST_AT_ONCE) if heat > 0.0 else 1
         added = kick(cost, route, rules, states, k, times)
         gained = improve_route(cost, route, rules, breadth, min_gain, MOST_SEARCHES) - added
-        allowed = heat * math.log(1.0 - uniform(states, k)) if heat > 0.0 else -min_gain
+        allowed = heat * math.log(1.0 - random_uniform(states, k)) if heat > 0.0 else -min_gain
         if route.counts[3] == 1 or route.counts[1] > 0 or gained < allowed:
             while route.counts[1] > 0:
                 pop_from_queue(route)

@@ -11,14 +11,14 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
-from leafcut.kernels.cost import EXPLICIT, CostModel, distance, travel
-from leafcut.kernels.neighbours import Tree, squared_gap
+from leafcut.kernels import inner_kernel, kernel
+from leafcut.kernels.cost import EXPLICIT, CostModel, metric_distance, node_travel_cost
+from leafcut.kernels.neighbours import Tree, squared_distance_to_box
 from leafcut.kernels.one_tree import Graph
 
 
 @kernel
-def dense_tree(
+def build_dense_spanning_tree(
     cost: CostModel,
     penalty: NDArray,
     excluded: int,
@@ -46,7 +46,7 @@ def dense_tree(
         nearest = 0
         for s in range(size):
             # For a matrix, a lookup is enough, because tied and free edges end at the hub.
-            d = cost.matrix[i, outside[s]] if cost.code == EXPLICIT else travel(cost, i, outside[s])
+            d = cost.matrix[i, outside[s]] if cost.code == EXPLICIT else node_travel_cost(cost, i, outside[s])
             c = d + (penalty[i] + penalty[outside[s]])
             if c <= key[s]:
                 key[s], near[s] = c, i
@@ -138,19 +138,23 @@ def find_leaving_edges_in_tree(
                 continue
             dx = max(box[box_node, 0] - x, x - box[box_node, 2], 0.0)
             dy = max(box[box_node, 1] - y, y - box[box_node, 3], 0.0)
-            c = distance(cost.code, dx, dy, 0.0, 0.0, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
+            c = metric_distance(cost.code, dx, dy, 0.0, 0.0, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
             if c + (penalty[i] + min_penalty[box_node]) >= reach[i]:
                 continue
             right = tree.child[box_node] + 1
             if right > 0:
                 # The nearer box is visited first, because its result lowers the limit for the other box.
-                second = 0 if squared_gap(box, right, x, y) < squared_gap(box, right - 1, x, y) else 1
+                second = (
+                    0
+                    if squared_distance_to_box(box, right, x, y) < squared_distance_to_box(box, right - 1, x, y)
+                    else 1
+                )
                 stack[height], stack[height + 1] = right - 1 + second, right - second
                 height += 2
                 continue
             for j in range(tree.begin[box_node], tree.stop[box_node]):
                 if j != excluded and part[j] != own:
-                    c = travel(cost, i, j) + (penalty[i] + penalty[j])
+                    c = node_travel_cost(cost, i, j) + (penalty[i] + penalty[j])
                     if c < reach[i]:
                         reach[i], nearest[i] = c, j
             visits += tree.stop[box_node] - tree.begin[box_node]
@@ -161,8 +165,8 @@ def find_leaving_edges_in_tree(
     return visits
 
 
-@part
-def _root(up: NDArray, i: int) -> int:
+@inner_kernel
+def _find_part_of_node(up: NDArray, i: int) -> int:
     """Find the part that contains node i, and return its number. Changes: up (path compression)."""
     while up[i] != i:
         up[i] = up[up[i]]
@@ -182,11 +186,11 @@ def join_parts(excluded: int, parts: ForestParts, a: NDArray, b: NDArray, count:
     up, part = parts.up, parts.part
     for i in range(len(up)):
         if part[i] == i and i != excluded and parts.best[i] < math.inf:
-            u, v = _root(up, parts.leave[i]), _root(up, parts.arrive[i])
+            u, v = _find_part_of_node(up, parts.leave[i]), _find_part_of_node(up, parts.arrive[i])
             if u != v:
                 up[u] = v
                 a[count], b[count] = parts.leave[i], parts.arrive[i]
                 count += 1
     for i in range(len(up)):
-        part[i] = _root(up, i)
+        part[i] = _find_part_of_node(up, i)
     return count

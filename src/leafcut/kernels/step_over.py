@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 from leafcut.kernels.bands import Bands, band_at, first_right_of
 
 #: Half of the side length of the search box around a disc's centre, as a multiple of the reach. It includes a margin
@@ -25,8 +25,8 @@ class Reaches(NamedTuple):
     most: float
 
 
-@part
-def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
+@inner_kernel
+def smallest_touching_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
     """Compute the radius of the smallest disc that touches the tangent at (x, y) and also another point."""
     smallest, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
@@ -41,7 +41,7 @@ def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach:
     return smallest
 
 
-@part
+@inner_kernel
 def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float, largest: float) -> int:
     """Return the index of the point highest above the tangent whose disc has at most the radius `largest`.
 
@@ -96,7 +96,7 @@ def find_neighbours(
     for i in range(len(x)):
         reach, previous = reaches.least, 0.0
         while reach > previous:
-            smallest = smallest_disc(bands, x[i], y[i], nx[i], ny[i], reach)
+            smallest = smallest_touching_disc(bands, x[i], y[i], nx[i], ny[i], reach)
             if smallest < math.inf:
                 index = highest_touched(bands, x[i], y[i], nx[i], ny[i], reach, smallest * (1.0 + equal))
                 dx, dy = bands.x[index] - x[i], bands.y[index] - y[i]

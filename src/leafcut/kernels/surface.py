@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 
 #: If a cell's centre is outside a triangle by no more than this relative distance, it counts as on the edge.
 _ON_EDGE = 1e-6
 
 
-@part
-def _highest_in_column(
+@inner_kernel
+def _highest_on_edge_in_box(
     x0: float, y0: float, z0: float, x1: float, y1: float, z1: float, left: float, right: float, low: float, high: float
 ) -> float:
     """Return the maximum height of an edge within a rectangle, or −∞ if the edge is outside (Liang–Barsky clipping)."""
@@ -38,7 +38,7 @@ def _highest_in_column(
 
 
 @kernel
-def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heights: NDArray) -> None:
+def raise_cells_to_maximum(triangles: NDArray, x: float, y: float, cell: float, heights: NDArray) -> None:
     """Raise each cell to the maximum height of the triangles in it.
 
     Within a cell, a triangle is highest either at a cell corner that lies below the triangle or on an edge of the
@@ -70,9 +70,9 @@ def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heigh
                 if heights[r, c] >= top:
                     continue
                 left, right = x + c * cell, x + (c + 1) * cell
-                best = _highest_in_column(ax, ay, az, bx, by, bz, left, right, low, high)
-                best = max(best, _highest_in_column(bx, by, bz, cx, cy, cz, left, right, low, high))
-                best = max(best, _highest_in_column(cx, cy, cz, ax, ay, az, left, right, low, high))
+                best = _highest_on_edge_in_box(ax, ay, az, bx, by, bz, left, right, low, high)
+                best = max(best, _highest_on_edge_in_box(bx, by, bz, cx, cy, cz, left, right, low, high))
+                best = max(best, _highest_on_edge_in_box(cx, cy, cz, ax, ay, az, left, right, low, high))
                 if area != 0.0:
                     for corner in range(4):
                         px = left if corner % 2 == 0 else right
@@ -109,7 +109,7 @@ def maximum_within_reach(heights: NDArray, reach: NDArray, widest: NDArray) -> N
 
 
 @kernel
-def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: NDArray, under: NDArray) -> None:
+def mesh_heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: NDArray, under: NDArray) -> None:
     """Find the maximum and minimum height of the triangles at the given points. Vertical triangles are ignored.
 
     ========= ================ =====================================================
@@ -158,7 +158,7 @@ def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
 
 
 @kernel
-def raise_cell_middles(heights: NDArray, x: float, y: float, cell: float, triangles: NDArray) -> int:
+def raise_cells_at_centres(heights: NDArray, x: float, y: float, cell: float, triangles: NDArray) -> int:
     """Raise each cell to the highest triangle above its centre. Return the number of triangles that are not vertical.
 
     heights    float32[rows, columns]  height of the material, mm

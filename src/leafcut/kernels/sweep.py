@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import inner_kernel, kernel
 
 #: Newton's method finds the lowest point of a round corner on a slope. It stops when a step is smaller than _CLOSE,
 #: relative to the corner radius (the next step would be about the square of this value), or after _MOST_STEPS steps. A
@@ -47,7 +47,7 @@ class CellRows(NamedTuple):
     cell: float
 
 
-@part
+@inner_kernel
 def tool_surface_height(shape: ToolShape, r: float) -> float:
     """Return the height of the tool surface above the tool tip in mm, at a distance r ≤ radius from the axis."""
     if r <= shape.flat:
@@ -58,24 +58,24 @@ def tool_surface_height(shape: ToolShape, r: float) -> float:
     return shape.rise + shape.slope * (r - shape.reach)
 
 
-@part
-def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
+@inner_kernel
+def corner_rises_faster_than_path(shape: ToolShape, d: float, grade: float, w: float) -> bool:
     """Check whether the arc of the tool corner, at the offset w ≥ 0, rises at least as fast as the path falls.
 
-    d, grade  as in `lowest_offset`; the point is within the reach of the arc
+    d, grade  as in `deepest_cut_offset`; the point is within the reach of the arc
     """
     r2 = d * d + w * w
     out = math.sqrt(r2) - shape.flat
     return out * out * w * w >= grade * grade * r2 * (shape.corner * shape.corner - out * out)
 
 
-@part
-def lowest_distance(shape: ToolShape, d: float, grade: float, max_distance: float) -> float:
+@inner_kernel
+def deepest_cut_distance(shape: ToolShape, d: float, grade: float, max_distance: float) -> float:
     """Return the distance from the axis at which a tool corner cuts deepest.
 
     The point is at a distance d < reach from the path.
 
-    flat, corner > 0; grade  as in `lowest_offset`
+    flat, corner > 0; grade  as in `deepest_cut_offset`
     max_distance             upper bound of the result, mm
 
     With r² = d² + w², the arc rises along the path as fast as the path falls where
@@ -106,8 +106,8 @@ def lowest_distance(shape: ToolShape, d: float, grade: float, max_distance: floa
     return r
 
 
-@part
-def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, max_offset: float) -> float:
+@inner_kernel
+def deepest_cut_offset(shape: ToolShape, d: float, grade: float, min_offset: float, max_offset: float) -> float:
     """Return the offset towards the lower end of a path at which the tool cuts deepest, at a distance d from the path.
 
     d            distance of the point from the path of the tool, mm
@@ -127,18 +127,18 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, min_offset: float, m
         return inner
     if shape.flat <= 0.0:
         return grade * math.sqrt((shape.corner * shape.corner - d * d) / (1.0 + grade * grade))
-    if min_offset >= at_reach or (min_offset > inner and rises_at(shape, d, grade, min_offset)):
+    if min_offset >= at_reach or (min_offset > inner and corner_rises_faster_than_path(shape, d, grade, min_offset)):
         return min_offset
     farthest = shape.reach
     if max_offset < at_reach:
-        if not rises_at(shape, d, grade, max_offset):
+        if not corner_rises_faster_than_path(shape, d, grade, max_offset):
             return max_offset
         farthest = math.sqrt(d * d + max_offset * max_offset)
-    r = lowest_distance(shape, d, grade, farthest)
+    r = deepest_cut_distance(shape, d, grade, farthest)
     return math.sqrt(max(r * r - d * d, 0.0))
 
 
-@part
+@inner_kernel
 def covered_range_in_row(y: float, dx: float, dy: float, radius: float) -> tuple[float, float]:
     """Return the range in x that a disc moving from (0, 0) by (dx, dy) covers in the row at y.
 
@@ -165,21 +165,21 @@ def covered_range_in_row(y: float, dx: float, dy: float, radius: float) -> tuple
     return low, t * dx + math.sqrt(max(radius * radius - v * v, 0.0))
 
 
-@part
-def rows_under(y: float, dy: float, radius: float, first: int, last: int, cell: float) -> tuple[int, int]:
+@inner_kernel
+def rows_in_reach(y: float, dy: float, radius: float, first: int, last: int, cell: float) -> tuple[int, int]:
     """Return the first and the last row within first … last − 1 that a disc reaches while moving from y by dy."""
     low, high = min(y, y + dy) - radius, max(y, y + dy) + radius
     return max(first, math.ceil(low / cell)), min(last - 1, math.floor(high / cell))
 
 
-@part
-def columns_under(low: float, high: float, columns: int, cell: float) -> tuple[int, int]:
+@inner_kernel
+def columns_in_range(low: float, high: float, columns: int, cell: float) -> tuple[int, int]:
     """Return the first and the last column whose centres lie within low … high. The limits themselves are included."""
     return max(0, math.ceil(low / cell - 1e-9)), min(columns - 1, math.floor(high / cell + 1e-9))
 
 
-@part
-def lowest_height(
+@inner_kernel
+def lowest_tool_height(
     shape: ToolShape, margin: float, along: float, d: float, length: float, grade: float, bound_limit: float
 ) -> float:
     """Compute the lowest height of a tool above a point under its path, relative to the start of the tip, mm.
@@ -202,14 +202,14 @@ def lowest_height(
         edge = shape.radius - margin
         max_offset = math.sqrt(max(edge * edge - d * d, 0.0))
         if grade > 0.0:
-            w = -min(lowest_offset(shape, abs(d), grade, along - length, min(max_offset, along)), max_offset)
+            w = -min(deepest_cut_offset(shape, abs(d), grade, along - length, min(max_offset, along)), max_offset)
         else:
-            w = min(lowest_offset(shape, abs(d), -grade, -along, min(max_offset, length - along)), max_offset)
+            w = min(deepest_cut_offset(shape, abs(d), -grade, -along, min(max_offset, length - along)), max_offset)
         w = min(max(w, -along), length - along)
     return grade * (along + w) + tool_surface_height(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
 
 
-@part
+@inner_kernel
 def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
     """Compute how far material reaches above the surface of a tool along its path, in mm.
 
@@ -223,13 +223,13 @@ def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: 
     ux, uy = (dx / length, dy / length) if length > 1e-9 else (1.0, 0.0)
     radius = shape.radius + margin
     highest = -math.inf
-    row_low, row_high = rows_under(ya, dy, radius, rows.first, rows.last, rows.cell)
+    row_low, row_high = rows_in_reach(ya, dy, radius, rows.first, rows.last, rows.cell)
     for row in range(row_low, row_high + 1):
         y = row * rows.cell - ya
         low, high = covered_range_in_row(y, dx, dy, radius)
         if low > high:
             continue
-        column_low, column_high = columns_under(low + xa, high + xa, rows.heights.shape[1], rows.cell)
+        column_low, column_high = columns_in_range(low + xa, high + xa, rows.heights.shape[1], rows.cell)
         for column in range(column_low, column_high + 1):
             h = float(rows.heights[row, column]) - z_low
             if h <= highest:
@@ -242,8 +242,8 @@ def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: 
     return highest
 
 
-@part
-def body_depth(
+@inner_kernel
+def body_collision_depth(
     rows: CellRows, radius: float, body: ToolShape, above: float, move: NDArray, film: float
 ) -> tuple[float, float]:
     """Compute how deep a body above the flutes enters material during a move, in mm, and how many cells it affects.
@@ -269,13 +269,13 @@ def body_depth(
         ux, uy, grade = dx / length, dy / length, dz / length
     # The tool contacts the material ahead at its own edge.
     search_radius = max(inner_radius, radius)
-    row_low, row_high = rows_under(ya, dy, search_radius, rows.first, rows.last, rows.cell)
+    row_low, row_high = rows_in_reach(ya, dy, search_radius, rows.first, rows.last, rows.cell)
     for row in range(row_low, row_high + 1):
         y = row * rows.cell - ya
         low, high = covered_range_in_row(y, dx, dy, search_radius)
         if low > high:
             continue
-        column_low, column_high = columns_under(low + xa, high + xa, rows.heights.shape[1], rows.cell)
+        column_low, column_high = columns_in_range(low + xa, high + xa, rows.heights.shape[1], rows.cell)
         for column in range(column_low, column_high + 1):
             h = float(rows.heights[row, column])
             if h <= lowest + film:
@@ -291,18 +291,18 @@ def body_depth(
                 beyond = max(-along, along - length, 0.0)
                 if beyond * beyond + d * d > inner_radius * inner_radius:
                     continue
-            depth = h - za - lowest_height(body, rows.cell, along, d, until, grade, h - za)
+            depth = h - za - lowest_tool_height(body, rows.cell, along, d, until, grade, h - za)
             if depth > film:
                 deepest = max(deepest, depth)
                 cells += 1.0
     return deepest, cells
 
 
-@part
-def meet_bodies(
+@inner_kernel
+def measure_body_collision(
     rows: CellRows, shape: ToolShape, move: NDArray, film: float, top: float, bodies: NDArray, result: NDArray
 ) -> None:
-    """Check whether a body above the flutes hits material during a move (see `sweep`).
+    """Check whether a body above the flutes hits material during a move (see `cut_moves`).
 
     Changes: result[6], result[7], result[8].
     """
@@ -311,7 +311,7 @@ def meet_bodies(
         if min(move[2], move[5]) + above >= top:
             continue
         body = ToolShape(bodies[b, 0], bodies[b, 1], bodies[b, 2], bodies[b, 3], bodies[b, 4], bodies[b, 5])
-        deepest, cells = body_depth(rows, shape.radius, body, above, move, film)
+        deepest, cells = body_collision_depth(rows, shape.radius, body, above, move, film)
         column = 6 if bodies[b, 7] == 0.0 else 7
         result[column] = max(result[column], deepest)
         if column == 6 and body.radius - rows.cell <= shape.radius:
@@ -321,7 +321,7 @@ def meet_bodies(
 
 
 @kernel
-def sweep(
+def cut_moves(
     rows: CellRows,
     shape: ToolShape,
     moves: NDArray,
@@ -361,7 +361,7 @@ def sweep(
         if margin >= 0.0:
             result[k, 5] = material_over_tool(rows, shape, moves[i], margin)
         if len(bodies):
-            meet_bodies(rows, shape, moves[i], film, top, bodies, result[k])
+            measure_body_collision(rows, shape, moves[i], film, top, bodies, result[k])
         xa, ya, za = moves[i, 0] - rows.x, moves[i, 1] - rows.y, moves[i, 2]
         dx, dy, dz = moves[i, 3] - moves[i, 0], moves[i, 4] - moves[i, 1], moves[i, 5] - za
         length = math.sqrt(dx * dx + dy * dy)
@@ -375,13 +375,13 @@ def sweep(
             ux, uy, grade = dx / length, dy / length, dz / length
         z_start = z_low if length == 0.0 else za
         level = grade == 0.0 and shape.flat >= shape.radius
-        row_low, row_high = rows_under(ya, dy, radius, rows.first, rows.last, rows.cell)
+        row_low, row_high = rows_in_reach(ya, dy, radius, rows.first, rows.last, rows.cell)
         for row in range(row_low, row_high + 1):
             y = row * rows.cell - ya
             low, high = covered_range_in_row(y, dx, dy, radius)
             if low > high:
                 continue
-            column_low, column_high = columns_under(low + xa, high + xa, rows.heights.shape[1], rows.cell)
+            column_low, column_high = columns_in_range(low + xa, high + xa, rows.heights.shape[1], rows.cell)
             for column in range(column_low, column_high + 1):
                 h = float(rows.heights[row, column])
                 if h <= z_low:
@@ -390,7 +390,7 @@ def sweep(
                 d = y * ux - x * uy
                 z = z_low
                 if not level:
-                    z = z_start + lowest_height(shape, inset[i], x * ux + y * uy, d, length, grade, h - z_start)
+                    z = z_start + lowest_tool_height(shape, inset[i], x * ux + y * uy, d, length, grade, h - z_start)
                 if z < h:
                     rows.heights[row, column] = z
                     if inset[i] > 0.0 and len(rows.lowered):

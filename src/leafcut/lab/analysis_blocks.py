@@ -541,7 +541,7 @@ def _pareto_block(results: Results, analysis: Analysis, response: Response) -> R
 
 def _firefly_attraction_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     """Plot the attractiveness β against the distance r between two fireflies, as in figure 3 of the paper."""
-    flight = Flight.of(FireflyOptions(attractiveness=_PLOTTED_BETA), limited=True)
+    flight = Flight.from_options(FireflyOptions(attractiveness=_PLOTTED_BETA), limited=True)
     series = {
         f"γ = {gamma:.3f}": [
             (10.0 * apart / _PLACES, replace(flight, absorption=gamma).attraction(apart, _PLACES))

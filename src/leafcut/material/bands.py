@@ -22,7 +22,7 @@ def sort_into_bands(points: Floats, side: float) -> Bands:
     return Bands(x[order], y[order], order, first, low, side)
 
 
-def segments_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
+def segment_point_pairs_within(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
     """Find all pairs of a segment and a point whose distance is within the limit of the point.
 
     Parameters

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
-from leafcut.material.cutting_force import feed_ratio, mean_chip, milling_power, ramp_power
+from leafcut.material.cutting_force import feed_ratio_for_power, mean_chip_thickness, milling_power, ramp_power
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -60,7 +60,7 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
     if limits.material is not None:
         power = cutting_power(engaged, feed, limits)
         overloaded = power > limits.power
-        feed[overloaded] *= feed_ratio(limits.material, limits.power / power[overloaded])
+        feed[overloaded] *= feed_ratio_for_power(limits.material, limits.power / power[overloaded])
     return np.asarray(feed)
 
 
@@ -83,7 +83,7 @@ def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: fl
     teeth_by_time = limits.rpm * limits.teeth / SECONDS_PER_MINUTE
     side = limits.diameter * max(depth, limits.depth) * across
     end = 0.25 * math.pi * limits.diameter**2 * sink_rate
-    chip = mean_chip(across / teeth_by_time, limits.diameter, limits.diameter)
+    chip = mean_chip_thickness(across / teeth_by_time, limits.diameter, limits.diameter)
     return float(ramp_power(limits.material, side, end, chip, sink_rate / teeth_by_time))
 
 
@@ -102,7 +102,7 @@ def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
 
 def plunge_feed(limits: FeedLimits, feed: float) -> float:
     """Return the plunge feed of a mill, mm/s. This is `feed`, or less if `feed` exceeds the power limit."""
-    return _within_power(limits, feed, power_on_plunge(limits, feed))
+    return _limit_feed_by_power(limits, feed, power_on_plunge(limits, feed))
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
@@ -112,17 +112,17 @@ def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> fl
     as on a flat ramp.
     """
     power = power_on_ramp(limits, feed * math.cos(angle), feed * math.sin(angle), depth) / math.cos(angle)
-    return _within_power(limits, feed, power)
+    return _limit_feed_by_power(limits, feed, power)
 
 
-def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
+def _limit_feed_by_power(limits: FeedLimits, feed: float, power: float) -> float:
     """Reduce `feed` if the `power` that it needs, W, exceeds the limit."""
     if limits.material is None or power <= limits.power:
         return feed
-    return float(feed * feed_ratio(limits.material, limits.power / power))
+    return float(feed * feed_ratio_for_power(limits.material, limits.power / power))
 
 
-def minimum_around(values: Floats, length: Floats, reach: float) -> Floats:
+def sliding_minimum_along_path(values: Floats, length: Floats, reach: float) -> Floats:
     """Return the minimum of the values within `reach` mm before and after each segment of a path.
 
     A feed that depends on these values is reduced both before and after the critical position. `length` contains the

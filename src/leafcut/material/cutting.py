@@ -74,7 +74,7 @@ class Removed(NamedTuple):
         return self.area > 0
 
 
-def cut(
+def simulate_cutting(
     field: HeightField,
     moves: StraightMoves,
     cutters: Mapping[int, Cutter],
@@ -118,21 +118,21 @@ def cut(
     inset = np.where(moves.rapid, RAPID_INSET * field.cell, 0.0)
     wider = -1.0 if margin is None else margin
     lowered_heights = np.empty((0, 0), dtype=np.float32) if lowered is None else lowered.heights
-    shapes = {number: ToolShape(*_shape_of_cutter(cutter)) for number, cutter in cutters.items()}
-    body_rows = {number: _body_part_rows(parts) for number, parts in (bodies or {}).items()}
+    shapes = {number: ToolShape(*_cutter_as_tuple(cutter)) for number, cutter in cutters.items()}
+    body_rows = {number: _body_parts_as_array(parts) for number, parts in (bodies or {}).items()}
     no_body, top = np.zeros((0, 8)), float(field.heights.max(initial=-math.inf)) - FILM
     strips = [
         CellRows(field.heights, lowered_heights, first, last, field.x, field.y, field.cell)
         for first, last in pairwise(edges.tolist())
     ]
     with ThreadPoolExecutor(max(threads, 1)) as pool:
-        for start, end, tool in _tool_runs(moves.tool):
+        for start, end, tool in _split_by_tool(moves.tool):
             check_cancelled()
             shape, body, y = shapes[tool], body_rows.get(tool, no_body), moves.ends[start:end, 1::3]
             half_width = max(shape.radius + max(wider, 0.0), float(body[:, 0].max(initial=0.0)))
             low, high = np.minimum(y[:, 0], y[:, 1]) - half_width, np.maximum(y[:, 0], y[:, 1]) + half_width
             run = _ToolRun(start, low, high, shape, body)
-            sweep_strip = partial(_sweep_strip, run, ends=moves.ends, inset=inset, margin=wider, top=top)
+            sweep_strip = partial(_cut_strip, run, ends=moves.ends, inset=inset, margin=wider, top=top)
             for selected, result in pool.map(sweep_strip, strips):
                 table[selected, :2] += result[:, :2]
                 table[selected, 3] = np.minimum(table[selected, 3], result[:, 3])
@@ -158,7 +158,7 @@ def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats
     }
 
 
-def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
+def relative_chip_thickness(removed: Removed, radius: Floats, cell: float) -> Floats:
     """Return the maximum chip thickness of each move as a share of the feed per tooth, or 0 without a cut.
 
     Consider a tool with radius R. At a distance d from its path, the chip thickness is √(1 − (d/R)²) times the feed per
@@ -201,20 +201,20 @@ class _ToolRun(NamedTuple):
     bodies: Floats
 
 
-def _sweep_strip(
+def _cut_strip(
     run: _ToolRun, rows: CellRows, *, ends: Floats, inset: Floats, margin: float, top: float
 ) -> tuple[NDArray[np.int64], Floats]:
-    from leafcut.kernels.sweep import sweep
+    from leafcut.kernels.sweep import cut_moves
 
     middle = rows.y + 0.5 * (rows.first + rows.last - 1) * rows.cell
     half_height = 0.5 * (rows.last - rows.first) * rows.cell
     selected = run.first + np.flatnonzero((run.low <= middle + half_height) & (run.high >= middle - half_height))
     result = np.empty((len(selected), 9))
-    sweep(rows, run.shape, ends, selected, inset, margin, FILM, top, run.bodies, result)
+    cut_moves(rows, run.shape, ends, selected, inset, margin, FILM, top, run.bodies, result)
     return selected, result
 
 
-def _body_part_rows(parts: Sequence[BodyPart]) -> Floats:
+def _body_parts_as_array(parts: Sequence[BodyPart]) -> Floats:
     rows = [
         (
             part.radius,
@@ -249,12 +249,12 @@ def _shank_collides(
     return colliding
 
 
-def _shape_of_cutter(cutter: Cutter) -> tuple[float, ...]:
+def _cutter_as_tuple(cutter: Cutter) -> tuple[float, ...]:
     slope = 0.0 if math.isinf(cutter.slope) else cutter.slope
     return (cutter.radius, cutter.flat, cutter.corner, *cutter.tangent, slope)
 
 
-def _tool_runs(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
+def _split_by_tool(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
     """Yield runs of moves with the same tool as (start, end, tool). Long runs are divided."""
     if not len(tool):
         return

@@ -34,7 +34,7 @@ DRIVE_EFFICIENCY = 0.75
 _WATT = 0.001
 
 
-def mean_chip(feed_per_tooth: Floats | float, width: Floats | float, diameter: float) -> Floats:
+def mean_chip_thickness(feed_per_tooth: Floats | float, width: Floats | float, diameter: float) -> Floats:
     """Return the mean chip thickness hm of a one-sided milling cut, mm.
 
     A tooth is engaged over the angle φ, where cos φ = 1 − 2 ae/D. The mean of f_z sin φ is hm = f_z (1 − cos φ) / φ
@@ -56,7 +56,7 @@ def milling_power(material: WorkMaterial, rate: Floats | float, chip: Floats | f
     return np.asarray(_WATT * np.asarray(rate) * specific_force(material, chip))
 
 
-def feed_ratio(material: WorkMaterial, power_ratio: Floats | float) -> Floats:
+def feed_ratio_for_power(material: WorkMaterial, power_ratio: Floats | float) -> Floats:
     """Return the factor by which the feed changes when the power of a cut changes by `power_ratio`.
 
     The power is proportional to f^(1 − mc), because kc is proportional to h^−mc.
@@ -112,7 +112,9 @@ def drilling_torque(
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * diameter**2 * (_TORQUE + _TORQUE_BY_FEED * np.asarray(feed)))
-    return np.asarray(specific_force(material, _lip_chip(feed, point_angle)) * np.asarray(feed) * diameter**2 / 8.0)
+    return np.asarray(
+        specific_force(material, _chip_thickness_per_lip(feed, point_angle)) * np.asarray(feed) * diameter**2 / 8.0
+    )
 
 
 def drilling_thrust(
@@ -125,9 +127,9 @@ def drilling_thrust(
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * _THRUST * diameter * np.asarray(feed) ** _THRUST_FEED)
-    kc = specific_force(material, _lip_chip(feed, point_angle))
+    kc = specific_force(material, _chip_thickness_per_lip(feed, point_angle))
     return np.asarray(_THRUST_SHARE * kc * np.asarray(feed) * 0.5 * diameter)
 
 
-def _lip_chip(feed: Floats | float, point_angle: float) -> Floats:
+def _chip_thickness_per_lip(feed: Floats | float, point_angle: float) -> Floats:
     return np.asarray(np.asarray(feed, dtype=float) / _LIPS * math.sin(0.5 * point_angle))

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
-from leafcut.kernels.engagement import EdgePath, ToolEdge, engaged_edges
+from leafcut.kernels.engagement import EdgePath, ToolEdge, measure_engagement
 from leafcut.material.bands import sort_into_bands
 from leafcut.material.tool_steps import ToolSteps
 from leafcut.model.pocket import PocketRules
@@ -42,7 +42,7 @@ class Engaged(NamedTuple):
         Maximum chip thickness as a share of the feed per tooth. This is the cosine of the smallest angle between the
         direction of travel and an engaged part of the edge, so it is 1 for material straight ahead. For a one-sided
         straight cut of width a < r, the share is √(1 − (1 − a/r)²), which equals the chip thinning 2 √(a/D (1 − a/D))
-        (`material.cutting.chip_share`).
+        (`material.cutting.relative_chip_thickness`).
     """
 
     angle: Floats
@@ -55,7 +55,7 @@ def slot_engagement(diameter: float) -> Engaged:
     return Engaged(np.array([math.pi]), np.array([diameter]), np.ones(1))
 
 
-def engagement(path: ToolSteps, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
+def engagement_along_path(path: ToolSteps, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
     """Return the engagement at each point of a path.
 
     The tolerance t for the width of material limits the accuracy: an angle φ is accurate to t / (r sin φ). For a tool
@@ -76,7 +76,7 @@ def engagement(path: ToolSteps, rules: PocketRules, entry: NDArray[np.bool_] | N
         low, high = np.zeros((2, 2 * n + 2))
         # All earlier points count, including those without engagement. Otherwise the films that they removed would
         # accumulate as material for later points.
-        engaged_edges(sort_into_bands(path.xy, rules.radius), points, tool, low, high, angle, width, nearest)
+        measure_engagement(sort_into_bands(path.xy, rules.radius), points, tool, low, high, angle, width, nearest)
     if entry is not None:
         angle[entry] = width[entry] = 0.0
     return Engaged(angle, rules.radius * width, np.where(angle > 0.0, np.cos(nearest), 0.0))

@@ -128,7 +128,7 @@ class HeightField:
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor
 
 
-def usual_cell(
+def default_cell_size(
     block: StockBlock,
     smallest: float,
     share: float = SHARE_OF_TOOL,

@@ -13,10 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
-from leafcut.material.cutting import Removed, chip_share, cut, cut_width
-from leafcut.material.cutting_force import feed_ratio, mean_chip, milling_power, ramp_power, spindle_torque
+from leafcut.material.cutting import Removed, cut_width, relative_chip_thickness, simulate_cutting
+from leafcut.material.cutting_force import (
+    feed_ratio_for_power,
+    mean_chip_thickness,
+    milling_power,
+    ramp_power,
+    spindle_torque,
+)
 from leafcut.material.height_field import HeightField, StockBlock
-from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool
+from leafcut.material.straight_moves import StraightMoves, cutting_moves_for_cells, smallest_tool
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.pace import PaceRules, SpindleLoad, ToolLimits
@@ -128,7 +134,7 @@ class Loads:
         across = np.hypot(*(ends[:, 3:5] - ends[:, :2]).T)
         return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
 
-    def cuts_of(self, number: int) -> NDArray[np.bool_]:
+    def measured_cuts(self, number: int) -> NDArray[np.bool_]:
         """Return a mask of the segments in which a tool mills.
 
         If the tool never mills, return a mask of its ramps and helices. If the tool has no ramps or helices either,
@@ -149,7 +155,7 @@ class Loads:
         mills, sinks, plunges = self.mills & turns, self.sinks & turns, self.plunges & turns
         teeth_by_time = np.where(turns, self.rpm * teeth / SECONDS_PER_MINUTE, 1.0)
         across = np.sqrt(np.maximum(self.feed**2 - self.descent_speed**2, 0.0))
-        chip = mean_chip(np.where(sinks, across, self.feed) / teeth_by_time, self.width, diameter)
+        chip = mean_chip_thickness(np.where(sinks, across, self.feed) / teeth_by_time, self.width, diameter)
         end = np.where(sinks, np.minimum(self.rate, 0.25 * math.pi * diameter**2 * self.descent_speed), 0.0)
         power = np.zeros(len(self.feed))
         power[mills] = milling_power(spindle.material, self.rate[mills], chip[mills])
@@ -168,7 +174,7 @@ class Loads:
         )
         return power
 
-    def spindle_ratio(self, limit: ToolLimits, diameter: float) -> Floats:
+    def max_feed_factor(self, limit: ToolLimits, diameter: float) -> Floats:
         """Return the factor by which the feed of each segment can increase before power or torque reaches its limit."""
         spindle = limit.spindle
         if spindle is None:
@@ -177,10 +183,10 @@ class Loads:
         with np.errstate(divide="ignore", invalid="ignore"):
             of_torque = spindle.torque / spindle_torque(power, self.rpm)
             ratio = np.minimum(spindle.power * spindle.efficiency / power, of_torque)
-            return np.asarray(np.where(power > 0, feed_ratio(spindle.material, ratio), math.inf))
+            return np.asarray(np.where(power > 0, feed_ratio_for_power(spindle.material, ratio), math.inf))
 
 
-def largest_stock(
+def infer_largest_safe_stock(
     moves: StraightMoves,
     cutters: Mapping[int, Cutter],
     cell: float,
@@ -210,7 +216,7 @@ def largest_stock(
         dogleg_moves = moves.rapid & ((assumed_ends[:, 3:] != assumed_ends[:, :3]).sum(axis=1) > 1)
         assumed_ends[dogleg_moves, :3] = assumed_ends[dogleg_moves, 3:]
     remaining = field.copy()
-    cut(field, replace(moves, ends=assumed_ends), cutters, threads, check_cancelled, lowered=remaining)
+    simulate_cutting(field, replace(moves, ends=assumed_ends), cutters, threads, check_cancelled, lowered=remaining)
     return remaining
 
 
@@ -228,16 +234,18 @@ def compute_loads(
     """
     field = stock.field.copy()
     numbered = replace(path, line=np.arange(len(path), dtype=np.int32))
-    moves = moves_in_cells(numbered, cutters, field.cell, max(0.5 * smallest_tool(cutters), 2.0 * field.cell))
+    moves = cutting_moves_for_cells(numbered, cutters, field.cell, max(0.5 * smallest_tool(cutters), 2.0 * field.cell))
     margin = clearance + field.cell
-    removed = cut(field, moves, cutters, threads, check_cancelled, margin=margin, surrounding_height=stock.beside)
+    removed = simulate_cutting(
+        field, moves, cutters, threads, check_cancelled, margin=margin, surrounding_height=stock.beside
+    )
     source = moves.path.line[moves.row].astype(np.int64)
     radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
     feed = np.where(moves.rapid, 0.0, moves.path.value[moves.row])
     rpm = np.abs(path.latest(Kind.SPINDLE, path.value))[source]
     length = np.sqrt(((moves.ends[:, 3:] - moves.ends[:, :3]) ** 2).sum(axis=1))
     rate = np.divide(removed.volume * feed, length, out=np.zeros_like(length), where=length > 0)
-    share, width = chip_share(removed, radius, field.cell), cut_width(removed, radius, field.cell)
+    share, width = relative_chip_thickness(removed, radius, field.cell), cut_width(removed, radius, field.cell)
     return Loads(moves, removed, feed, rpm, share, width, rate, source)
 
 
@@ -249,11 +257,11 @@ def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> di
     limits: dict[int, ToolLimits] = {}
     chip = loads.chip
     for number, tool in tools.items():
-        cutting = loads.cuts_of(number)
+        cutting = loads.measured_cuts(number)
         if tool.kind not in MILLING or not cutting.any() or not (loads.rpm[cutting] > 0).all():
             continue
         rate = float(loads.rate[cutting].max())
-        has_library_chip = has_known_chip(tool)
+        has_library_chip = has_known_chip_thickness(tool)
         limits[number] = ToolLimits(
             SECONDS_PER_MINUTE * tool.feed / tool.spindle_rpm if has_library_chip else float(chip[cutting].max()),
             rate,
@@ -265,6 +273,6 @@ def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> di
     return limits
 
 
-def has_known_chip(tool: Tool) -> bool:
+def has_known_chip_thickness(tool: Tool) -> bool:
     """Return whether the tool library defines the chip thickness of a tool by its feed and speed."""
     return tool.feed > 0 and tool.spindle_rpm > 0 and not tool.assumed

@@ -14,32 +14,32 @@ _MAX_VISITS = 10_000_000_000
 _FLAT = 0.01
 
 
-def block_of_mesh(mesh: Mesh) -> StockBlock:
+def bounding_block(mesh: Mesh) -> StockBlock:
     """Return the bounding box of a solid. Raises PlanError if it is flat."""
     low, high = mesh.low.tolist(), mesh.high.tolist()
     return StockBlock((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
 
-def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
+def mesh_to_height_field(mesh: Mesh, cell: float) -> HeightField:
     """Convert a solid to a height field with cells of side length `cell`, mm.
 
     A cell has the height of the solid at its centre, or the height of the floor outside the solid. The space below an
-    overhang counts as material (`overhang`).
+    overhang counts as material (`overhang_area`).
 
     Raises
     ------
     PlanError
         There would be too many cells, or too many triangles per cell.
     """
-    field = HeightField.of_block(block_of_mesh(mesh), cell)
+    field = HeightField.of_block(bounding_block(mesh), cell)
     field.heights[:] = field.floor
-    raise_by_mesh(field, mesh)
+    raise_field_to_mesh(field, mesh)
     return field
 
 
-def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
+def raise_field_to_mesh(field: HeightField, mesh: Mesh) -> None:
     """Raise each cell to the highest triangle above its centre. Raises PlanError if a cell has too many triangles."""
-    from leafcut.kernels.surface import raise_cell_middles
+    from leafcut.kernels.surface import raise_cells_at_centres
 
     cell = field.cell
     size = np.ptp(mesh.triangles[:, :, :2], axis=1) / cell + 1.0
@@ -50,10 +50,10 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
             mesh.name,
             n_visits / field.heights.size,
         )
-    raise_cell_middles(field.heights, field.x, field.y, cell, mesh.triangles)
+    raise_cells_at_centres(field.heights, field.x, field.y, cell, mesh.triangles)
 
 
-def overhang(mesh: Mesh) -> float:
+def overhang_area(mesh: Mesh) -> float:
     """Return the downward-facing area of a solid above its floor, mm².
 
     A height field treats the space below this area as material.

@@ -12,8 +12,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Floats, segments
-from leafcut.geometry.regions import FINE, chords_per_quarter, swept, tool_centres
+from leafcut.geometry.arrays import Floats, consecutive_segments
+from leafcut.geometry.regions import FINE, chords_per_quarter, swept_region, tool_centres
 from leafcut.material.tool_steps import ToolSteps, steps_along_path
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
 
@@ -48,7 +48,7 @@ class Removal:
     uncovered: Any
 
 
-def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
+def measure_removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     """Sweep a disc with the diameter of the tool along all feed moves of a path.
 
     Each chord is swept separately and is accurate to an eighth of the tolerance. The union of the resulting capsules is
@@ -62,12 +62,12 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     """
     shape = pocket.region(rules.tolerance)
     centres = tool_centres(shape, rules.radius, rules.tolerance)
-    reachable = swept(centres, rules.radius, rules.tolerance).intersection(shape)
-    steps = _steps(path, rules)
+    reachable = swept_region(centres, rules.radius, rules.tolerance).intersection(shape)
+    steps = _path_chords(path, rules)
     cleared = cleared_area(steps, rules)
     uncleared, film = reachable.difference(cleared), 0.5 * rules.tolerance
     uncovered = uncleared.buffer(-film).buffer(film, join_style="mitre").intersection(uncleared)
-    gouges = _gouges(shape, steps, rules) if len(steps) else shapely.Polygon()
+    gouges = _gouged_area(shape, steps, rules) if len(steps) else shapely.Polygon()
     return Removal(shape, reachable, centres, cleared, gouges, uncovered)
 
 
@@ -76,10 +76,12 @@ def engaged_tool_path(path: PocketPath, rules: PocketRules) -> tuple[ToolSteps, 
 
     The engagement is 0 during the entry.
     """
-    from leafcut.material.engagement import engagement  # loads kernels, which are not needed if a file is refused
+    from leafcut.material.engagement import (
+        engagement_along_path,
+    )  # loads kernels, which are not needed if a file is refused
 
     tool_path = steps_along_path(path, rules)
-    return tool_path, engagement(tool_path, rules, entry_mask(path, tool_path))
+    return tool_path, engagement_along_path(tool_path, rules, entry_mask(path, tool_path))
 
 
 def entry_mask(path: PocketPath, tool_path: ToolSteps) -> NDArray[np.bool_]:
@@ -88,7 +90,7 @@ def entry_mask(path: PocketPath, tool_path: ToolSteps) -> NDArray[np.bool_]:
     return entered
 
 
-def reported_width(rules: PocketRules) -> float:
+def min_reported_width(rules: PocketRules) -> float:
     """Return the minimum width of cut, mm, that is reported as wider than the step-over.
 
     Curves change the width slightly, so this width exceeds the step-over by a margin. The margin is half the step-over
@@ -97,13 +99,13 @@ def reported_width(rules: PocketRules) -> float:
     return rules.step_over + 0.5 * min(rules.step_over, rules.tool_diameter - rules.step_over)
 
 
-def _steps(path: PocketPath, rules: PocketRules) -> Floats:
+def _path_chords(path: PocketPath, rules: PocketRules) -> Floats:
     """Return the chords of a path, float64[n, 2, 2], mm. A section without motion becomes a chord of length 0."""
     fine, chords = FINE * rules.tolerance, [np.zeros((0, 2, 2))]
     for piece in path.pieces:
         points = piece.path.flattened(fine)
         points = np.repeat(points, 2, axis=0) if len(points) == 1 else points
-        chords.append(segments(points))
+        chords.append(consecutive_segments(points))
     result = np.concatenate(chords)
     return np.unique(result, axis=0) if len(result) else result
 
@@ -137,7 +139,7 @@ def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
     return shapely.union_all(unions) if unions else shapely.Polygon()
 
 
-def _gouges(shape: Any, steps: Floats, rules: PocketRules) -> Any:
+def _gouged_area(shape: Any, steps: Floats, rules: PocketRules) -> Any:
     """Return the area that is cut beyond the walls by more than the tolerance."""
     lines, walls = shapely.linestrings(steps), shape.boundary
     shapely.prepare(shape)

@@ -95,10 +95,14 @@ def differing_cells(before: HeightField, after: HeightField, tolerance: float) -
     first, second = ((field.heights.shape, field.x, field.y, field.cell) for field in (before, after))
     if first != second:
         raise ValueError("height fields of different cells cannot be compared")
-    return _outside(after.heights, before.heights, tolerance) | _outside(before.heights, after.heights, tolerance)
+    return _outside_neighbourhood_range(after.heights, before.heights, tolerance) | _outside_neighbourhood_range(
+        before.heights, after.heights, tolerance
+    )
 
 
-def _outside(field: NDArray[np.float32], reference: NDArray[np.float32], tolerance: float) -> NDArray[np.bool_]:
+def _outside_neighbourhood_range(
+    field: NDArray[np.float32], reference: NDArray[np.float32], tolerance: float
+) -> NDArray[np.bool_]:
     low, high = reference.copy(), reference.copy()
     for extreme, whole in ((np.minimum, low), (np.maximum, high)):
         for bound in (whole, whole.T):

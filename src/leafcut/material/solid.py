@@ -12,12 +12,17 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
-from leafcut.material.cutting import Removed, chip_share, collision_depths, cut, cut_width
+from leafcut.material.cutting import Removed, collision_depths, cut_width, relative_chip_thickness, simulate_cutting
 from leafcut.material.height_field import FINEST, HeightField, StockBlock
-from leafcut.material.mesh_field import raise_by_mesh
-from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, undivided_moves
-from leafcut.material.surface import hole_rims
-from leafcut.model.cutter import BodyPart, Cutter, body_of, cutter_of
+from leafcut.material.mesh_field import raise_field_to_mesh
+from leafcut.material.straight_moves import (
+    StraightMoves,
+    cutting_moves_for_cells,
+    smallest_tool,
+    undivided_cutting_moves,
+)
+from leafcut.material.surface import heights_around_holes
+from leafcut.model.cutter import BodyPart, Cutter, cutter_of_tool, shank_and_holder_sections
 from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
@@ -90,7 +95,7 @@ class Solid:
     collisions: tuple[Collision, ...]
 
 
-def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
+def displayed_block(path: Toolpath, stock: ShownStock) -> StockBlock:
     """Return the block of material that the display of a job shows.
 
     Raises PlanError if the block is unknown, and OptionError if a tool has no diameter.
@@ -103,15 +108,15 @@ def _cutters_and_block(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cut
         raise PlanError(stock.refused)
     if not stock.tools:
         raise PlanError("no known tool cuts")
-    cutters = {number: cutter_of(tool) for number, tool in stock.tools.items()}
+    cutters = {number: cutter_of_tool(tool) for number, tool in stock.tools.items()}
     if stock.surface is not None:
-        return cutters, _block_of_surface(stock.surface, stock)
+        return cutters, _surface_bounding_block(stock.surface, stock)
     if stock.block:
         return cutters, StockBlock(*stock.block)
-    return cutters, _block_around_cuts(undivided_moves(path, cutters), cutters, stock)
+    return cutters, _block_around_cuts(undivided_cutting_moves(path, cutters), cutters, stock)
 
 
-def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
+def cut_display_solid(path: Toolpath, stock: ShownStock) -> Solid:
     """Cut the stock of a job with a toolpath, using coarse cells for display.
 
     Raises
@@ -125,24 +130,24 @@ def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
     tools = dict(stock.tools)
     sides = [block.high[k] - block.low[k] for k in range(2)]
     cell = max(max(sides) / CELLS, FINEST)
-    moves = moves_in_cells(path, cutters, cell, max(_PIECE * smallest_tool(cutters), 2.0 * cell))
+    moves = cutting_moves_for_cells(path, cutters, cell, max(_PIECE * smallest_tool(cutters), 2.0 * cell))
     if len(moves) > _PIECES:
-        moves = moves_in_cells(path, cutters, cell)
+        moves = cutting_moves_for_cells(path, cutters, cell)
     if len(moves) > _MOST_MOVES:
         raise PlanError("{:,} moves are too many to show; the limit is {:,}", len(moves), _MOST_MOVES)
     origin = (0.5 * (block.low[0] + block.high[0]), 0.5 * (block.low[1] + block.high[1]))
     shift = np.array([*origin, 0.0, *origin, 0.0])
     moves = replace(moves, ends=(moves.ends - shift).astype(np.float32).astype(np.float64))
     if stock.surface is not None:
-        before, held = _field_of_surface(
+        before, held = _surface_to_height_field(
             stock.surface, stock, _shifted_block(block, origin), origin, cell, moves, cutters
         )
     else:
         before = HeightField.of_block(_shifted_block(block, origin), cell)
         held = np.zeros(before.heights.shape, dtype=np.bool_)
     after = before.copy()
-    bodies = {number: body_of(tool) for number, tool in tools.items()}
-    removed = cut(after, moves, cutters, os.cpu_count() or 1, bodies=bodies)
+    bodies = {number: shank_and_holder_sections(tool) for number, tool in tools.items()}
+    removed = simulate_cutting(after, moves, cutters, os.cpu_count() or 1, bodies=bodies)
     if not removed.cuts.any():
         raise PlanError("the program never touches the stock")
     radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
@@ -157,8 +162,8 @@ def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
         cutters,
         bodies,
         cut_width(removed, radius, cell) / (2.0 * radius),
-        np.where(removed.cuts, chip_share(removed, radius, cell), 0.0),
-        _collisions(moves, removed, bodies, block, origin),
+        np.where(removed.cuts, relative_chip_thickness(removed, radius, cell), 0.0),
+        _collect_collisions(moves, removed, bodies, block, origin),
     )
 
 
@@ -184,7 +189,7 @@ def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: 
     return StockBlock((float(low[0]), float(low[1]), floor), (float(high[0]), float(high[1]), 0.0))
 
 
-def _collisions(
+def _collect_collisions(
     moves: StraightMoves,
     removed: Removed,
     bodies: dict[int, tuple[BodyPart, ...]],
@@ -222,7 +227,7 @@ def _position_in_block(
     return x, y, z
 
 
-def _block_of_surface(mesh: Mesh, stock: ShownStock) -> StockBlock:
+def _surface_bounding_block(mesh: Mesh, stock: ShownStock) -> StockBlock:
     """Return the bounding box of a surface and its fixtures. Raises PlanError if the box has no width."""
     low, high = mesh.low, mesh.high
     floor = float(low[2])
@@ -234,7 +239,7 @@ def _block_of_surface(mesh: Mesh, stock: ShownStock) -> StockBlock:
     return StockBlock((float(low[0]), float(low[1]), floor), (float(high[0]), float(high[1]), float(high[2])))
 
 
-def _field_of_surface(
+def _surface_to_height_field(
     mesh: Mesh,
     stock: ShownStock,
     block: StockBlock,
@@ -261,7 +266,7 @@ def _field_of_surface(
         for edge, start in ((block.high[1], field.y), (block.high[0], field.x))
     )
     field.heights = np.full((rows, columns), field.floor, dtype=np.float32)
-    raise_by_mesh(field, moved)
+    raise_field_to_mesh(field, moved)
     if stock.finished:
         _fill_holes(field, moved, moves, cutters)
     held = np.zeros(field.heights.shape, dtype=np.bool_)
@@ -283,7 +288,7 @@ def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: d
     xy = ends[plunging, :2][first]
     radius = np.zeros(len(xy))
     np.maximum.at(radius, hole.ravel(), np.array([cutters[number].radius for number in moves.tool[plunging].tolist()]))
-    rims = hole_rims(mesh.triangles, xy, radius)
+    rims = heights_around_holes(mesh.triangles, xy, radius)
     for (x, y), tool_radius, top in zip(xy.tolist(), radius.tolist(), rims.lowest.tolist(), strict=True):
         if not np.isfinite(top):
             continue

@@ -44,7 +44,9 @@ class PassGaps(NamedTuple):
     core: float
 
 
-def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
+def measure_widest_step_overs(
+    path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None
+) -> PassGaps:
     """Return the largest distances between neighbouring passes, mm, or 0 if no pass has a neighbour.
 
     On both sides of each point of the path, a disc touches the pass and grows until it touches another point of the
@@ -80,7 +82,7 @@ def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
     passes
         Mask of the points whose neighbours are searched, or None for all points.
     """
-    sides = _sides(path, centres, rules, passes)
+    sides = _build_sides(path, centres, rules, passes)
     if sides is None:
         return PassGaps(0.0, 0.0)
     core, is_lost = sides.discs.widest(sides.rows, sides.gap, both=False), sides.is_lost
@@ -88,9 +90,11 @@ def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArr
     return PassGaps(max(nearer, sides.discs.widest(sides.rows[is_lost], sides.gap[is_lost], both=False)), core)
 
 
-def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
+def points_beyond_step_over(
+    path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None
+) -> Floats:
     """Return the points of a path, float64[n, 2], that are more than the step-over away from the nearest pass."""
-    sides = _sides(path, centres, rules, passes)
+    sides = _build_sides(path, centres, rules, passes)
     if sides is None:
         return np.zeros((0, 2))
     wide_rows = sides.rows[(sides.nearer > rules.step_over) | sides.is_lost]
@@ -123,7 +127,7 @@ class _Sides(NamedTuple):
     is_lost: NDArray[np.bool_]
 
 
-def _sides(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None) -> _Sides | None:
+def _build_sides(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None) -> _Sides | None:
     moving = np.flatnonzero((path.step > 0.0) & (True if passes is None else passes))
     if not len(moving):
         return None
@@ -131,7 +135,7 @@ def _sides(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np
     xy = path.xy[moving] - 0.5 * path.step[moving, None] * path.chord[moving]
     normal = np.column_stack([-path.chord[moving, 1], path.chord[moving, 0]])
     start, normal = np.concatenate([xy, xy]), np.concatenate([normal, -normal])
-    height, touch, radius = _neighbours(start, normal, path.xy, rules)
+    height, touch, radius = _find_neighbouring_passes(start, normal, path.xy, rules)
     # If the angle between two contacts is a, seen from the centre of the disc, each contact is r (1 − cos a) above the
     # tangent at the other.
     is_side_by_side = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
@@ -224,7 +228,9 @@ def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
     return result
 
 
-def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
+def _find_neighbouring_passes(
+    xy: Floats, normal: Floats, candidates: Floats, rules: PocketRules
+) -> tuple[Floats, Indices, Floats]:
     """Find the neighbour of each point on the side of its normal.
 
     Returns
@@ -264,7 +270,7 @@ class WidePlaceFinder:
         )
         changed = self.cells.around(moved_cells, _REACHES)
         to_check = np.isin(self.cells.of(path.xy), self.cells.around(changed, 1))
-        new = wide_places(path, self.centres, self.rules, to_check)
+        new = points_beyond_step_over(path, self.centres, self.rules, to_check)
         old = self.wide[~np.isin(self.cells.of(self.wide), changed)]
         self.previous, self.wide = path.xy, np.vstack([old, new[np.isin(self.cells.of(new), changed)]])
         return self.wide

@@ -13,9 +13,9 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
 from leafcut.message import Message
 from leafcut.model.cutter import Cutter
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.model.turns import AXES, Turns, turns_of
+from leafcut.model.turns import AXES, Turns, arc_turns
 
 #: Maximum distance between chords and their arcs, as a share of a cell or of the smallest tool diameter.
 _OF_CELL, _OF_TOOL = 0.05, 0.01
@@ -73,7 +73,7 @@ class StraightMoves:
         return low.min(axis=0), high.max(axis=0)
 
 
-def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> StraightMoves:
+def convert_to_straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> StraightMoves:
     """Convert a toolpath to straight moves.
 
     Parameters
@@ -88,7 +88,7 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     PlanError
         There would be more than `MOST_MOVES` moves.
     """
-    path = expand(path)
+    path = expand_cycles(path)
     is_motion = np.isin(path.kind, [int(k) for k in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
     rows = np.flatnonzero(is_motion)
     rows = rows[np.isfinite(path.end[rows]).all(axis=1)]
@@ -96,7 +96,7 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     unknown_rows = rows[~np.isfinite(start).all(axis=1)]
     start = np.where(np.isfinite(start), start, end)
     kind = path.kind[rows]
-    turns = turns_of(path)
+    turns = arc_turns(path)
     # An arc with an unknown start becomes a straight move to its end.
     arc = np.full(len(path), -1)
     arc[turns.row[turns.length > 0.0]] = np.flatnonzero(turns.length > 0.0)
@@ -129,19 +129,19 @@ def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
     return 2.0 * min(cutter.radius for cutter in cutters.values())
 
 
-def undivided_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMoves:
+def undivided_cutting_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMoves:
     """Return the moves of the cutting tools without dividing them.
 
     Moves of other tools, such as probes, are left out.
     """
-    return straight_moves(path, _OF_TOOL * smallest_tool(cutters), math.inf).of_tools(cutters)
+    return convert_to_straight_moves(path, _OF_TOOL * smallest_tool(cutters), math.inf).of_tools(cutters)
 
 
-def moves_in_cells(
+def cutting_moves_for_cells(
     path: Toolpath, cutters: Mapping[int, Cutter], cell: float, max_length: float = math.inf
 ) -> StraightMoves:
     """Return the moves of the cutting tools, accurate enough for a height field with cells of side `cell`, mm."""
-    return straight_moves(path, _OF_CELL * cell, max_length).of_tools(cutters)
+    return convert_to_straight_moves(path, _OF_CELL * cell, max_length).of_tools(cutters)
 
 
 def _move_onto_arcs(position: Floats, turns: Turns, arc: NDArray[np.int64], share: Floats) -> None:

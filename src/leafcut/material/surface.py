@@ -58,7 +58,7 @@ class HoleRims(NamedTuple):
     under: Floats
 
 
-def safe_tiles(
+def build_safe_tiles(
     triangles: NDArray[np.float64],
     radius: float,
     above: float,
@@ -83,7 +83,7 @@ def safe_tiles(
         Radius of each section above the flutes, and the minimum height of the tool tip above the surface for this
         section, mm. This height is negative if the distance from the tip to the section exceeds the clearance.
     """
-    from leafcut.kernels.surface import maximum_within_reach, raise_whole_cells, reach_in_cells
+    from leafcut.kernels.surface import maximum_within_reach, raise_cells_to_maximum, reach_in_cells
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     reaches = [(radius, above), *bodies]
@@ -93,7 +93,7 @@ def safe_tiles(
     x, y = float(low[0]) - margin * side, float(low[1]) - margin * side
     columns, rows = (math.ceil(float(high[k] - low[k]) / side) + 2 * margin + 1 for k in range(2))
     heights, safe = np.full((rows, columns), -np.inf), np.full((rows, columns), -np.inf)
-    raise_whole_cells(np.ascontiguousarray(triangles), x, y, side, heights)
+    raise_cells_to_maximum(np.ascontiguousarray(triangles), x, y, side, heights)
     for body_radius, height in reaches:
         raised = np.empty((rows, columns))
         maximum_within_reach(heights, reach_in_cells(body_radius, side), raised)
@@ -101,12 +101,12 @@ def safe_tiles(
     return SafeTiles(safe, x, y, side)
 
 
-def hole_rims(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> HoleRims:
+def heights_around_holes(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> HoleRims:
     """Return the surface around holes at the positions `xy`, float64[n, 2], for tools with the given radii, float64[n].
 
     The function evaluates the centre and the rim just outside the tool, because a hole may be open in the mesh.
     """
-    from leafcut.kernels.surface import heights_at
+    from leafcut.kernels.surface import mesh_heights_at
 
     angle = np.linspace(0.0, math.tau, RIM_PLACES, endpoint=False)
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -116,7 +116,7 @@ def hole_rims(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: F
     sorted_top, sorted_under = np.full(len(points), -np.inf), np.full(len(points), np.inf)
     x, y = (np.ascontiguousarray(points[order, k]) for k in range(2))
     first = np.searchsorted(x, triangles[:, :, 0].min(axis=1))
-    heights_at(np.ascontiguousarray(triangles), first, x, y, sorted_top, sorted_under)
+    mesh_heights_at(np.ascontiguousarray(triangles), first, x, y, sorted_top, sorted_under)
     top, under = np.empty(len(points)), np.empty(len(points))
     top[order], under[order] = sorted_top, sorted_under
     tops, unders = top.reshape(len(xy), -1), under.reshape(len(xy), -1)

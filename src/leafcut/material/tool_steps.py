@@ -60,7 +60,7 @@ class ToolSteps:
         return len(self.xy)
 
 
-def step_length(rules: PocketRules) -> float:
+def max_step_length(rules: PocketRules) -> float:
     """Return the length of a step, mm, which is at most `STEP` diameters.
 
     Discs that are one step apart leave cusps between them. The height of these cusps, step²/8r, is at most half the
@@ -71,12 +71,12 @@ def step_length(rules: PocketRules) -> float:
 
 def steps_along_path(path: PocketPath, rules: PocketRules) -> ToolSteps:
     """Sample the path of the tool in steps. All points and tangents on arcs are exact."""
-    steps, parts, run, last = step_length(rules), [], -1, None
+    steps, parts, run, last = max_step_length(rules), [], -1, None
     for number, piece in enumerate(path.pieces):
         starts_run = last is None or math.dist(last[0], piece.path.start) > SAME_PLACE
         run += starts_run
         parts.append(
-            _steps(
+            _divide_section(
                 _Chords.of(piece.path, steps),
                 steps,
                 None if starts_run or last is None else last[1],
@@ -112,16 +112,16 @@ class _Chords:
             start, vector = points[:-1][has_length], vector[has_length]
             unit = vector / np.hypot(vector[:, 0], vector[:, 1])[:, None]
             return cls(start, vector, unit, unit)
-        parts = [_arc(s, max_step) if s.is_arc else _straight(s) for s in path.segments()]
+        parts = [_arc_chords(s, max_step) if s.is_arc else _line_chords(s) for s in path.segments()]
         parts = [part for part in parts if len(part.start)]
         return cls(*(np.concatenate([getattr(p, name) for p in parts]) for name in vars(parts[0])))
 
 
-def _straight(segment: Segment) -> _Chords:
+def _line_chords(segment: Segment) -> _Chords:
     return _Chords.of(Polyline.of_points([segment.start, segment.end]), math.inf)
 
 
-def _arc(s: Segment, max_step: float) -> _Chords:
+def _arc_chords(s: Segment, max_step: float) -> _Chords:
     turn = 4.0 * math.atan(s.bulge)
     count = max(math.ceil(abs(turn) * s.radius / max_step), math.ceil(abs(turn) / BEND), 1)
     angle = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0]) + turn * np.linspace(0.0, 1.0, count + 1)
@@ -132,7 +132,9 @@ def _arc(s: Segment, max_step: float) -> _Chords:
     return _Chords(points[:-1], np.diff(points, axis=0), tangent[:-1], tangent[1:])
 
 
-def _steps(line: _Chords, max_step: float, arrival: Floats | None, run: int, piece: int, start: Point) -> ToolSteps:
+def _divide_section(
+    line: _Chords, max_step: float, arrival: Floats | None, run: int, piece: int, start: Point
+) -> ToolSteps:
     """Divide a section of a path into steps.
 
     `arrival` is the direction in which the tool arrives, or None after a plunge.

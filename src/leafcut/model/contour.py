@@ -34,7 +34,7 @@ _ASIDE = (
 _BESIDE = ("BLOCK", "BLOCKS", "DRAWING", "LAYER", "LINE", "LINES", "SHEET", "A0", "A1", "A2", "A3", "A4")
 
 
-def is_aside(layer: str) -> bool:
+def is_annotation_layer(layer: str) -> bool:
     """Return whether the name of a layer marks frames, title blocks, dimensions or texts, which are not parts.
 
     All words of the name must match: ``Title block`` and ``DIM_2`` match, but ``FRAME_OUT`` and ``TEXTURE`` do not.

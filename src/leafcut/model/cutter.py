@@ -105,7 +105,7 @@ def bull_mill(diameter: float, corner: float) -> Cutter:
     return Cutter(0.5 * diameter, 0.5 * diameter - corner, corner)
 
 
-def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
+def pointed_cutter(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
     """Return the profile of a drill, V-bit or chamfer mill.
 
     `angle` is the included angle, rad (π for a flat end). `tip` is the diameter of the flat at the tip, mm.
@@ -119,14 +119,14 @@ def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
     return Cutter(0.5 * diameter, 0.5 * tip, 0.0, 1.0 / math.tan(0.5 * angle))
 
 
-def cutter_of(tool: Tool) -> Cutter:
+def cutter_of_tool(tool: Tool) -> Cutter:
     """Return the profile of a library tool. If the library does not specify the shape of the end, the end is flat."""
     if tool.kind is ToolKind.BALL_MILL:
         return ball_mill(tool.diameter)
     if tool.kind is ToolKind.END_MILL and tool.corner_radius:
         return bull_mill(tool.diameter, tool.corner_radius)
     if tool.kind in (ToolKind.DRILL, ToolKind.CENTRE_DRILL, *CONES):
-        return pointed(tool.diameter, tool.point_angle, tool.tip_diameter)
+        return pointed_cutter(tool.diameter, tool.point_angle, tool.tip_diameter)
     return flat_mill(tool.diameter)
 
 
@@ -165,10 +165,10 @@ class BodyDisc(NamedTuple):
     radius: float
 
 
-def discs_of(tool: Tool) -> tuple[BodyDisc, ...]:
+def wide_discs_above_flutes(tool: Tool) -> tuple[BodyDisc, ...]:
     """Return discs for the known sections above the flutes that are wider than the tool, from the tip up."""
     discs = []
-    for part in body_of(tool):
+    for part in shank_and_holder_sections(tool):
         wider = part.radius - part.flat
         steps = max(math.ceil(wider / CONE_STEP), 1)
         for k in range(steps):
@@ -177,7 +177,7 @@ def discs_of(tool: Tool) -> tuple[BodyDisc, ...]:
     return tuple(disc for disc in discs if disc.radius > 0.5 * tool.diameter + SAME_RADIUS)
 
 
-def widest_below(
+def widest_radius_below(
     radius: float, bodies: Sequence[tuple[float, float]], tip: float, heights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the largest radius of a tool below each height, float64[k], mm.
@@ -197,7 +197,7 @@ def widest_below(
     return widest
 
 
-def flutes_of(tool: Tool) -> tuple[float, list[tuple[float, float]]]:
+def tip_radius_and_discs(tool: Tool) -> tuple[float, list[tuple[float, float]]]:
     """Return the radius of a tool at its tip, and the discs around its flutes as (height above the tip, radius), mm.
 
     The cone of a spot drill is narrow at its tip. All other tools are treated as cylinders without discs.
@@ -211,35 +211,35 @@ def flutes_of(tool: Tool) -> tuple[float, list[tuple[float, float]]]:
     return tip, [(length * k / CONE_DISCS, tip + (radius - tip) * (k + 1) / CONE_DISCS) for k in steps]
 
 
-def bodies_of(tool: Tool) -> list[tuple[float, float]]:
+def shank_and_holder_discs(tool: Tool) -> list[tuple[float, float]]:
     """Return the discs of shank and holder as pairs (height above the tip, radius), mm."""
-    return [(disc.above, disc.radius) for disc in discs_of(tool)]
+    return [(disc.above, disc.radius) for disc in wide_discs_above_flutes(tool)]
 
 
-def body_of(tool: Tool) -> tuple[BodyPart, ...]:
+def shank_and_holder_sections(tool: Tool) -> tuple[BodyPart, ...]:
     """Return the sections of shank and holder that are at least as wide as the tool.
 
     The result is empty if no section is known.
     """
-    return tuple(part for part in _parts(tool) if part.radius >= 0.5 * tool.diameter * (1.0 - 1e-9))
+    return tuple(part for part in _body_parts(tool) if part.radius >= 0.5 * tool.diameter * (1.0 - 1e-9))
 
 
-def _parts(tool: Tool) -> Iterator[BodyPart]:
+def _body_parts(tool: Tool) -> Iterator[BodyPart]:
     at = tool.flute_length
     if at is not None:
         for segment in tool.shaft:
-            yield _part(Body.SHANK, at, segment)
+            yield _body_part(Body.SHANK, at, segment)
             at += segment.length
         if tool.shank_diameter is not None and (tool.stickout is None or at < tool.stickout):
             yield BodyPart(Body.SHANK, at, 0.5 * tool.shank_diameter, 0.5 * tool.shank_diameter)
     at = tool.stickout
     if at is not None:
         for segment in tool.holder:
-            yield _part(Body.HOLDER, at, segment)
+            yield _body_part(Body.HOLDER, at, segment)
             at += segment.length
 
 
-def _part(body: Body, above: float, segment: BodySegment) -> BodyPart:
+def _body_part(body: Body, above: float, segment: BodySegment) -> BodyPart:
     low, high = 0.5 * segment.lower, 0.5 * segment.upper
     if high <= low:
         return BodyPart(body, above, low, low)

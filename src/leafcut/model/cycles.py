@@ -58,7 +58,7 @@ def _peck_count(cycle: DrillCycle) -> int:
     return max(1, math.ceil(strokes - _EPSILON))
 
 
-def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Motion]:
+def expand_cycle(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Motion]:
     """Yield the rapids, feeds and dwells of a cycle.
 
     If the tool is below the R plane, it first rises to the R plane. It then moves over the hole
@@ -83,14 +83,14 @@ def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Mo
     yield row(Kind.RAPID, height)
     if height != cycle.r_plane:
         yield row(Kind.RAPID, cycle.r_plane)
-    yield from _drilling(cycle, row, feed, line)
+    yield from _peck_moves(cycle, row, feed, line)
     if cycle.name in FEED_OUT:
         yield row(Kind.FEED, cycle.r_plane, feed)
     if height != z_after:
         yield row(Kind.RAPID, z_after)
 
 
-def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line: int) -> Iterator[Motion]:
+def _peck_moves(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line: int) -> Iterator[Motion]:
     depths = peck_depths(cycle) if cycle.name in PECKING else [cycle.bottom]
     for number, depth in enumerate(depths):
         if number:
@@ -116,7 +116,7 @@ class Approach(NamedTuple):
     end: NDArray[np.float64]
 
 
-def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.float64]) -> Approach:
+def hole_approaches(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.float64]) -> Approach:
     """Return the approach moves to the holes in the rows `drills`. `height` is the height before each hole, mm."""
     ref = path.ref[drills]
     r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[ref]
@@ -126,10 +126,10 @@ def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.fl
     return Approach(upright, start, np.where(slant, path.end[drills, 2], start))
 
 
-def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
+def expand_cycles(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     """Expand the canned cycles of a toolpath to rapids, feeds and dwells, except the cycles in `keep`.
 
-    The result does not include the spindle reversal of a tap. It equals the result of `expand_drill` for each row, but
+    The result does not include the spindle reversal of a tap. It equals the result of `expand_cycle` for each row, but
     the function expands all holes at once, because a board may have a hundred thousand holes.
 
     Raises
@@ -143,12 +143,12 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     if not len(drills):
         return path
     ref = path.ref[drills]
-    steps = _all_steps(path.cycles, np.bincount(ref, minlength=len(path.cycles)))
+    steps = _steps_of_cycles(path.cycles, np.bincount(ref, minlength=len(path.cycles)))
     r_plane = np.array([c.r_plane for c in path.cycles])[ref]
     n_steps = np.array([len(s) for s in steps])[ref]
     drilled = np.array([s[-1].z for s in steps])[ref]
     before = path.before[drills]
-    lifts, _, level = approach_of(path, drills, before[:, 2])
+    lifts, _, level = hole_approaches(path, drills, before[:, 2])
     descends = level != r_plane
     rises = drilled != path.end[drills, 2]
     count = np.ones(len(path), dtype=np.int64)
@@ -164,10 +164,10 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     approach_row = first + lifts
     end[approach_row, 2] = level
     end[approach_row[descends] + 1, 2] = r_plane[descends]
-    row = np.repeat(approach_row + 1 + descends, n_steps) + _joined_ranges(n_steps)
+    row = np.repeat(approach_row + 1 + descends, n_steps) + _concatenated_ranges(n_steps)
     flat = [step for s in steps for step in s]
     first_step = np.cumsum([0] + [len(s) for s in steps])[:-1]
-    step_index = np.repeat(first_step[ref], n_steps) + _joined_ranges(n_steps)
+    step_index = np.repeat(first_step[ref], n_steps) + _concatenated_ranges(n_steps)
     kind[row] = np.array([int(s.kind) for s in flat])[step_index]
     end[row, 2] = np.array([s.z for s in flat])[step_index]
     feeds, dwells = kind[row] == Kind.FEED, kind[row] == Kind.DWELL
@@ -185,7 +185,7 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     )
 
 
-def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[list[_Step]]:
+def _steps_of_cycles(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[list[_Step]]:
     rows = sum(_MOVES_A_PECK * _peck_count(c) * max(n, 1) for c, n in zip(cycles, uses.tolist(), strict=True))
     if rows > _MAX_ROWS:
         raise PlanError(
@@ -206,13 +206,13 @@ def _steps_in_hole(cycle: DrillCycle) -> list[_Step]:
     """Return the steps of a cycle between the R plane and the final retract."""
     motion = Motion(Kind.DRILL, (0.0, 0.0, math.nan), 1.0, 0, 0)
     height, steps = cycle.r_plane, []
-    for move in list(expand_drill(motion, cycle, cycle.r_plane))[1:-1]:
+    for move in list(expand_cycle(motion, cycle, cycle.r_plane))[1:-1]:
         height = height if move.kind is Kind.DWELL else move.end[2]
         steps.append(_Step(move.kind, height, move.value if move.kind is Kind.DWELL else 0.0))
     return steps
 
 
-def _joined_ranges(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+def _concatenated_ranges(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return 0, 1, …, n - 1 for each length n, as a single array."""
     total = int(lengths.sum())
     return np.arange(total) - np.repeat(np.cumsum(lengths) - lengths, lengths)

@@ -219,7 +219,7 @@ def missing_work(issues: Iterable[Issue]) -> tuple[Issue, ...]:
     return tuple(issue for issue in issues if issue.missing is not None)
 
 
-def missing_words(issues: Iterable[Issue]) -> str:
+def missing_work_text(issues: Iterable[Issue]) -> str:
     """Summarize the missing work: ``2 parts, 1 hole``. Return "" if no work is missing."""
     numbers: dict[str, int] = {}
     for issue in issues:

@@ -32,12 +32,12 @@ class Head(StrEnum):
         return _METHODS.get(self)
 
     @classmethod
-    def that_cuts(cls, method: CutMethod) -> Head:
+    def for_method(cls, method: CutMethod) -> Head:
         """Return the head that a cutting method needs."""
         return next(head for head, cuts in _METHODS.items() if cuts is method)
 
 
-def method_of(name: str) -> str:
+def first_word_of_process(name: str) -> str:
     """Return the first word of a process name from a cut chart. This is usually a value of `CutMethod`."""
     return name.lower().partition("_")[0]
 

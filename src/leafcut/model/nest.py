@@ -104,7 +104,7 @@ class Stock:
         return self.name + ("" if self.price is None else f"@{self.price:.12g}")
 
 
-def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
+def costs_per_sheet(stocks: Sequence[Stock]) -> list[float]:
     """Return the cost of one sheet of each kind.
 
     If any kind has a price, the cost is the price, otherwise the area in mm². A remnant without a price costs nothing
@@ -178,7 +178,7 @@ class Nest:
 
     @property
     def _cost(self) -> float:
-        costs = sheet_costs(self.stocks)
+        costs = costs_per_sheet(self.stocks)
         return sum(layout.count * costs[layout.stock] for layout in self.layouts)
 
     @cached_property

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import PASSING, path_around_zones, touches_any_zone, widen_zones
-from leafcut.model.cutter import widest_below
+from leafcut.model.cutter import widest_radius_below
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Obstacles:
         """Minimum height of a rapid across all zones, mm."""
         return float(self.heights.max(initial=-math.inf))
 
-    def of_tool(self, tool: int | None) -> NDArray[np.float64]:
+    def zones_for_tool(self, tool: int | None) -> NDArray[np.float64]:
         """Return the rectangles, float64[k, 4], that the centre of a tool must avoid."""
         return widen_zones(self.zones, self._margins(tool or 0))
 
@@ -66,7 +66,7 @@ class Obstacles:
         if unknown and math.isfinite(self.height):
             return self.height
         start = b if unknown else a
-        zones = self.of_tool(tool)
+        zones = self.zones_for_tool(tool)
         if not touches_any_zone([start], [b], zones, dogleg=self.dogleg)[0]:
             return -math.inf
         touched = [touches_any_zone([start], [b], zones[[k]], dogleg=self.dogleg)[0] for k in range(len(zones))]
@@ -74,7 +74,7 @@ class Obstacles:
 
     def route_around(self, a: Point, b: Point, tool: int | None) -> list[Point] | None:
         """Return the intermediate points of the shortest route around all zones, or None if every route is blocked."""
-        return path_around_zones(a, b, self.of_tool(tool), dogleg=self.dogleg)
+        return path_around_zones(a, b, self.zones_for_tool(tool), dogleg=self.dogleg)
 
     def extent_of_detours(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the extent of moves over or around the zones: the lowest and then the highest x, y and z, mm."""
@@ -88,4 +88,4 @@ class Obstacles:
     def _margins(self, tool: int) -> NDArray[np.float64]:
         """Return the distance that the centre of a tool must keep from each zone, float64[k], mm."""
         bodies, lowest = self.bodies.get(tool, ()), self.lowest.get(tool, -math.inf)
-        return widest_below(self.radii.get(tool, 0.0), bodies, lowest, self.heights)
+        return widest_radius_below(self.radii.get(tool, 0.0), bodies, lowest, self.heights)

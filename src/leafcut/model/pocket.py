@@ -59,16 +59,20 @@ class Pocket:
         return self.name if "pocket" in self.name.lower() else Message("pocket {}", self.name)
 
     def region(self, tolerance: float = 0.01, *, filled: bool = False) -> Any:
-        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`). With `filled`, it has no islands.
+        """Return the pocket as a valid shapely Polygon. With `filled`, it has no islands.
+
+        For the accuracy, see `geometry.regions.region_with_islands`.
 
         Raises
         ------
         PlanError
             The outline or an island crosses itself, or an island touches the wall or another island.
         """
-        from leafcut.geometry.regions import region  # loads shapely, which jobs without pockets do not need
+        from leafcut.geometry.regions import (
+            region_with_islands,
+        )  # loads shapely, which jobs without pockets do not need
 
-        return region(self.outline, () if filled else self.islands, tolerance, self.label)
+        return region_with_islands(self.outline, () if filled else self.islands, tolerance, self.label)
 
     @property
     def area(self) -> float:

@@ -183,7 +183,7 @@ class Toolpath:
     def of_motions(cls, motions: Iterable[Motion]) -> Toolpath:
         """Create a toolpath from motions without cycles and arcs."""
         rows = [(int(m.kind), *m.end, m.value, m.ref, m.line) for m in motions]
-        return _of_columns(np.array(rows, dtype=np.float64).reshape(-1, WIDTH), (), ())
+        return _toolpath_from_columns(np.array(rows, dtype=np.float64).reshape(-1, WIDTH), (), ())
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -221,7 +221,7 @@ class Toolpath:
         machine = self.kind == Kind.MACHINE
         before = np.full((n, 3), UNKNOWN)
         for axis in range(3):
-            last = last_rows(moving | (machine & np.isfinite(self.end[:, axis])))
+            last = latest_marked_rows(moving | (machine & np.isfinite(self.end[:, axis])))
             lost = machine | ((self.kind == Kind.PROBE) & (axis == 2))
             known = last[:-1] >= 0
             before[1:][known, axis] = np.where(lost, UNKNOWN, self.end[:, axis])[last[:-1][known]]
@@ -255,7 +255,7 @@ class Toolpath:
 
         The result is int64 for integer columns, otherwise float64.
         """
-        rows = last_rows(self.kind == kind)
+        rows = latest_marked_rows(self.kind == kind)
         wide = np.int64 if np.issubdtype(column.dtype, np.integer) else np.float64
         return np.where(rows >= 0, column[rows], default).astype(wide)
 
@@ -283,7 +283,9 @@ class Toolpath:
         return [np.array(arc_extremes(self, int(row))).reshape(-1, 3) for row in rows]
 
 
-def _of_columns(table: NDArray[np.float64], cycles: tuple[DrillCycle, ...], arcs: tuple[Arc, ...]) -> Toolpath:
+def _toolpath_from_columns(
+    table: NDArray[np.float64], cycles: tuple[DrillCycle, ...], arcs: tuple[Arc, ...]
+) -> Toolpath:
     return Toolpath(
         kind=table[:, 0].astype(np.int8),
         end=np.ascontiguousarray(table[:, 1:4]),
@@ -336,7 +338,7 @@ def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
     return points
 
 
-def last_rows(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+def latest_marked_rows(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
     """For every row, return the index of the latest masked row up to this row, or -1 before the first."""
     return np.maximum.accumulate(np.where(mask, np.arange(len(mask)), -1))
 
@@ -484,7 +486,7 @@ class ToolpathBuilder:
     def build(self) -> Toolpath:
         """Create a frozen toolpath from the rows."""
         table = np.array(self._rows, dtype=np.float64).reshape(-1, WIDTH)
-        return _of_columns(table, tuple(self._cycles), tuple(self._arcs))
+        return _toolpath_from_columns(table, tuple(self._cycles), tuple(self._arcs))
 
     def _move(
         self, kind: Kind, x: float | None, y: float | None, z: float | None, value: float, ref: int, line: int

@@ -81,7 +81,7 @@ class Turns(NamedTuple):
         return sweep
 
 
-def turns_of(path: Toolpath) -> Turns:
+def arc_turns(path: Toolpath) -> Turns:
     """Return the arcs and helices of a path."""
     row = np.flatnonzero((path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW))
     n = len(row)

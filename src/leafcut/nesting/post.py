@@ -25,19 +25,19 @@ DIGITS = 6
 ROUND = 1e-9
 
 
-def write_layout(nest: Nest, layout: Layout) -> str:
+def layout_as_dxf(nest: Nest, layout: Layout) -> str:
     """Write one sheet of a nest as DXF R2000 in mm.
 
     Outlines are on layer CUT, and the name of the part is attached as XDATA. Holes are on layer CUT_HOLES, marks on
     MARK, and the edge of the sheet on SHEET. Arcs remain arcs. The same nest always gives the same text.
     """
-    with _without_dates():
+    with _reproducible_dxf():
         return _drawing_text(_layout_drawing(nest, layout))
 
 
-def write_stock(stock: Stock) -> str:
+def remnant_as_dxf(stock: Stock) -> str:
     """Write a remnant as a drawing. Its outline and its holes are on layer SHEET."""
-    with _without_dates():
+    with _reproducible_dxf():
         drawing = _new_drawing()
         _draw_stock(drawing.modelspace(), stock)
         return _drawing_text(drawing)
@@ -99,7 +99,7 @@ def _drawing_text(drawing: Any) -> str:
 
 
 @contextmanager
-def _without_dates() -> Iterator[None]:
+def _reproducible_dxf() -> Iterator[None]:
     """Prevent ezdxf from writing dates and random numbers. The option for this is global, so a lock protects it."""
     import ezdxf
 

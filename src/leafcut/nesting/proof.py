@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from shapely import Point, Polygon, STRtree
 
-from leafcut.geometry.index import component_numbers
+from leafcut.geometry.index import connected_components
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.contour import Contour
@@ -128,7 +128,7 @@ def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) ->
     first, second = tree.query(regions, "dwithin", spacing + 2.0 * CHORD)
     close_pairs = [(i, j) for i, j in sorted(zip(first.tolist(), second.tolist(), strict=True)) if i < j]
     joined = [(i, j) for i, j in close_pairs if kerf > 0.0 and _have_common_edge(shells[i], shells[j], kerf)]
-    groups = component_numbers(len(regions), *np.array(joined, dtype=np.int64).reshape(-1, 2).T)
+    groups = connected_components(len(regions), *np.array(joined, dtype=np.int64).reshape(-1, 2).T)
     errors = []
     for i, j in close_pairs:
         distance = regions[i].distance(regions[j])
@@ -197,7 +197,7 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[Message]:
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]
     for path in stock.paths:
-        edge = next((candidate for candidate in edges if _is_same(Contour(path, "sheet"), candidate)), None)
+        edge = next((candidate for candidate in edges if _is_same_contour(Contour(path, "sheet"), candidate)), None)
         if edge is None:
             errors.append(
                 Message("the drawing does not show the edge of the {:g} × {:g} mm sheet", stock.length, stock.width)
@@ -209,14 +209,16 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[Message]:
     if sheet.n_parts != len(layout.placements):
         errors.append(Message("{} parts are in the drawing, {} expected", sheet.n_parts, len(layout.placements)))
     drawn = sheet.contours
-    tree = STRtree([Point(_middle(c.path)) for c in drawn])
+    tree = STRtree([Point(_box_centre(c.path)) for c in drawn])
     remaining = set(range(len(drawn)))
     names = Counter(nest.parts[p.part].label for p in layout.placements)
     if Counter(c.name for c in drawn if c.name) != names:
         errors.append(Message("the names of the parts differ from the drawing"))
     for contour in nest.contours(layout):
-        candidates = tree.query(Point(_middle(contour.path)), "dwithin", SAME_PLACE)
-        match = next((int(i) for i in sorted(candidates) if int(i) in remaining and _is_same(contour, drawn[i])), None)
+        candidates = tree.query(Point(_box_centre(contour.path)), "dwithin", SAME_PLACE)
+        match = next(
+            (int(i) for i in sorted(candidates) if int(i) in remaining and _is_same_contour(contour, drawn[i])), None
+        )
         if match is None:
             x, y = contour.path.start
             errors.append(Message("a contour ({}) at ({:.3f}, {:.3f}) is not in the drawing", contour.kind, x, y))
@@ -228,17 +230,17 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[Message]:
     ]
 
 
-def _middle(path: Polyline) -> tuple[float, float]:
+def _box_centre(path: Polyline) -> tuple[float, float]:
     x0, y0, x1, y1 = path.extents
     return (0.5 * (x0 + x1), 0.5 * (y0 + y1))
 
 
-def _is_same(a: Contour, b: Contour) -> bool:
-    if a.kind != b.kind or a.path.closed != b.path.closed or _difference(a.path.extents, b.path.extents):
+def _is_same_contour(a: Contour, b: Contour) -> bool:
+    if a.kind != b.kind or a.path.closed != b.path.closed or _differs(a.path.extents, b.path.extents):
         return False
     area = abs(abs(a.path.area) - abs(b.path.area))
     return abs(a.path.length - b.path.length) <= SAME_PLACE and area <= SAME_PLACE * max(a.path.length, 1.0)
 
 
-def _difference(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+def _differs(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
     return max(abs(p - q) for p, q in zip(a, b, strict=True)) > SAME_PLACE

@@ -24,7 +24,7 @@ def nest_as_json(outcome: NestOutcome) -> dict[str, Any]:
         "parts": sum(part.quantity for part in first.parts),
         "spacing_mm": outcome.spacing,
         "margin_mm": outcome.margin,
-        "variants": [_variant_as_json(nest, files) for nest, files in _with_files(outcome)],
+        "variants": [_variant_as_json(nest, files) for nest, files in _nests_with_files(outcome)],
         "remnants": [
             {
                 **_stock_as_json(remnant.stock),
@@ -53,7 +53,7 @@ def _stock_as_json(stock: Stock) -> dict[str, Any]:
     }
 
 
-def _with_files(outcome: NestOutcome) -> Iterator[tuple[Nest, tuple[str, ...]]]:
+def _nests_with_files(outcome: NestOutcome) -> Iterator[tuple[Nest, tuple[str, ...]]]:
     return ((nest, outcome.files[i] if i < len(outcome.files) else ()) for i, nest in enumerate(outcome.nests))
 
 
@@ -105,7 +105,9 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
         if issue.missing is not None:
             console.print(Text(replace_unprintable(f"missing: {issue}"), "bold red"), soft_wrap=True)
     spaced = f"{outcome.spacing:g} mm apart, {outcome.margin:g} mm from the edge"
-    console.print(Text(replace_unprintable(f"{parts} on sheets of {_sizes(first)}, {spaced}")), soft_wrap=True)
+    console.print(
+        Text(replace_unprintable(f"{parts} on sheets of {_sheet_sizes_text(first)}, {spaced}")), soft_wrap=True
+    )
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
     table.add_column("variant", min_width=len("1 by rectangles,"))  # the table fits into 80 columns
     for title in (
@@ -127,11 +129,11 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
             *shares,
         )
     console.print(table)
-    for line in _closing_lines(outcome):
+    for line in _file_lines(outcome):
         console.print(Text(replace_unprintable(line)), soft_wrap=True)
 
 
-def _sizes(nest: Nest) -> str:
+def _sheet_sizes_text(nest: Nest) -> str:
     if len(nest.stocks) == 1:
         return f"{nest.stocks[0].length:g} × {nest.stocks[0].width:g} mm"
     used: Counter[int] = Counter()
@@ -145,8 +147,8 @@ def _sizes(nest: Nest) -> str:
     return ", ".join(descriptions)
 
 
-def _closing_lines(outcome: NestOutcome) -> Iterator[str]:
-    for nest, files in _with_files(outcome):
+def _file_lines(outcome: NestOutcome) -> Iterator[str]:
+    for nest, files in _nests_with_files(outcome):
         for layout, file in zip(nest.layouts, files, strict=False):
             kind = f" of {nest.stock_of(layout).name}" if len(nest.stocks) > 1 else ""
             parts = count(len(layout.placements), "part")

@@ -20,14 +20,14 @@ from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, hear
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
 from leafcut.nesting.options import NestOptions
-from leafcut.nesting.post import write_layout, write_stock
+from leafcut.nesting.post import layout_as_dxf, remnant_as_dxf
 from leafcut.nesting.proof import check_drawing, check_nest, check_remnants
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.options.drawings import MARK_NAMES
 from leafcut.options.sheet_word import LARGEST_SHEET, SheetWord
 from leafcut.processes.cutting_machines import with_cutting_machine
 from leafcut.read import read_contours
-from leafcut.read.format import Source, factor_of, load
+from leafcut.read.format import Source, drawing_unit_mm, load_source
 from leafcut.read.machine import load_machine
 from leafcut.read.registry import read_source
 from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
@@ -52,7 +52,7 @@ KERF = 2.0
 REMNANT_SIZE = 150.0
 
 
-def nest(
+def search_nests(
     parts: Sequence[NestPart],
     options: NestOptions,
     kerf: float,
@@ -73,11 +73,11 @@ def nest(
     PlanError
         If the list of parts is empty, a part fits no sheet, or no nest passed the check.
     """
-    from leafcut.nesting.plan.nesting import prepare_task, variants
+    from leafcut.nesting.plan.nesting import nest_variants, prepare_task
 
     start_time = time.perf_counter()
     cancelled = cancelled or threading.Event()
-    task = prepare_task(parts, options, kerf, stocks or sized_sheets(options))
+    task = prepare_task(parts, options, kerf, stocks or sheets_of_given_size(options))
     common = kerf if options.blocks != "none" else 0.0
     nests: list[Nest] = []
     dropped: list[str] = []
@@ -97,7 +97,7 @@ def nest(
             progress(replace(last, trial=Trial(f"{variant.method} {variant.seed}", f"{used:.1f} %", -used)))
 
     try:
-        for variant in variants(task, search, report_progress, cancelled):
+        for variant in nest_variants(task, search, report_progress, cancelled):
             if isinstance(variant, Nest):
                 report_nest(variant)
             if isinstance(variant, str):
@@ -126,7 +126,7 @@ def _without_duplicates(nests: list[Nest]) -> list[Nest]:
     return kept
 
 
-def sized_sheets(options: NestOptions) -> list[Stock]:
+def sheets_of_given_size(options: NestOptions) -> list[Stock]:
     """Return the sheets in the options. Raises OptionError if an option names a drawing instead of a size."""
     stocks = []
     for sheet in options.sheets:
@@ -161,7 +161,7 @@ def _search_issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple
     return tuple(issues)
 
 
-def nest_drawings(
+def nest_and_write_drawings(
     wanted: Sequence[WantedDrawing],
     settings: Settings,
     output: str | Path | None = None,
@@ -191,14 +191,16 @@ def nest_drawings(
     settings, parts, stocks, issues = _read_inputs(wanted, settings, progress)
     options = settings.of(NestOptions)
     kerf = KERF if settings.cut_data.kerf is None else settings.cut_data.kerf
-    outcome = nest(parts, options, kerf, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
+    outcome = search_nests(parts, options, kerf, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
     names = outcome.names(output or "sheet.dxf", options.n_written)
-    drawings = tuple(_sheet_texts(variant, files) for variant, files in zip(outcome.nests, names, strict=False))
+    drawings = tuple(
+        _write_sheet_drawings(variant, files) for variant, files in zip(outcome.nests, names, strict=False)
+    )
     files = names if output else ()
     texts = {file: text for pair in zip(files, drawings, strict=False) for file, text in zip(*pair, strict=True)}
     remnants: tuple[Remnant, ...] = ()
     if options.remnants_out is not None:
-        remnants, remnant_texts = _remnants(outcome, Path(output or "sheet.dxf").stem, options)
+        remnants, remnant_texts = _write_remnants(outcome, Path(output or "sheet.dxf").stem, options)
         texts |= remnant_texts
     sheet_issues = _table_issues(outcome.nests[: options.n_written], settings)
     all_issues = (*sheet_issues, *dict.fromkeys(issues), *outcome.issues)
@@ -216,11 +218,11 @@ def _read_inputs(
 
     @cache
     def load_cached(file: str) -> Source:
-        return load(file) if is_strip_instance(file) else read_source(file)[1]
+        return load_source(file) if is_strip_instance(file) else read_source(file)[1]
 
     @cache
     def sheet_of(file: str) -> Sheet:
-        return _prepared_sheet(load_cached(file), settings, heartbeat_for_step(progress, Message("reading")))
+        return _read_sheet(load_cached(file), settings, heartbeat_for_step(progress, Message("reading")))
 
     settings, stocks = _available_sheets(settings, load_cached, heartbeat_for_step(progress, Message("reading")))
     issues: list[Issue] = []
@@ -229,11 +231,11 @@ def _read_inputs(
         angles = parse_angles(entry.rotations, "rotations") if entry.rotations else settings.of(NestOptions).angles
         if is_strip_instance(entry.file):
             turned = bool(entry.rotations) or "rotations" in settings.given
-            unit = factor_of(settings.of(ReadOptions), None)
+            unit = drawing_unit_mm(settings.of(ReadOptions), None)
             parts += read_strip_instance(load_cached(entry.file), entry.quantity, angles, turned, unit)
             continue
         sheet = sheet_of(entry.file)
-        new_parts, part_issues = parts_of(sheet, entry.quantity, angles)
+        new_parts, part_issues = parts_of_sheet(sheet, entry.quantity, angles)
         parts += new_parts
         issues += [
             *(replace(issue, message=Message("{}: {}", sheet.name, issue.message)) for issue in sheet.issues),
@@ -242,7 +244,7 @@ def _read_inputs(
     return settings, parts, stocks, issues
 
 
-def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) -> Sheet:
+def _read_sheet(source: Source, settings: Settings, on_progress: Heartbeat) -> Sheet:
     from leafcut.processes.contours import prepare_sheet
 
     part = read_contours(source, settings.read, on_progress)
@@ -250,7 +252,7 @@ def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) 
         return prepare_sheet(part, settings.sheet, settings.read.concentric)
     except PlanError as error:
         # Name the drawing, unless the message already does.
-        raise error if _names(error, source.path) else PlanError("{}: {}", source, error) from None
+        raise error if _names_file(error, source.path) else PlanError("{}: {}", source, error) from None
 
 
 def _available_sheets(
@@ -270,20 +272,20 @@ def _available_sheets(
         sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
         size = "x".join(f"{side:g}" for side in sides)
         options = replace(options, sheet=(size,))
-        return settings.but(options), sized_sheets(options)
+        return settings.but(options), sheets_of_given_size(options)
     stocks = [
-        _remnant_stock(sheet, load_cached(sheet.name), options.margin, on_progress)
+        _read_remnant(sheet, load_cached(sheet.name), options.margin, on_progress)
         if sheet.size is None
         else Stock(*sheet.size, sheet.count, sheet.price, (), sheet.name)
         for sheet in options.sheets
     ]
     for stock in stocks if "machine" in settings.given else ():
-        if message := _exceeds_table(stock, machine):
+        if message := _table_size_message(stock, machine):
             raise OptionError("--sheet: {}; use a smaller one, or another --machine", message)
     return settings, stocks
 
 
-def _exceeds_table(stock: Stock, machine: Machine) -> str:
+def _table_size_message(stock: Stock, machine: Machine) -> str:
     """Return a message if a sheet is larger than the travel of the machine, otherwise an empty text."""
     reach = [machine.reach(axis) for axis in (0, 1)]
     if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
@@ -304,17 +306,17 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
     return [
         Issue("L435", Message("{}: check it with the machine that cuts it (--machine)", message))
         for stock in used.values()
-        if (message := _exceeds_table(stock, machine))
+        if (message := _table_size_message(stock, machine))
     ]
 
 
-def _names(error: PlanError, file: str) -> bool:
+def _names_file(error: PlanError, file: str) -> bool:
     """Return whether the message of an error starts with a file name."""
     message = error.args[0]
     return isinstance(message, Message) and message.values[:1] == (file,)
 
 
-def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
+def _read_remnant(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
     """Read a sheet from a drawing.
 
     The drawing must contain one closed outline, which may have holes. It may be on any layer except the layers for
@@ -326,7 +328,7 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     try:
         drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES), "all")
     except PlanError as error:
-        raise (error if _names(error, sheet.name) else PlanError("{}: {}", printable(sheet.name), error)) from None
+        raise (error if _names_file(error, sheet.name) else PlanError("{}: {}", printable(sheet.name), error)) from None
     outer = [c.path for c in drawn.contours if c.depth == 0]
     holes = [c.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:
@@ -351,32 +353,34 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     return Stock(x1 - x0, y1 - y0, sheet.count, sheet.price, paths, Path(sheet.name).stem)
 
 
-def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
-    from leafcut.nesting.plan.remains import remnants_of_layout
+def _write_remnants(
+    outcome: NestOutcome, stem: str, options: NestOptions
+) -> tuple[tuple[Remnant, ...], dict[str, str]]:
+    from leafcut.nesting.plan.remains import find_remnants
 
     best, folder = outcome.nests[0], options.remnants_out or Path()
     remnants: list[Remnant] = []
     texts: dict[str, str] = {}
     for number, layout in enumerate(best.layouts, 1):
         name = f"{stem}_{number}_rest" if len(best.layouts) > 1 else f"{stem}_rest"
-        stocks = remnants_of_layout(best, layout, outcome.spacing, REMNANT_SIZE, name)
+        stocks = find_remnants(best, layout, outcome.spacing, REMNANT_SIZE, name)
         for stock, _ in stocks:
             file = str(folder / f"{stock.name}.dxf")
-            texts[file] = write_stock(stock)
+            texts[file] = remnant_as_dxf(stock)
             remnants.append(Remnant(file, layout.count, stock))
         if faults := check_remnants(best, layout, stocks, outcome.spacing):
             raise VerifyError("remnants of sheet {} were not written: {}", number, faults[0])
     return tuple(remnants), texts
 
 
-def _sheet_texts(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
-    texts = tuple(write_layout(variant, layout) for layout in variant.layouts)
+def _write_sheet_drawings(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
+    texts = tuple(layout_as_dxf(variant, layout) for layout in variant.layouts)
     for layout, name, text in zip(variant.layouts, names, texts, strict=True):
-        _read_back(variant, layout, name, text)
+        _check_written_drawing(variant, layout, name, text)
     return texts
 
 
-def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
+def _check_written_drawing(variant: Nest, layout: Layout, name: str, text: str) -> None:
     """Raise `VerifyError` if the drawing of a sheet, after it is read back, differs from the plan."""
     from leafcut.processes.contours import prepare_sheet
     from leafcut.read.dxf_contours import read_dxf_contours
@@ -387,7 +391,9 @@ def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
         raise VerifyError("{}: was not written: {}", name, faults[0])
 
 
-def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
+def parts_of_sheet(
+    sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None
+) -> tuple[list[NestPart], list[Issue]]:
     """Return the parts of a drawing, and the issues. Each part gets the given quantity and rotations (rad).
 
     Raises PlanError if the drawing has no closed outline.

@@ -16,7 +16,7 @@ from leafcut.errors import SolveError
 from leafcut.files.plugins import lazy_function
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.construction import nearest_neighbour
+from leafcut.order.construction import nearest_neighbour_tour
 from leafcut.order.instance import (
     CANDIDATES,
     FULL_LISTS_LIMIT,
@@ -67,17 +67,17 @@ class Algorithm:
     candidates: int = ANTS_CANDIDATES
     check: Callable[[str, AcoOptions, FireflyOptions, bool], None] = lambda *_: None
 
-    def instance(self, problem: RoutingProblem, candidates: int | None) -> AnyInstance:
+    def build_instance(self, problem: RoutingProblem, candidates: int | None) -> AnyInstance:
         """Convert a problem to the type of instance that the algorithm's move set requires."""
         candidates = self.candidates if candidates is None else candidates
         if not self.has_choices:
             return build_instance(problem, candidates)
-        from leafcut.order.directed import build_directed
+        from leafcut.order.directed import build_directed_instance
 
-        return build_directed(problem, candidates)
+        return build_directed_instance(problem, candidates)
 
 
-def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
+def choose_algorithm(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
     """Look up the algorithm that the options name, with the move set that the problem needs.
 
     Raises
@@ -102,13 +102,13 @@ def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
         raise SolveError("algorithm '{}' does not support precedence; use --algorithm auto", name)
     if problem.metric.matrix is not None and is_directed(problem):
         raise SolveError("algorithm '{}' needs equal costs in both directions; use --algorithm auto", name)
-    return PLACES[name] if name in PLACES else _packaged(name)
+    return PLACES[name] if name in PLACES else _plugin_algorithm(name)
 
 
-def _packaged(name: str) -> Algorithm:
-    from leafcut.order.packaged import run_packaged
+def _plugin_algorithm(name: str) -> Algorithm:
+    from leafcut.order.packaged import run_plugin_algorithm
 
-    return Algorithm(name, lambda: partial(run_packaged, name))
+    return Algorithm(name, lambda: partial(run_plugin_algorithm, name))
 
 
 def fits_cost_table(problem: RoutingProblem) -> bool:
@@ -167,26 +167,29 @@ def check_options(
         )
 
 
-def _nearest_tour(instance: Instance, run: AlgorithmRun) -> SearchResult:
-    tour = nearest_neighbour(instance)
+def _run_nearest_neighbour(instance: Instance, run: AlgorithmRun) -> SearchResult:
+    tour = nearest_neighbour_tour(instance)
     run.best.offer(tour, instance.length(tour), 0)
     return SearchResult(tour)
 
 
-def _nearest_path(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
+def _run_greedy_path(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     from leafcut.order.directed import greedy_path
 
     path = greedy_path(instance)
-    nodes = instance.nodes(path.node, path.enter)
+    nodes = instance.nodes_from_path(path.node, path.enter)
     run.best.offer(nodes, instance.length(path.node, path.enter, path.leave), 0)
     return SearchResult(nodes)
 
 
-def _from(place: str) -> Callable[[], Search]:
+def _lazy_search(place: str) -> Callable[[], Search]:
     return partial(resolve_name, f"leafcut.order.{place}")
 
 
-_ants, _fireflies = _from("literature.ant_algorithms:run_ants"), _from("literature.fireflies:run_fireflies")
+_ants, _fireflies = (
+    _lazy_search("literature.ant_algorithms:run_ants"),
+    _lazy_search("literature.fireflies:run_fireflies"),
+)
 _check_ants = lazy_function("leafcut.order.literature.ant_algorithms:check_ants")
 _check_fireflies = lazy_function("leafcut.order.literature.fireflies:check_fireflies")
 
@@ -194,12 +197,12 @@ _check_fireflies = lazy_function("leafcut.order.literature.fireflies:check_firef
 PLACES = {
     one.name: one
     for one in (
-        Algorithm("colony", _from("colony:run_colony"), candidates=CANDIDATES),
+        Algorithm("colony", _lazy_search("colony:run_colony"), candidates=CANDIDATES),
         *(Algorithm(name, _ants, check=_check_ants) for name in ANT_ALGORITHMS),
         Algorithm("firefly", _fireflies, check=_check_fireflies),
-        Algorithm("kicks", _from("kicks:run_kicks"), candidates=CANDIDATES),
-        Algorithm("2opt", _from("literature.places:run_local_search")),
-        Algorithm("nn", lambda: _nearest_tour),
+        Algorithm("kicks", _lazy_search("kicks:run_iterated_local_search"), candidates=CANDIDATES),
+        Algorithm("2opt", _lazy_search("literature.places:run_local_search")),
+        Algorithm("nn", lambda: _run_nearest_neighbour),
     )
 }
 
@@ -207,9 +210,9 @@ PLACES = {
 CHOICES = {
     one.name: one
     for one in (
-        Algorithm("colony", _from("path_search:run_paths"), has_choices=True, candidates=CANDIDATES),
+        Algorithm("colony", _lazy_search("path_search:run_path_search"), has_choices=True, candidates=CANDIDATES),
         *(Algorithm(name, _ants, has_choices=True, few=True, check=_check_ants) for name in ANT_ALGORITHMS),
         Algorithm("firefly", _fireflies, has_choices=True, few=True, check=_check_fireflies),
-        Algorithm("nn", lambda: _nearest_path, has_choices=True),
+        Algorithm("nn", lambda: _run_greedy_path, has_choices=True),
     )
 }

@@ -31,7 +31,7 @@ NEAR = 40
 STEPS = 200
 
 
-def is_small(instance: DirectedInstance) -> bool:
+def is_small_enough_to_anneal(instance: DirectedInstance) -> bool:
     """Check whether a problem is small enough for annealing."""
     return instance.n <= FEW_CLUSTERS and len(instance.rules.way) <= FEW_NODES
 

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel, tour_cost
-from leafcut.kernels.one_tree import SLACK, Graph, Sets, TreeScratch, climb, join_sets
+from leafcut.kernels.one_tree import SLACK, Graph, Sets, TreeScratch, ascend_subgradient, join_sets
 from leafcut.kernels.spanning_tree import (
     ForestParts,
-    dense_tree,
+    build_dense_spanning_tree,
     find_leaving_edges_in_graph,
     find_leaving_edges_in_tree,
     join_parts,
@@ -129,7 +129,7 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
 def _bound_of_large_instance(instance: Instance, upper: float, stop: StopAsked) -> float | None:
     """Return the best bound proved during the ascent, or None if the time runs out before the first proof."""
     cost, n = instance.cost, instance.n
-    hub = _choose_hub(cost, n)
+    hub = _choose_one_tree_hub(cost, n)
     edges = _candidate_edges(instance.candidates, hub.node)
     tree = minimum_spanning_tree(instance, hub.node, np.zeros(n), _candidate_graph(cost, n, edges), stop)
     if tree is None or not np.isfinite(tree.length).all():
@@ -152,7 +152,7 @@ def _bound_of_large_instance(instance: Instance, upper: float, stop: StopAsked) 
     return proved
 
 
-def _ascent_steps(n: int) -> int:
+def _ascent_step_count(n: int) -> int:
     return int(max(FEWEST_STEPS, min(STEPS + STEPS_PER_NODE * n, NODE_STEPS / n)))
 
 
@@ -162,7 +162,7 @@ def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) 
     Returns None if the ascent does not complete a single step.
     """
     cost, n = instance.cost, instance.n
-    hub, steps, penalty, proved = _choose_hub(cost, n), _ascent_steps(n), np.zeros(n), None
+    hub, steps, penalty, proved = _choose_one_tree_hub(cost, n), _ascent_step_count(n), np.zeros(n), None
     looked_up = _cost_matrix(cost, n)
     for step in range(steps):
         if stop() or not np.isfinite(penalty).all():
@@ -174,7 +174,7 @@ def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) 
             sets = _dense_merge_sets(tree, n)
         value = _one_tree_bound(cost, hub, tree, penalty)
         proved = value if proved is None else max(proved, value)
-        excess = np.bincount(np.append(tree.edges, _two_spokes(hub, penalty)), minlength=n) - 2.0
+        excess = np.bincount(np.append(tree.edges, _two_cheapest_hub_neighbours(hub, penalty)), minlength=n) - 2.0
         excess[hub.node] = 0.0
         moves = np.einsum("si,i", sets, excess)
         product = float((moves * moves).sum())
@@ -227,7 +227,7 @@ def _rounded_lower_bound(cost: CostModel, value: float, size: float) -> float:
     return float(math.ceil(value)) if whole and math.isfinite(value) else value
 
 
-def _choose_hub(cost: CostModel, n: int) -> Hub:
+def _choose_one_tree_hub(cost: CostModel, n: int) -> Hub:
     """Choose the hub: the free node if the problem has it, otherwise a tied node, otherwise the last node.
 
     All edges between the other nodes then have regular costs.
@@ -268,7 +268,7 @@ def _merge_sets(tree: SpanningTree, n: int) -> Sets:
 class _Ascent:
     def __init__(self, n: int, sets: Sets, hub: Hub, upper: float, stop: StopAsked) -> None:
         self.n, self.sets, self.hub, self.upper, self.stop = n, sets, hub, upper, stop
-        self.steps = _ascent_steps(n)
+        self.steps = _ascent_step_count(n)
         self.step = 0
         self.penalty = np.zeros(n)
         parent, heap, place = (np.zeros(n, dtype=np.int32) for _ in range(3))
@@ -280,7 +280,7 @@ class _Ascent:
         at_once = max(1, int(NODE_STEPS_PER_LOOK / self.n))
         while self.step < goal and not self.stop():
             last = min(goal, self.step + at_once)
-            value = climb(
+            value = ascend_subgradient(
                 graph,
                 self.sets,
                 hub.spokes,
@@ -299,7 +299,7 @@ class _Ascent:
         return best
 
 
-def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
+def _two_cheapest_hub_neighbours(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
     """Return the hub's neighbours along its two cheapest edges. If the hub has a tied edge, it comes first."""
     costs = hub.spokes + penalty
     costs[hub.node] = math.inf
@@ -312,7 +312,7 @@ def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
 def _one_tree_bound(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> float:
     """Compute the lower bound of the 1-tree: a minimum spanning tree under the penalties, plus two edges of the hub."""
     a, b = tree.edges
-    spokes = _two_spokes(hub, penalty)
+    spokes = _two_cheapest_hub_neighbours(hub, penalty)
     added = np.concatenate([tree.length + (penalty[a] + penalty[b]), hub.spokes[spokes] + penalty[spokes]])
     value = float(added.sum()) - 2.0 * float(penalty.sum())
     return _rounded_lower_bound(cost, value, float(np.abs(added).sum()) + 4.0 * float(np.abs(penalty).sum()))
@@ -333,7 +333,7 @@ def dense_spanning_tree(cost: CostModel, hub: int, penalty: Floats) -> SpanningT
     """Build the minimum spanning tree of all nodes except the hub by checking all pairs. Penalties must be finite."""
     n = len(penalty)
     edges, left, near = np.zeros((2, n - 2), dtype=np.int32), np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
-    dense_tree(cost, penalty, hub, left, np.zeros(n), near, edges[0], edges[1])
+    build_dense_spanning_tree(cost, penalty, hub, left, np.zeros(n), near, edges[0], edges[1])
     return SpanningTree(edges, edge_lengths(cost, edges))
 
 

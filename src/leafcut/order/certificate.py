@@ -12,8 +12,8 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.order.bound import lower_bound
-from leafcut.order.construction import nearest_neighbour
-from leafcut.order.directed import AnyInstance, least_costs
+from leafcut.order.construction import nearest_neighbour_tour
+from leafcut.order.directed import AnyInstance, cheapest_move_costs
 from leafcut.order.instance import CANDIDATES, Instance, build_instance, is_symmetric
 from leafcut.order.search import Best
 from leafcut.order.stop import Deadline
@@ -29,7 +29,7 @@ MOST_BOUNDED = 20_000
 ROUNDING = 1e-9
 
 
-def compute_shown_bound(instance: AnyInstance, best: Best) -> None:
+def compute_bound_for_observers(instance: AnyInstance, best: Best) -> None:
     """Compute a lower bound for the observer of a search while the search clock is stopped.
 
     The bound has no effect on the search result.
@@ -57,7 +57,7 @@ def _prove_bound(
         return None
     if relaxed is not problem or not isinstance(instance, Instance):
         instance = build_instance(relaxed, CANDIDATES)
-    upper = instance.length(nearest_neighbour(instance)) if cost is None else cost - instance.service
+    upper = instance.length(nearest_neighbour_tour(instance)) if cost is None else cost - instance.service
     try:
         bound = lower_bound(instance, upper, stop=late)
     except KeyboardInterrupt:
@@ -79,23 +79,23 @@ def symmetric_relaxation(problem: RoutingProblem, late: Callable[[], bool] = lam
         return problem
     if problem.n_clusters > MOST_CLUSTERS or problem.n_nodes > MOST_WAYS:
         return None
-    table = least_costs(problem, late)
+    table = cheapest_move_costs(problem, late)
     if table is None:
         return None
     service = np.zeros(len(table))
-    service[: problem.n_clusters] = _minimum_service(problem)
+    service[: problem.n_clusters] = _minimum_service_times(problem)
     metric = Metric("EXPLICIT", matrix=np.minimum(table, table.T))
     relaxed = RoutingProblem.of_points(np.zeros((len(table), 2)), metric, closed=True)
     return replace(relaxed, service=service)
 
 
-def _minimum_service(problem: RoutingProblem) -> Floats:
+def _minimum_service_times(problem: RoutingProblem) -> Floats:
     least = np.full(problem.n_clusters, np.inf)
     np.minimum.at(least, problem.cluster, problem.service)
     return least
 
 
-def certify(
+def add_lower_bound(
     problem: RoutingProblem,
     solution: Solution,
     bound: float | None,

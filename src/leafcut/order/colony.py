@@ -21,22 +21,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON
-from leafcut.kernels.assembly import MOST_CHANGES, Assembly, assemble
+from leafcut.kernels.assembly import MOST_CHANGES, Assembly, recombine_by_edge_assembly
 from leafcut.kernels.cost import tour_cost
-from leafcut.order.construction import greedy, random_words
+from leafcut.order.construction import greedy_tour, random_states
 from leafcut.order.instance import MANY, Instance
 from leafcut.order.kicks import (
     NODES_PER_LOOK,
-    descend,
-    first_tour,
+    build_improved_greedy_tour,
+    improve_queued_nodes,
     kick_pieces,
     kick_repeatedly,
-    kick_until,
+    kick_within_time,
     search_breadth,
     tour_with_buffers,
 )
-from leafcut.order.pheromone_view import pheromone_of_tours
-from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, iterate
+from leafcut.order.pheromone_view import pheromone_from_tours
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, run_steps
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, WorkerLog, Workers, thread_count, thread_pool
 
@@ -135,17 +135,17 @@ def build_tour(instance: Instance, word: NDArray[np.uint64], kicks: int, stop: S
     Changes: word.
     """
     node, cost = np.zeros(instance.n, dtype=np.int32), math.inf
-    if not stop.now():
-        tour = tour_with_buffers(greedy(instance, np.random.default_rng(word[0])))
-        if descend(instance, tour, BREADTH, stop):
+    if not stop.must_stop():
+        tour = tour_with_buffers(greedy_tour(instance, np.random.default_rng(word[0])))
+        if improve_queued_nodes(instance, tour, BREADTH, stop):
             if kicks > 0:
                 tour = tour_with_buffers(tour.node, queued=False, log=2 * instance.n + 1000)
-                kick_until(instance, tour, word, kicks, stop)
+                kick_within_time(instance, tour, word, kicks, stop)
             node, cost = tour.node, float(tour_cost(instance.cost, tour.node))
     return node[None], np.array([cost])
 
 
-def assembly_for(n: int) -> Assembly:
+def allocate_assembly_buffers(n: int) -> Assembly:
     """Allocate the buffers that a worker needs to recombine tours of n nodes."""
     return Assembly(
         links=np.empty((n, 4), dtype=np.int32),
@@ -183,16 +183,16 @@ def recombine_tours(
     n, pairs = instance.n, len(mine)
     tours, costs, gains, words = mine.copy(), costs.copy(), np.zeros(pairs), words.copy()
     tour = tour_with_buffers(np.arange(n, dtype=np.int32), queued=False)
-    assembly = assembly_for(n)
+    assembly = allocate_assembly_buffers(n)
     step, breadth = max(1, NODES_PER_LOOK // n), search_breadth(instance, BREADTH)
     for first in range(0, pairs, step):
-        if stop.now():
+        if stop.must_stop():
             break
-        assemble(
+        recombine_by_edge_assembly(
             instance.cost,
             tour,
             assembly,
-            *instance.exchange_lists,
+            *instance.exchange_candidates,
             breadth,
             tours,
             other,
@@ -209,7 +209,7 @@ def recombine_tours(
 
 def create_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers, kicks: int = 0) -> Colony:
     """Build the tours of a new colony. Tours that are not finished in time are left out."""
-    words = random_words(seed, _BUILDING, number, count=ants)
+    words = random_states(seed, _BUILDING, number, count=ants)
     tours, costs = workers.run_and_join([partial(build_tour, instance, words[k : k + 1], kicks) for k in range(ants)])
     done = np.isfinite(costs)
     return Colony(tours[done], costs[done], number)
@@ -218,7 +218,7 @@ def create_colony(instance: Instance, ants: int, seed: int, number: int, workers
 def next_generation(instance: Instance, colony: Colony, seed: int, workers: Workers) -> Colony:
     """Recombine each tour of a colony with its partner's tour. The result depends only on the colony and the seed."""
     ants = len(colony.tours)
-    words = random_words(seed, _FOLLOWING, colony.number, colony.generation, count=ants)
+    words = random_states(seed, _FOLLOWING, colony.number, colony.generation, count=ants)
     mine = np.random.default_rng(words[0]).permutation(ants)
     other = np.roll(mine, -1)
     block = max(1, ants // (MEETINGS_PER_WORKER * workers.count))
@@ -258,7 +258,7 @@ def improve_by_colony(
     champions = Colony(best.tour[None], np.array([best.cost]), _CHAMPIONS)
     many, generations, number, same = instance.n >= MANY, 0, 0, 0
     gain, kicking = math.inf, False
-    while same < enough and not stop.now():
+    while same < enough and not stop.must_stop():
         kicked, kicking = kicking, not many and _have_time_to_kick(seconds, stop)
         if kicked and not kicking:
             break  # a few ants without kicks cannot improve the tours of ants with kicks
@@ -279,12 +279,12 @@ def improve_by_colony(
             seconds = (stop.elapsed() - began) / ants
         if many:
             colony = colony.with_best_of(champions)
-        colony, generations = yield from _evolve(instance, colony, seed, best, workers, generations)
+        colony, generations = yield from _run_generations(instance, colony, seed, best, workers, generations)
         champions = champions.with_best_of(colony)
-        champions, generations = yield from _evolve(instance, champions, seed, best, workers, generations)
+        champions, generations = yield from _run_generations(instance, champions, seed, best, workers, generations)
         number, same = number + 1, same + 1 if best.cost >= before - EPSILON else 0
         gain = before - best.cost
-    if stop.now():
+    if stop.must_stop():
         return
     best.view = SearchView(instance, workers.log)  # kicks use no pheromone
     kicks = KICKS_PER_VISIT * (min(visits, gain / SECONDS_PER_VISIT) if stop.payoff_limit.holds else visits)
@@ -296,7 +296,7 @@ def improve_by_colony(
         yield from kick_repeatedly(instance, best.tour, seed, best, generations, kicks)
 
 
-def _evolve(
+def _run_generations(
     instance: Instance, colony: Colony, seed: int, best: Best, workers: Workers, generations: int
 ) -> Generator[None, None, tuple[Colony, int]]:
     """Run generations until all tours have the same cost or no tour improves.
@@ -306,13 +306,13 @@ def _evolve(
     idle, by_clock = 0, best.stop.seconds < math.inf
     patience = PATIENCE_BY_CLOCK if by_clock else PATIENCE
     _offer_best_tour(colony, best, generations)
-    while idle < patience and costs_differ(colony) and not best.stop.now():
+    while idle < patience and costs_differ(colony) and not best.stop.must_stop():
         following = next_generation(instance, colony, seed, workers)
         idle = 0 if _has_improved(colony.costs, following.costs, LITTLE if by_clock else 0.0) else idle + 1
         colony = following
         generations += 1
         _offer_best_tour(colony, best, generations)
-        best.view = SearchView(instance, workers.log, partial(pheromone_of_tours, instance, colony.tours))
+        best.view = SearchView(instance, workers.log, partial(pheromone_from_tours, instance, colony.tours))
         yield
     return colony, generations
 
@@ -365,11 +365,11 @@ def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
     visits = math.inf if options.is_limited else PRESETS[options.preset]
     threads = thread_count(options)
     with thread_pool(threads, stop) as executor:
-        workers = Workers(executor, threads, stop, WorkerLog.of(threads))
+        workers = Workers(executor, threads, stop, WorkerLog.empty(threads))
         best.view, began = SearchView(instance, workers.log), stop.elapsed()
-        first_tour(instance, BREADTH, best)
+        build_improved_greedy_tour(instance, BREADTH, best)
         seconds = WHIMS * (stop.elapsed() - began) / threads
-        iterations = iterate(
+        iterations = run_steps(
             improve_by_colony(instance, options.seed, best, workers, seconds, visits - instance.n), best
         )
-    return SearchResult(best.tour, iterations, workers.log.figures())
+    return SearchResult(best.tour, iterations, workers.log.worker_figures())

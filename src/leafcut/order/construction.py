@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels.cost import EXPLICIT, CostModel
-from leafcut.order.instance import Instance, build_tree, candidate_lists, matrix_of
+from leafcut.order.instance import Instance, build_tree, candidate_lists, matrix_of_nodes
 
 if TYPE_CHECKING:
     from leafcut.kernels.construct import Unvisited
@@ -30,7 +30,7 @@ MOST_NOISE = 0.1
 FEW = 500
 
 
-def unvisited_buffers(instance: Instance) -> Unvisited:
+def allocate_unvisited_buffers(instance: Instance) -> Unvisited:
     """Allocate buffers for a worker. No node is marked as visited yet."""
     from leafcut.kernels.construct import Unvisited
 
@@ -41,21 +41,23 @@ def unvisited_buffers(instance: Instance) -> Unvisited:
     )
 
 
-def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
+def nearest_neighbour_tour(instance: Instance) -> NDArray[np.int32]:
     """Build the nearest-neighbour tour, int32[n]. It starts at the given start or at the first cluster."""
     if instance.n <= FEW:
-        return _nearest_of_few(instance)
+        return _nearest_neighbour_tour_of_few(instance)
     from leafcut.kernels.construct import nearest_neighbour_tour
 
     tour = np.zeros(instance.n, dtype=np.int32)
-    words, unvisited = np.ones(1, dtype=np.uint64), unvisited_buffers(instance)
-    nearest_neighbour_tour(instance.cost, instance.tree, instance.home, instance.second, words, tour, unvisited)
+    words, unvisited = np.ones(1, dtype=np.uint64), allocate_unvisited_buffers(instance)
+    nearest_neighbour_tour(
+        instance.cost, instance.tree, instance.default_start, instance.second, words, tour, unvisited
+    )
     return tour
 
 
-def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
+def _nearest_neighbour_tour_of_few(instance: Instance) -> NDArray[np.int32]:
     cost, explicit = instance.cost, len(instance.tree.x) == 0
-    tour = [instance.home] if instance.second < 0 else [instance.first, instance.second]
+    tour = [instance.default_start] if instance.second < 0 else [instance.first, instance.second]
     far = np.zeros(instance.n)
     far[tour] = np.inf
     while len(tour) < instance.n:
@@ -85,33 +87,33 @@ def _remove_free_node(
     return rest, costs
 
 
-def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDArray[np.int32]:
+def greedy_tour(instance: Instance, random: np.random.Generator | None = None) -> NDArray[np.int32]:
     """Build the greedy tour, int32[n], by repeatedly adding the cheapest edge that can still be part of a tour.
 
     With `random`, each edge is lengthened by up to `MOST_NOISE`. Different calls then return different tours of similar
     quality.
     """
-    from leafcut.kernels.greedy import join, walk_path
+    from leafcut.kernels.greedy import join_fragments, write_path
 
     cost, n = instance.cost, instance.n
     tail, beside = np.arange(n, dtype=np.int32), np.full((n, 2), -1, dtype=np.int32)
     if cost.tied_a >= 0:
-        join(tail, beside, cost.tied_a, cost.tied_b)
+        join_fragments(tail, beside, cost.tied_a, cost.tied_b)
     # The free node, which is the last, is added after the other nodes form a single path.
     ends = np.arange(n if cost.free < 0 else n - 1, dtype=np.int32)
     lists, lengths = _remove_free_node(cost.free, instance.candidates, instance.lengths)
     while True:
-        _join_cheapest(lists, _with_noise(lengths, random), ends, tail, beside)
+        _join_fragments(lists, _with_noise(lengths, random), ends, tail, beside)
         ends = ends[tail[ends] >= 0]
         if len(ends) <= 1 or (len(ends) == 2 and tail[ends[0]] == ends[1]):
             break
-        lists, lengths, ends = _candidates_between_ends(cost, ends)
+        lists, lengths, ends = _candidates_between_fragment_ends(cost, ends)
     begin = int(ends[0])
     if cost.free >= 0:
-        join(tail, beside, cost.free, begin)
+        join_fragments(tail, beside, cost.free, begin)
         begin = cost.free
     tour = np.empty(n, dtype=np.int32)
-    walk_path(beside, begin, tour)
+    write_path(beside, begin, tour)
     return tour
 
 
@@ -125,7 +127,7 @@ def _median(values: NDArray[np.float64]) -> float:
     return float(ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2)
 
 
-def _join_cheapest(
+def _join_fragments(
     candidates: NDArray[np.int32],
     lengths: NDArray[np.float64],
     nodes: NDArray[np.int32],
@@ -136,28 +138,28 @@ def _join_cheapest(
 
     The function skips edges that cost more than a typical edge to neighbour number `SURE_NEIGHBOURS`.
     """
-    from leafcut.kernels.greedy import join_edges, list_edges
+    from leafcut.kernels.greedy import join_fragments_along_edges, list_edges
 
     k = candidates.shape[1]
     limit = np.inf if k >= len(nodes) - 1 else _median(lengths[:, min(SURE_NEIGHBOURS, k) - 1])
     edges = np.empty(candidates.size, dtype=np.uint64)
     count = list_edges(candidates, lengths, nodes, tail, limit, edges)
     edges[:count].sort()
-    join_edges(edges, count, candidates, nodes, tail, beside)
+    join_fragments_along_edges(edges, count, candidates, nodes, tail, beside)
 
 
-def _candidates_between_ends(
+def _candidates_between_fragment_ends(
     cost: CostModel, ends: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.int32]]:
     m, explicit = len(ends), cost.code == EXPLICIT
     tree, order = build_tree(np.zeros((0, 2)) if explicit else cost.xy[ends])
     nodes = ends if explicit else ends[order]
-    among = cost._replace(xy=cost.xy[nodes], matrix=matrix_of(cost, nodes), tied_a=-1, tied_b=-1, free=-1)
+    among = cost._replace(xy=cost.xy[nodes], matrix=matrix_of_nodes(cost, nodes), tied_a=-1, tied_b=-1, free=-1)
     lists, lengths = candidate_lists(among, tree, m, m, min(END_NEIGHBOURS, m - 1))
     return lists, lengths, nodes
 
 
-def random_words(seed: int, *stream: int, count: int) -> NDArray[np.uint64]:
+def random_states(seed: int, *stream: int, count: int) -> NDArray[np.uint64]:
     """Create a nonzero random state for each ant, uint64[count].
 
     Each state depends only on the seed, the stream, and the ant.

@@ -25,16 +25,16 @@ from leafcut.order.instance import (
     Instance,
     MoveCosts,
     add_path_ends,
+    allocate_nearby_buffers,
+    build_cost_model,
     build_tree,
     candidate_lists,
-    cluster_places,
-    cost_model,
+    cluster_positions,
     costs_of_edges,
     is_directed,
-    nearby_buffers,
     nodes_by_cluster,
 )
-from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, compressed_rows, impossible_moves_and_reduction
+from leafcut.order.precedence import CLOSURE_LIMIT, compressed_rows, impossible_moves_and_reduction, validate_pairs
 
 #: Up to this many nodes, candidates are computed from the costs of all pairs, which needs n² memory.
 DENSE_LIMIT = 3000
@@ -98,18 +98,18 @@ class DirectedInstance:
         """Always True, because the length of a path equals its cost."""
         return True
 
-    def path(self, tour: Ints) -> Ints:
+    def cluster_order(self, tour: Ints) -> Ints:
         """Convert a tour of the problem's nodes to clusters, int32[clusters]."""
         clusters: Ints = self.problem.cluster[tour].astype(np.int32)
         return clusters
 
-    def places(self, tour: Ints) -> Points:
+    def path_positions(self, tour: Ints) -> Points:
         """Return the positions along a path from start to end: each node's entry, and its exit if they differ."""
         entry, leave = self.problem.entry[tour], self.problem.exit[tour]
         same = np.array_equal(entry, leave)
         return add_path_ends(self.problem, entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
 
-    def nodes(self, node: Ints, enter: Ints) -> Ints:
+    def nodes_from_path(self, node: Ints, enter: Ints) -> Ints:
         """Convert a path, int32[n], to nodes of the problem, int32[clusters].
 
         A closed path without precedence starts at cluster 0.
@@ -119,7 +119,7 @@ class DirectedInstance:
             order = np.roll(order, -int(np.flatnonzero(order == 0)[0]))
         return enter[order]
 
-    def path_of(self, nodes: Ints) -> tuple[Ints, Ints]:
+    def path_from_nodes(self, nodes: Ints) -> tuple[Ints, Ints]:
         """Convert nodes of the problem, int32[clusters], to a path (node, enter), int32[n] each."""
         node, enter = self.problem.cluster[nodes].astype(np.int32), self.enter.copy()
         enter[node] = nodes
@@ -131,8 +131,8 @@ class DirectedInstance:
         return float(travels.sum()) + float(self.rules.service[enter].sum())
 
 
-#: A problem as arrays for either move set. Both classes provide `problem`, `n`, `service`, `exact`, `path`, and
-#: `places`.
+#: A problem as arrays for either move set. Both classes provide `problem`, `n`, `service`, `exact`,
+#: `cluster_order`, and `path_positions`.
 AnyInstance = Instance | DirectedInstance
 
 
@@ -143,7 +143,7 @@ def refuse_ends_with_cost_table(problem: RoutingProblem) -> None:
         raise SolveError("a cost table has no costs to or from a point; leave out the start and the end point")
 
 
-def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
+def build_directed_instance(problem: RoutingProblem, k: int) -> DirectedInstance:
     """Convert a problem to a `DirectedInstance` with k candidates per node.
 
     Raises
@@ -152,12 +152,12 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
         If the precedence has a cycle, or if the problem combines a cost table with a start or an end.
     """
     m, twisted = problem.n_clusters, is_directed(problem)
-    pairs, barred = checked_pairs(problem), None
+    pairs, barred = validate_pairs(problem), None
     if len(pairs) and m <= CLOSURE_LIMIT:
         barred, pairs = impossible_moves_and_reduction(pairs, m)
     cost, ends, beyond = _build_cost_model(problem, twisted)
     way, begin = nodes_by_cluster(problem)
-    near, back = _candidates(problem, cost, way, beyond, k + (k // 2 if len(pairs) else 0))
+    near, back = _build_candidate_lists(problem, cost, way, beyond, k + (k // 2 if len(pairs) else 0))
     near, back = _feasible_candidates(near, pairs, barred, False, k), _feasible_candidates(back, pairs, barred, True, k)
     enter = way[begin[:m]]
     leave = enter + np.int32(beyond)
@@ -182,7 +182,7 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
     return DirectedInstance(problem, pairs, cost, rules, enter, leave, twisted, ends is not None)
 
 
-def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) -> Route:
+def create_route(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) -> Route:
     """Create a `Route` for a path (`node` and `enter`, int32[n] each), with all the buffers that the kernels need.
 
     The queue starts empty. `log` is the capacity of the log.
@@ -211,7 +211,7 @@ def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) 
     return route
 
 
-def queue_all(instance: DirectedInstance, route: Route) -> None:
+def queue_all_nodes(instance: DirectedInstance, route: Route) -> None:
     """Add all nodes of a route to its empty queue. Changes: queue, queued, counts, bias, shift."""
     route.queue[:], route.queued[:] = route.node, 1
     route.counts[:2] = 0, instance.n
@@ -227,12 +227,14 @@ def greedy_path(instance: DirectedInstance) -> Route:
     free = free[free != first]
     waiting, spot = np.full(n, -1, dtype=np.int32), np.full(n, -1, dtype=np.int32)
     waiting[: len(free)], spot[free] = free, np.arange(len(free), dtype=np.int32)
-    route = route_of(instance, np.full(n, first, dtype=np.int32), instance.enter)
+    route = create_route(instance, np.full(n, first, dtype=np.int32), instance.enter)
     build_cheapest_path(instance.cost, route, rules, waiting, spot, missing)
     return route
 
 
-def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> NDArray[np.float64] | None:
+def cheapest_move_costs(
+    problem: RoutingProblem, late: Callable[[], bool] = lambda: False
+) -> NDArray[np.float64] | None:
     """Compute the cost of the cheapest move from each cluster to each other cluster, float64[n, n].
 
     For an open path, the last row and column belong to its anchor. Precedence is ignored. The function returns None if
@@ -250,7 +252,7 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
     if not problem.closed:
         least[:m, m] = np.minimum.reduceat(moves.to_end(way), begin[:-1])
         least[m, :m] = np.minimum.reduceat(moves.from_start(way), begin[:-1])
-        least[m, m] = moves.along(way[:0]).sum()
+        least[m, m] = moves.along_path(way[:0]).sum()
     return least
 
 
@@ -272,7 +274,7 @@ def _build_cost_model(
     beyond = problem.n_nodes if twisted and not explicit else 0
     places = np.concatenate([problem.entry, problem.exit]) if beyond else problem.entry
     if problem.closed:
-        return cost_model(problem.metric, places), None, beyond
+        return build_cost_model(problem.metric, places), None, beyond
     refuse_ends_with_cost_table(problem)
     given = [p for p in (problem.start, problem.end) if p is not None]
     count = len(places)
@@ -282,32 +284,34 @@ def _build_cost_model(
         np.int32(free - 1 if problem.end is not None else free),
     )
     rest = np.array([*given, (0.0, 0.0)], dtype=np.float64)
-    cost = cost_model(problem.metric, np.concatenate([places, rest]), free=free if len(given) < 2 else -1)
+    cost = build_cost_model(problem.metric, np.concatenate([places, rest]), free=free if len(given) < 2 else -1)
     return cost, ends, beyond
 
 
-def _candidates(problem: RoutingProblem, cost: CostModel, way: Ints, beyond: int, k: int) -> tuple[Listed, Listed]:
+def _build_candidate_lists(
+    problem: RoutingProblem, cost: CostModel, way: Ints, beyond: int, k: int
+) -> tuple[Listed, Listed]:
     m, nodes = problem.n_clusters, len(way)
     k = min(k, m - 1)
     if problem.metric.name == "EXPLICIT" or m < nodes <= DENSE_LIMIT:
-        least = least_costs(problem)
+        least = cheapest_move_costs(problem)
         assert least is not None
         grid = least[:m, :m]
         np.fill_diagonal(grid, np.inf)
-        return _cheapest(grid, k), _cheapest(grid.T, k)
+        return _cheapest_per_row(grid, k), _cheapest_per_row(grid.T, k)
     if m == nodes and beyond:
         exits = way + np.int32(beyond)
         return _nearest_rows(cost, exits, way, k + 1), _nearest_rows(cost, way, exits, k + 1)
     # With many nodes, near clusters are found by their centres, which is accurate enough.
-    xy = cluster_places(problem)
+    xy = cluster_positions(problem)
     tree, label = build_tree(xy)
-    lists, costs = candidate_lists(cost_model(problem.metric, xy[label]), tree, m, m, k)
+    lists, costs = candidate_lists(build_cost_model(problem.metric, xy[label]), tree, m, m, k)
     named, lengths = np.empty_like(lists), np.empty_like(costs)
     named[label], lengths[label] = np.where(lists >= 0, label[lists], -1), costs
     return (named, lengths), (named, lengths)
 
 
-def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
+def _cheapest_per_row(grid: NDArray[np.float64], k: int) -> Listed:
     few = np.sort(np.argpartition(grid, k - 1, axis=1)[:, :k], axis=1)
     costs = np.take_along_axis(grid, few, axis=1)
     order = np.argsort(costs, axis=1, kind="stable")
@@ -322,7 +326,7 @@ def _nearest_rows(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
     )
     lists, costs = np.empty((len(query), k), dtype=np.int32), np.empty((len(query), k))
     per_quadrant = min(PER_QUADRANT, max(1, k // 4))
-    fill_directed_candidates(cost, tree, goal[label], query, per_quadrant, lists, costs, nearby_buffers(k))
+    fill_directed_candidates(cost, tree, goal[label], query, per_quadrant, lists, costs, allocate_nearby_buffers(k))
     return np.where(lists >= 0, label[lists], -1).astype(np.int32), costs
 
 

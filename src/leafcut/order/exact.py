@@ -32,11 +32,11 @@ MOST_SUMS = 2e8
 def try_all_orders(problem: RoutingProblem, pairs: Ints) -> Ints:
     """Find the cheapest path through at most `TRY_ALL` clusters that satisfies the precedence int32[k, 2]."""
     orders = (np.array(o, dtype=np.int32) for o in itertools.permutations(range(problem.n_clusters)))
-    paths = (choose_nodes(problem, order) for order in orders if satisfies_pairs(pairs, order))
+    paths = (choose_nodes_for_order(problem, order) for order in orders if satisfies_pairs(pairs, order))
     return min(paths, key=lambda nodes: path_cost(problem, nodes))
 
 
-def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
+def choose_nodes_for_order(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
     """Choose the nodes, int32[clusters], of the cheapest path that visits the clusters in the given order."""
     nodes, begin = nodes_by_cluster(problem)
     if problem.n_nodes == problem.n_clusters:
@@ -45,15 +45,15 @@ def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
     # For a closed tour, each node of the first layer is tried. The smallest cluster is therefore the first layer.
     first = int(np.argmin([len(layer) for layer in layers])) if problem.closed else 0
     layers = layers[first:] + layers[:first]
-    return np.roll(_cheapest_through(problem, layers), first)
+    return np.roll(_cheapest_path_through_layers(problem, layers), first)
 
 
-def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
+def _cheapest_path_through_layers(problem: RoutingProblem, layers: list[Ints]) -> Ints:
     """Find the cheapest path that visits one node of each layer, int32[layers]."""
     moves, first, last = MoveCosts(problem), layers[0], layers[-1]
     arrival = problem.service[first].astype(np.float64)
 
-    def through(arrival: Floats, home: Floats) -> tuple[float, Ints]:
+    def cheapest_from(arrival: Floats, home: Floats) -> tuple[float, Ints]:
         """Return the cost of the cheapest path and its nodes.
 
         `arrival` is the cost of reaching and serving each first node.
@@ -71,8 +71,10 @@ def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
         return float(total.min()), np.array(nodes, dtype=np.int32)
 
     if not problem.closed:
-        return through(arrival + moves.from_start(first), moves.to_end(last))[1]
-    paths = [through(np.where(first == node, arrival, np.inf), moves.between(last, node[None])[:, 0]) for node in first]
+        return cheapest_from(arrival + moves.from_start(first), moves.to_end(last))[1]
+    paths = [
+        cheapest_from(np.where(first == node, arrival, np.inf), moves.between(last, node[None])[:, 0]) for node in first
+    ]
     return min(paths, key=lambda path: path[0])[1]
 
 
@@ -85,7 +87,7 @@ def is_exactly_solvable(problem: RoutingProblem) -> bool:
     return n << m <= MOST_STATES and firsts * n * n << m <= MOST_SUMS
 
 
-def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
+def solve_exactly(problem: RoutingProblem, pairs: Ints) -> Ints:
     """Find the cheapest path under the acyclic precedence int32[k, 2] and return its nodes, int32[clusters].
 
     The problem must satisfy `is_exactly_solvable`.
@@ -93,17 +95,19 @@ def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
     moves, node = MoveCosts(problem), np.arange(problem.n_nodes, dtype=np.int32)
     between = moves.between(node, node)
     if not problem.closed:
-        return _cheapest_path(problem, pairs, between, problem.service + moves.from_start(node), moves.to_end(node))[1]
+        return _solve_by_dynamic_programming(
+            problem, pairs, between, problem.service + moves.from_start(node), moves.to_end(node)
+        )[1]
     # Without precedence, a closed path starts with cluster 0. Otherwise all clusters without predecessors are tried.
     firsts = np.setdiff1d(np.arange(problem.n_clusters), pairs[:, 1]) if len(pairs) else np.array([0])
     paths = []
     for first in np.flatnonzero(np.isin(problem.cluster, firsts)):
         begun = np.where(node == first, problem.service, np.inf)
-        paths.append(_cheapest_path(problem, pairs, between, begun, between[:, first]))
+        paths.append(_solve_by_dynamic_programming(problem, pairs, between, begun, between[:, first]))
     return min(paths, key=lambda path: path[0])[1]
 
 
-def _cheapest_path(
+def _solve_by_dynamic_programming(
     problem: RoutingProblem, pairs: Ints, between: Floats, begun: Floats, home: Floats
 ) -> tuple[float, Ints]:
     """Find the cheapest path by dynamic programming over sets of clusters and last nodes.

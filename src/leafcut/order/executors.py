@@ -75,7 +75,7 @@ class WatchedExecutor(Executor):
     def __init__(self, workers: int) -> None:
         self.workers = workers
 
-    def check(self) -> None:
+    def check_alive(self) -> None:
         """Raise `ExecutorError` if the submitted tasks can no longer finish."""
 
 
@@ -108,7 +108,7 @@ class _Processes(WatchedExecutor):
         # Not "fork", because a forked process may wait forever for a lock that another thread held.
         context = multiprocessing.get_context("spawn")
         stop, self._alive = context.Pipe(duplex=False)
-        return ProcessPoolExecutor(self.workers, context, _start_worker, (stop,))
+        return ProcessPoolExecutor(self.workers, context, _initialize_worker, (stop,))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         with _without_interrupts():  # a task may start a process
@@ -139,17 +139,17 @@ def _without_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _start_worker(stop: connection.Connection) -> None:
+def _initialize_worker(stop: connection.Connection) -> None:
     """Ignore Ctrl-C, because the parent handles it. Exit when the parent closes `stop` or ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
 
-    def follow() -> None:
+    def exit_with_parent() -> None:
         if parent is not None:
             connection.wait([stop, parent.sentinel])
             os._exit(1)
 
-    threading.Thread(target=follow, daemon=True).start()
+    threading.Thread(target=exit_with_parent, daemon=True).start()
 
 
 class _Dask(WatchedExecutor):
@@ -171,12 +171,12 @@ class _Dask(WatchedExecutor):
         packed = pickle.dumps((fn, args, kwargs), pickle.HIGHEST_PROTOCOL)
         answer: Future[Any] = Future()
         answer.set_running_or_notify_cancel()
-        self.executor.submit(_unpacked_call, __version__, packed).add_done_callback(
+        self.executor.submit(_run_packed_call, __version__, packed).add_done_callback(
             lambda done: _copy_outcome(done, answer)
         )
         return answer
 
-    def check(self) -> None:
+    def check_alive(self) -> None:
         self._check_connected()
         try:
             known = self.client.scheduler_info(n_workers=-1).get("workers")
@@ -213,7 +213,7 @@ def _copy_outcome(done: Future[Any], answer: Future[Any]) -> None:
         answer.set_exception(problem)
 
 
-def _unpacked_call(version: str, packed: bytes) -> bytes:
+def _run_packed_call(version: str, packed: bytes) -> bytes:
     """Run a task on a worker of a cluster. Raises an error if the worker runs a different version of leafcut."""
     _check_version(version)
     fn, args, kwargs = pickle.loads(packed)
@@ -340,7 +340,7 @@ def run_tasks(
             return
         done, _ = wait(course.given, LOOK_SECONDS, FIRST_COMPLETED)
         if not done and isinstance(executor, WatchedExecutor):
-            executor.check()
+            executor.check_alive()
         for future in done:
             yield from course.collect_result(future)
 
@@ -384,7 +384,7 @@ class _TaskQueue:
             yield task, future.result() if problem is None else problem
             return
         if isinstance(self.executor, WatchedExecutor):
-            self.executor.check()
+            self.executor.check_alive()
         deaths += self.alone
         if deaths >= self.attempts:
             yield task, ExecutorError(f"its worker died {deaths} times (not enough memory?)")

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from leafcut.kernels import candidates as candidate_kernels
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel, edge_costs, tour_cost
-from leafcut.kernels.neighbours import MOST_TWINS, Nearby, Tree, grow_tree
+from leafcut.kernels.neighbours import MOST_TWINS, Nearby, Tree, fill_tree
 from leafcut.model.problem import Metric, RoutingProblem
 
 #: A candidate list contains this many neighbours per quadrant. The nearest remaining nodes fill the rest of the list.
@@ -40,7 +40,9 @@ FEW_CLUSTERS, FEW_NODES = 500, 2500
 MANY = 20_000
 
 
-def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = (-1, -1), free: int = -1) -> CostModel:
+def build_cost_model(
+    metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = (-1, -1), free: int = -1
+) -> CostModel:
     """Build the cost model of a metric over points, float64[n, 2], for the kernels."""
     zones = np.ascontiguousarray(metric.zones, dtype=np.float64).reshape(-1, 4)
     return CostModel(
@@ -72,7 +74,7 @@ def _cost_table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
     return codes.relief_table(header, relief.safe, relief.at(xy))
 
 
-def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
+def matrix_of_nodes(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
     """Extract the part of a cost model's matrix that belongs to some nodes, int32[m]: costs, or heights and tiles."""
     if cost.code == codes.EXPLICIT:
         return np.ascontiguousarray(cost.matrix[np.ix_(nodes, nodes)])
@@ -98,11 +100,11 @@ def build_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[n
     leaf_of, stack = np.zeros(n, dtype=np.int32), np.zeros(64, dtype=np.int32)
     begin, stop, child, parent = (np.empty(2 * n + 1, dtype=np.int32) for _ in range(4))
     box = np.empty((2 * n + 1, 4))
-    m = grow_tree(x, y, label, apart, leaf_of, begin, stop, box, child, parent, stack)
+    m = fill_tree(x, y, label, apart, leaf_of, begin, stop, box, child, parent, stack)
     return Tree(x, y, leaf_of, begin[:m], stop[:m], box[:m], child[:m], parent[:m]), label
 
 
-def nearby_buffers(k: int) -> Nearby:
+def allocate_nearby_buffers(k: int) -> Nearby:
     """Allocate the buffers that a worker needs to search for k neighbours."""
     width = max(k, MOST_TWINS)
     return Nearby(
@@ -126,10 +128,10 @@ def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> 
     """
     candidates, lengths = np.full((total, k), -1, dtype=np.int32), np.full((total, k), np.inf)
     if len(tree.x) == 0 or k >= n - 1:
-        _list_cheapest(cost, n, candidates, lengths)
+        _fill_cheapest_candidates(cost, n, candidates, lengths)
         return candidates, lengths
     per_quadrant = min(PER_QUADRANT, max(1, k // 4))
-    candidate_kernels.fill_candidates(cost, tree, per_quadrant, 0, n, candidates, lengths, nearby_buffers(k))
+    candidate_kernels.fill_candidates(cost, tree, per_quadrant, 0, n, candidates, lengths, allocate_nearby_buffers(k))
     return candidates, lengths
 
 
@@ -140,7 +142,9 @@ def costs_of_edges(cost: CostModel, leave: NDArray[np.int32], arrive: NDArray[np
     return costs
 
 
-def _list_cheapest(cost: CostModel, n: int, candidates: NDArray[np.int32], lengths: NDArray[np.float64]) -> None:
+def _fill_cheapest_candidates(
+    cost: CostModel, n: int, candidates: NDArray[np.int32], lengths: NDArray[np.float64]
+) -> None:
     """Fill the candidate lists of the first n nodes with the cheapest other nodes. Ties are broken by index."""
     nodes, size = np.arange(n, dtype=np.int32), min(candidates.shape[1], n - 1)
     for begin in range(0, n if size > 0 else 0, ROWS_AT_ONCE):
@@ -173,7 +177,7 @@ class Instance:
         k-d tree of all nodes that have a position. Empty if costs are explicit.
     candidates
         Candidates of each node, int32[n, k], padded with -1. The free node is the first candidate of every cluster. See
-        `exchange_lists`.
+        `exchange_candidates`.
     lengths
         Costs of the candidates, float64[n, k], padded with infinity.
     first, second
@@ -195,7 +199,7 @@ class Instance:
         return len(self.candidates)
 
     @cached_property
-    def exchange_lists(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    def exchange_candidates(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
         """Candidate lists for exchanges, without the free node: nodes, int32[n, k], and costs, float64[n, k].
 
         Exchanges that start at the free node find all improvements that involve the free node.
@@ -209,7 +213,7 @@ class Instance:
         )
 
     @property
-    def home(self) -> int:
+    def default_start(self) -> int:
         """Default first node of a tour: the given start, or the first cluster if the problem has no start."""
         return self.first if self.first >= 0 else int(np.flatnonzero(self.label == 0)[0])
 
@@ -222,7 +226,7 @@ class Instance:
         pairs = np.broadcast_arrays(np.atleast_1d(leave), np.atleast_1d(arrive))
         return costs_of_edges(self.cost, *(np.ascontiguousarray(nodes, dtype=np.int32) for nodes in pairs))
 
-    def path(self, tour: NDArray[np.int32]) -> NDArray[np.int32]:
+    def cluster_order(self, tour: NDArray[np.int32]) -> NDArray[np.int32]:
         """Return the clusters in the order in which a tour, int32[n], visits them from start to end."""
         count = self.problem.n_clusters
         named = self.label[tour]
@@ -249,12 +253,12 @@ class Instance:
         return is_symmetric(self.problem)
 
     @cached_property
-    def _places(self) -> NDArray[np.float64]:
-        return cluster_places(self.problem)
+    def _cluster_positions(self) -> NDArray[np.float64]:
+        return cluster_positions(self.problem)
 
-    def places(self, tour: NDArray[np.int32]) -> NDArray[np.float64]:
+    def path_positions(self, tour: NDArray[np.int32]) -> NDArray[np.float64]:
         """Return the positions along a tour, int32[n], including the given start and end, float64[m, 2]."""
-        return add_path_ends(self.problem, self._places[self.path(tour)])
+        return add_path_ends(self.problem, self._cluster_positions[self.cluster_order(tour)])
 
 
 def is_directed(problem: RoutingProblem) -> bool:
@@ -289,7 +293,7 @@ def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
 
     A cluster with several nodes is represented by the mean of its entries and exits.
     """
-    places = cluster_places(problem)
+    places = cluster_positions(problem)
     n = len(places)
     first = second = free = -1
     tied = (-1, -1)
@@ -311,7 +315,7 @@ def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
     label[: len(order)] = order
     xy = np.zeros((total, 2))
     xy[: len(places)] = places[label[: len(places)]]
-    cost = cost_model(problem.metric, xy, tied, free)
+    cost = build_cost_model(problem.metric, xy, tied, free)
     k = max(1, min(n_candidates or total, len(places) - 1))
     candidates, lengths = candidate_lists(cost, tree, len(places), total, k)
     if free >= 0:
@@ -331,7 +335,7 @@ def _add_free_node(
     return wider, costs
 
 
-def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
+def cluster_positions(problem: RoutingProblem) -> NDArray[np.float64]:
     """Compute the mean position of the entries and exits of each cluster, float64[clusters, 2], mm."""
     middle = (problem.entry + problem.exit) / 2.0
     count = np.bincount(problem.cluster, minlength=problem.n_clusters).astype(np.float64)
@@ -360,7 +364,7 @@ class MoveCosts:
         self.has_start, self.has_end = (not problem.closed and p is not None for p in (problem.start, problem.end))
         self._exits = np.int32(0 if problem.metric.name == "EXPLICIT" else n)
         self._start, self._end = np.int32(2 * n), np.int32(2 * n + 1)
-        self._cost = cost_model(problem.metric, np.concatenate([problem.entry, problem.exit, np.array(ends)]))
+        self._cost = build_cost_model(problem.metric, np.concatenate([problem.entry, problem.exit, np.array(ends)]))
 
     def between(self, leave: NDArray[np.int32], arrive: NDArray[np.int32]) -> NDArray[np.float64]:
         """Compute the cost of a move from each node in one array to each node in another array, float64[m, k]."""
@@ -379,7 +383,7 @@ class MoveCosts:
             return np.zeros(len(nodes))
         return costs_of_edges(self._cost, nodes + self._exits, np.full(len(nodes), self._end))
 
-    def along(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
+    def along_path(self, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
         """Compute the cost of each move along a path, including the moves from the start and to the end."""
         if not len(nodes) and self.has_start and self.has_end:
             return costs_of_edges(self._cost, np.array([self._start]), np.array([self._end]))
@@ -393,4 +397,4 @@ class MoveCosts:
 def path_cost(problem: RoutingProblem, nodes: NDArray[np.int32]) -> float:
     """Compute the total cost of a path: travel, including the given start and end, plus service times."""
     nodes = np.asarray(nodes, dtype=np.int32)
-    return float(problem.service[nodes].sum()) + float(MoveCosts(problem).along(nodes).sum())
+    return float(problem.service[nodes].sum()) + float(MoveCosts(problem).along_path(nodes).sum())

@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.lin_kernighan import DEPTH, WAITING, Tour, improve_queued, kick_and_mend
+from leafcut.kernels.lin_kernighan import DEPTH, WAITING, Tour, improve_queued, kick_and_repair
 from leafcut.kernels.long_edges import shorten_by_walking
 from leafcut.model.solution import WorkerFigures
-from leafcut.order.construction import greedy, random_words
-from leafcut.order.instance import MANY, Instance, costs_of_edges, matrix_of
-from leafcut.order.search import AlgorithmRun, Best, SearchResult, iterate, set_budget
+from leafcut.order.construction import greedy_tour, random_states
+from leafcut.order.instance import MANY, Instance, costs_of_edges, matrix_of_nodes
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, run_steps, set_preset_budget
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, Workers
 
@@ -103,7 +103,7 @@ def tour_with_buffers(node: NDArray[np.int32], queued: bool = True, log: int = 0
     return tour
 
 
-def queue_waiting(tour: Tour) -> None:
+def queue_waiting_nodes(tour: Tour) -> None:
     """Refill the empty queue with the nodes whose exchange was too long for the buffer, in tour order."""
     waiting = tour.node[tour.queued[tour.node] == WAITING]
     tour.queue[: len(waiting)], tour.queued[waiting] = waiting, 1
@@ -115,10 +115,10 @@ def search_breadth(instance: Instance, breadth: tuple[int, ...]) -> NDArray[np.i
 
     The number never exceeds the candidate list length.
     """
-    return np.minimum(np.array(breadth, dtype=np.int64), instance.exchange_lists[0].shape[1])
+    return np.minimum(np.array(breadth, dtype=np.int64), instance.exchange_candidates[0].shape[1])
 
 
-def descend(
+def improve_queued_nodes(
     instance: Instance,
     tour: Tour,
     breadth: tuple[int, ...],
@@ -133,11 +133,11 @@ def descend(
     for longest in (LONGEST_REWRITE, instance.n):
         working = tour._replace(buffer=tour.buffer[:longest])
         if tour.counts[1] == 0:
-            queue_waiting(tour)
+            queue_waiting_nodes(tour)
         while tour.counts[1] > 0:
-            if stop.now():
+            if stop.must_stop():
                 return False
-            improve_queued(instance.cost, working, *instance.exchange_lists, tries, NODES_PER_LOOK)
+            improve_queued(instance.cost, working, *instance.exchange_candidates, tries, NODES_PER_LOOK)
             if look is not None:
                 look()
     return True
@@ -149,7 +149,7 @@ def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
     Returns whether the tour became shorter.
     """
     ahead = np.roll(tour.node, -1)
-    candidates, lengths = instance.exchange_lists
+    candidates, lengths = instance.exchange_candidates
     longest = np.maximum(lengths[tour.node, -1], lengths[ahead, -1])
     excess = costs_of_edges(instance.cost, tour.node, ahead) - longest
     at = np.flatnonzero(excess > 0.0)
@@ -161,14 +161,14 @@ def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
     return bool(gain > 0.0)
 
 
-def first_tour(instance: Instance, breadth: tuple[int, ...], best: Best) -> NDArray[np.int32]:
-    """Build the greedy tour, improve it with `descend`, and return it. Intermediate tours are offered to `best`.
+def build_improved_greedy_tour(instance: Instance, breadth: tuple[int, ...], best: Best) -> NDArray[np.int32]:
+    """Build the greedy tour, and improve it with `improve_queued_nodes`. Intermediate tours are offered to `best`.
 
     For a large tour, the last step shortens the long edges. On pla85900, with one thread and 1 s, the resulting tour is
     2.1 % above the optimum instead of 2.6 %. Ants skip this step, because recombination removes their long edges and
     the time is better spent on more ants.
     """
-    stop, start = best.stop, greedy(instance)
+    stop, start = best.stop, greedy_tour(instance)
     best.offer(start, float(tour_cost(instance.cost, start)), 0)
     tour = tour_with_buffers(start)
     offered = stop.elapsed()
@@ -179,13 +179,13 @@ def first_tour(instance: Instance, breadth: tuple[int, ...], best: Best) -> NDAr
         best.tell(0)
         offered = stop.elapsed()
 
-    def look() -> None:
+    def offer_regularly() -> None:
         if stop.elapsed() > offered + OFFER_EVERY:
             offer()
 
-    done = descend(instance, tour, breadth, stop, look)
+    done = improve_queued_nodes(instance, tour, breadth, stop, offer_regularly)
     if done and instance.n >= MANY and shorten_long_edges(instance, tour):
-        descend(instance, tour, breadth, stop, look)
+        improve_queued_nodes(instance, tour, breadth, stop, offer_regularly)
     offer()
     return tour.node
 
@@ -195,17 +195,17 @@ def kick_repeatedly(
 ) -> Iterator[None]:
     """Kick a locally optimal tour, int32[n], at most `most` times, with `kicks_per_iteration` kicks per iteration."""
     tour = tour_with_buffers(node, queued=False, log=2 * instance.n + 1000)
-    breadth, words = search_breadth(instance, BREADTH), random_words(seed, 0, count=1)
+    breadth, words = search_breadth(instance, BREADTH), random_states(seed, 0, count=1)
     kicks, made = kicks_per_iteration(instance.n), 0
     while made < most:
-        gained = kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, words, 0, kicks)
+        gained = kick_and_repair(instance.cost, tour, *instance.exchange_candidates, breadth, words, 0, kicks)
         iteration, made = iteration + 1, made + kicks
         if gained > 0.0:
             best.offer(tour.node, float(tour_cost(instance.cost, tour.node)), iteration)
         yield
 
 
-def kick_until(
+def kick_within_time(
     instance: Instance, tour: Tour, word: NDArray[np.uint64], kicks: int, stop: Stop, spare: float = 0.0
 ) -> None:
     """Kick a tour `kicks` times, but stop when only `spare` seconds remain.
@@ -214,10 +214,10 @@ def kick_until(
     """
     breadth = search_breadth(instance, BREADTH)
     for made in range(0, kicks, KICKS_PER_LOOK):
-        if stop.now(spare):
+        if stop.must_stop(spare):
             return
         some = min(KICKS_PER_LOOK, kicks - made)
-        kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, word, 0, some)
+        kick_and_repair(instance.cost, tour, *instance.exchange_candidates, breadth, word, 0, some)
 
 
 def split_tour(instance: Instance, tour: Ints, random: np.random.Generator) -> list[Ints]:
@@ -233,7 +233,7 @@ def split_tour(instance: Instance, tour: Ints, random: np.random.Generator) -> l
     return np.split(np.roll(tour, -begin), cuts)
 
 
-def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Ints]:
+def build_piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Ints]:
     """Turn a piece of a tour, int32[m], into an instance with tied ends.
 
     Returns the instance, the piece in the node numbers of this instance, and the labels of the piece's nodes, int32[m].
@@ -252,7 +252,7 @@ def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Int
     own = cost._replace(
         plain=False,
         xy=cost.xy[label],
-        matrix=matrix_of(cost, label),
+        matrix=matrix_of_nodes(cost, label),
         tied_a=int(tour[0]),
         tied_b=int(tour[-1]),
         free=int(number[cost.free]) if cost.free >= 0 else -1,
@@ -265,9 +265,9 @@ def kick_piece(instance: Instance, nodes: Ints, word: NDArray[np.uint64], kicks:
 
     The first and the last node of the piece stay where they are. `word` is a random state, uint64[1]. Changes: word.
     """
-    own, start, label = piece_instance(instance, nodes)
+    own, start, label = build_piece_instance(instance, nodes)
     tour = tour_with_buffers(start, queued=False, log=2 * own.n + 1000)
-    kick_until(own, tour, word, kicks, stop, PUTTING_TOGETHER * instance.n)
+    kick_within_time(own, tour, word, kicks, stop, PUTTING_TOGETHER * instance.n)
     begin = int(tour.place[start[0]])
     nodes = np.roll(tour.node, -begin)
     if nodes[-1] != start[-1]:
@@ -282,7 +282,7 @@ def kick_pieces(
     made = 0
     while made < most:
         pieces = split_tour(instance, tour, np.random.default_rng((seed, _CUTTING, iteration)))
-        words = random_words(seed, _KICKING, iteration, count=len(pieces))
+        words = random_states(seed, _KICKING, iteration, count=len(pieces))
         kicks = [max(1, int(KICKS_PER_NODE * len(piece))) for piece in pieces]
         work = [partial(kick_piece, instance, p, words[k : k + 1], kicks[k]) for k, p in enumerate(pieces)]
         tour = np.concatenate([nodes[0] for nodes, _ in workers.run_tasks(work)])
@@ -291,11 +291,13 @@ def kick_pieces(
         yield
 
 
-def run_kicks(instance: Instance, run: AlgorithmRun) -> SearchResult:
+def run_iterated_local_search(instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run the iterated local search within the preset's budget."""
     options, best = run.options, run.best
     per_node, most = PRESETS[options.preset]
-    set_budget(run.stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))
-    iterations = iterate(kick_repeatedly(instance, first_tour(instance, BREADTH, best), options.seed, best), best)
+    set_preset_budget(run.stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))
+    iterations = run_steps(
+        kick_repeatedly(instance, build_improved_greedy_tour(instance, BREADTH, best), options.seed, best), best
+    )
     kicks = iterations * kicks_per_iteration(instance.n)
     return SearchResult(best.tour, iterations, (WorkerFigures(0, kicks, run.stop.elapsed(), best.cost),))

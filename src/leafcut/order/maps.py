@@ -12,7 +12,7 @@ from leafcut.model.part import Part
 from leafcut.model.problem import Metric, RoutingProblem
 
 
-def problem_of_map(part: Part) -> RoutingProblem:
+def problem_from_map(part: Part) -> RoutingProblem:
     """Convert a map to a closed-tour problem. If the file names a TSPLIB distance function, the problem uses it.
 
     A forbidden edge costs more than any tour of allowed edges. Raises PlanError if the first cluster of the tour has a

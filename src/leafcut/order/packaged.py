@@ -11,7 +11,7 @@ from leafcut.errors import LeafcutError, SolveError
 from leafcut.files.plugins import PluginKind, reason
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.options import ALGORITHM_GROUP, ALGORITHM_TITLES
-from leafcut.order.search import AlgorithmRun, SearchResult, set_budget_of_visits
+from leafcut.order.search import AlgorithmRun, SearchResult, set_visit_budget
 
 if TYPE_CHECKING:
     from leafcut.order.instance import Instance
@@ -35,7 +35,7 @@ class PackagedAlgorithm(Protocol):
         ...
 
 
-def _algorithm_of(_: str, found: Any) -> PackagedAlgorithm:
+def _create_algorithm(_: str, found: Any) -> PackagedAlgorithm:
     """Return the algorithm behind an entry point. It is an object, or a class whose constructor takes no arguments."""
     algorithm: PackagedAlgorithm = found() if isinstance(found, type) else found
     if not isinstance(algorithm.title, str) or not algorithm.title.isprintable() or not callable(algorithm.solve):
@@ -44,10 +44,10 @@ def _algorithm_of(_: str, found: Any) -> PackagedAlgorithm:
 
 
 #: Algorithms that other packages provide.
-PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _algorithm_of, lambda one: one.title)
+PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _create_algorithm, lambda one: one.title)
 
 
-def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResult:
+def run_plugin_algorithm(name: str, instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run an algorithm from another package. Each iteration counts as one tour of all nodes.
 
     Raises
@@ -58,7 +58,7 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
         If the algorithm fails or does not return a tour.
     """
     algorithm, best = PACKAGED.load(name), run.best
-    set_budget_of_visits(run.stop, run.options, instance.n)
+    set_visit_budget(run.stop, run.options, instance.n)
     ends = _ProgressForwarder(best.progress)
     best.progress = None if best.progress is None else ends
     try:

@@ -20,14 +20,14 @@ from leafcut.kernels.cluster_paths import Clusters
 from leafcut.kernels.route import Route
 from leafcut.kernels.sequential import improve_route, kick_route
 from leafcut.options import AcoOptions
-from leafcut.order.annealing import PathAnnealing, build_clusters, is_small
-from leafcut.order.construction import random_words
-from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, queue_all, route_of
+from leafcut.order.annealing import PathAnnealing, build_clusters, is_small_enough_to_anneal
+from leafcut.order.construction import random_states
+from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, create_route, greedy_path, queue_all_nodes
 from leafcut.order.kicks import LONGEST_REWRITE, OFFER_EVERY, kicks_per_iteration
 from leafcut.order.literature.ants import Ants, initial_trails
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.pheromone import AntParameters
-from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, iterate, search
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, run_population, run_steps
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog, thread_count, thread_pool
 
@@ -69,7 +69,7 @@ GENERATIONS, PATIENCE = 20, 10
 ANTS_SHARE = 0.15
 
 
-def kicks_of_preset(preset: str, clusters: int) -> float:
+def preset_kicks(preset: str, clusters: int) -> float:
     """Return the preset's number of kicks."""
     per_node, fewest, most = PRESETS[preset]
     return min(max(per_node * clusters, fewest), most)
@@ -89,9 +89,9 @@ class PathSearch:
     ) -> None:
         """Create a search. Parallel searches have different numbers and share `best`, `layers`, and `log`."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
-        self.log = log or WorkerLog.of(1)
+        self.log = log or WorkerLog.empty(1)
         self.alone = len(self.log.ants) == 1
-        self.words, self.number = random_words(seed, number, count=1), number
+        self.words, self.number = random_states(seed, number, count=1), number
         self.breadth = np.array(BREADTH, dtype=np.int64)
         self.iteration = self.kicks = 0
 
@@ -101,37 +101,37 @@ class PathSearch:
         Returns the number of iterations.
         """
         instance = self.instance
-        self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
+        self.route = create_route(instance, start.node, start.enter, log=3 * instance.n + 1000)
         self._offer()
         self.mean = self._mean_move_cost()
         self.least = LEAST * self.mean
-        self._descend()
+        self._improve_to_local_optimum()
         self.mean = min(self.mean, self._mean_move_cost() * GREEDY)
         if self.best.cost < self.cost:
-            self._set_route(self.best.tour)
+            self._replace_route(self.best.tour)
         self._is_worthwhile()
-        return iterate(self._kick_and_anneal(most, phase), self.best, self.iteration, self._report_progress)
+        return run_steps(self._kick_and_anneal(most, phase), self.best, self.iteration, self._report_progress)
 
     def _kick_and_anneal(self, most: float, phase: float) -> Iterator[None]:
         """Kick the path. For a small problem, alternate between kicks and annealing.
 
         The first phase has `phase` kicks per node. Each later phase has twice as many kicks as the previous phase.
         """
-        if not is_small(self.instance):
+        if not is_small_enough_to_anneal(self.instance):
             yield from self._kick_by_schedule(most)
             return
         annealing = PathAnnealing(self.instance, self.words, self.layers)
         kicks = phase * max(self.instance.n, FEWEST_KICKS)
         while True:
             yield from self._kick_by_schedule(min(self.kicks + kicks, most))
-            if self._is_over(most):
+            if self._is_finished(most):
                 return
             yield from self._anneal(annealing, int(min(kicks, most - self.kicks)))
-            if self._is_over(most):
+            if self._is_finished(most):
                 return
             kicks *= 2
 
-    def _is_over(self, most: float) -> bool:
+    def _is_finished(self, most: float) -> bool:
         return self.kicks >= most or not self._is_worthwhile()
 
     def _is_worthwhile(self) -> bool:
@@ -153,30 +153,30 @@ class PathSearch:
             while self.kicks < last and self._is_worthwhile():
                 self._kick(heat, int(min(kicks_per_iteration(self.instance.n), last - self.kicks)))
                 yield
-            if self._is_over(most):
+            if self._is_finished(most):
                 return
             if heat == 0.0:
                 away = 0 if self.best.cost < before else away + 1
                 if away >= TURNS_AWAY:
-                    self._set_route(self.best.tour)
+                    self._replace_route(self.best.tour)
                     away = 0
 
     def _anneal(self, annealing: PathAnnealing, steps: int) -> Iterator[None]:
         """Anneal the best path and continue the search with the result. An annealing step counts as a kick."""
         for path, made in annealing.anneal(self.best.tour, self.mean, steps, self.least):
             self.iteration, self.kicks = self.iteration + 1, self.kicks + made
-            self._set_route(path)
+            self._replace_route(path)
             self._offer()
             yield
 
-    def _descend(self) -> None:
+    def _improve_to_local_optimum(self) -> None:
         """Improve the path to a local optimum. Exchanges that rewrite few positions come first."""
         instance, route = self.instance, self.route._replace(log=np.zeros(0, dtype=np.int32))
         offered = self.stop.elapsed()
         for longest in (LONGEST_REWRITE, instance.n):
             working = route._replace(buffer=route.buffer[:longest])
-            queue_all(instance, route)
-            while route.counts[1] > 0 and not self.stop.now():
+            queue_all_nodes(instance, route)
+            while route.counts[1] > 0 and not self.stop.must_stop():
                 self.cost -= improve_route(instance.cost, working, instance.rules, self.breadth, self.least, LOOKS)
                 if self.stop.elapsed() > offered + OFFER_EVERY:
                     self._offer()
@@ -211,11 +211,11 @@ class PathSearch:
         route, instance = self.route, self.instance
         self.cost = instance.length(route.node, route.enter, route.leave)
         self.log.best[self.number] = min(self.log.best[self.number], self.cost)
-        self.best.offer(instance.nodes(route.node, route.enter), self.cost, self.iteration)
+        self.best.offer(instance.nodes_from_path(route.node, route.enter), self.cost, self.iteration)
 
-    def _set_route(self, nodes: Ints) -> None:
+    def _replace_route(self, nodes: Ints) -> None:
         route, instance = self.route, self.instance
-        again = route_of(instance, *instance.path_of(nodes))
+        again = create_route(instance, *instance.path_from_nodes(nodes))
         for name in ("node", "place", "enter", "leave"):
             getattr(route, name)[:] = getattr(again, name)
         self.cost = instance.length(route.node, route.enter, route.leave)
@@ -229,28 +229,28 @@ def _kick_schedule(n: int) -> Iterator[tuple[float, int]]:
         yield 0.0, COLD * n
 
 
-def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
+def run_path_search(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     """Run one search per thread. A search may restart from the best path that any search has found.
 
     With a work budget, only one search runs.
     """
     options, stop, best = run.options, run.stop, run.best
-    kicks = math.inf if options.is_limited else kicks_of_preset(options.preset, instance.problem.n_clusters)
+    kicks = math.inf if options.is_limited else preset_kicks(options.preset, instance.problem.n_clusters)
     only_time = options.iterations is None and options.time_limit is not None
     threads = thread_count(options) if only_time else 1
-    layers = build_clusters(instance) if is_small(instance) else None
-    log = WorkerLog.of(threads)
+    layers = build_clusters(instance) if is_small_enough_to_anneal(instance) else None
+    log = WorkerLog.empty(threads)
     searches = [PathSearch(instance, options.seed, best, number, layers, log) for number in range(threads)]
     best.view = SearchView(instance, log)
     greedy = greedy_path(instance)
     if layers is not None:
-        offer_path_of_ants(instance, layers, greedy, options.seed, best)
+        offer_ant_path(instance, layers, greedy, options.seed, best)
     with thread_pool(threads, stop) as executor:
         if executor is None:
             iterations = searches[0].run(kicks, greedy)
         else:
             iterations = _run_in_threads(executor, searches, kicks, greedy, stop)
-    return SearchResult(best.tour, iterations, log.figures())
+    return SearchResult(best.tour, iterations, log.worker_figures())
 
 
 def _run_in_threads(executor: Executor, searches: list[PathSearch], kicks: float, greedy: Route, stop: Stop) -> int:
@@ -262,10 +262,12 @@ def _run_in_threads(executor: Executor, searches: list[PathSearch], kicks: float
         raise
 
 
-def offer_path_of_ants(instance: DirectedInstance, layers: Clusters, greedy: Route, seed: int, best: Best) -> None:
+def offer_ant_path(instance: DirectedInstance, layers: Clusters, greedy: Route, seed: int, best: Best) -> None:
     """Offer the greedy path. Then run a few generations of ants with local search, and offer their best path."""
     stop = best.stop
-    best.offer(instance.nodes(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0)
+    best.offer(
+        instance.nodes_from_path(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0
+    )
     own_stop = Stop(
         iterations=GENERATIONS,
         patience=PATIENCE,
@@ -275,12 +277,12 @@ def offer_path_of_ants(instance: DirectedInstance, layers: Clusters, greedy: Rou
     )
     own = Best(own_stop)
     moves = Choices(instance, True, layers, greedy)
-    parameters = AntParameters.of("acs", AcoOptions(), instance.n, True)
+    parameters = AntParameters.from_options("acs", AcoOptions(), instance.n, True)
     ants = Ants(moves, initial_trails(moves, parameters, moves.start(own), seed), seed, own_stop)
     try:
         if own.cost > 0.0:
-            search(ants, own)
+            run_population(ants, own)
     finally:  # also after Ctrl-C
-        nodes = moves.result(own.tour)
-        path = route_of(instance, *instance.path_of(nodes))
+        nodes = moves.instance_nodes(own.tour)
+        path = create_route(instance, *instance.path_from_nodes(nodes))
         best.offer(nodes, instance.length(path.node, path.enter, path.leave), 0)

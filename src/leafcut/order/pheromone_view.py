@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints, Points
 from leafcut.model.snapshot import Pheromone
-from leafcut.order.instance import Instance, cluster_places
+from leafcut.order.instance import Instance, cluster_positions
 
 #: Only show edges of at least this strength, and at most this many of them, strongest first.
 FAINT, MOST_EDGES = 0.02, 60_000
@@ -21,7 +21,7 @@ def pheromone_on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.
     label = instance.label
     named = np.where(lists >= 0, label[lists], -1)
     known = label < instance.problem.n_clusters
-    return pheromone_on_edges(cluster_places(instance.problem), label[known], named[known], trails[known])
+    return pheromone_on_edges(cluster_positions(instance.problem), label[known], named[known], trails[known])
 
 
 def pheromone_on_edges(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
@@ -39,7 +39,7 @@ def pheromone_on_edges(points: Points, owner: Ints, lists: Ints, trails: NDArray
     return _strongest_edges(points, here, lists[seen], share[seen], np.maximum)
 
 
-def pheromone_of_tours(instance: Instance, tours: Ints) -> Pheromone:
+def pheromone_from_tours(instance: Instance, tours: Ints) -> Pheromone:
     """Convert a colony's tours, int32[m, n], to pheromone: for each edge, the fraction of ants that use it."""
     ants, n = tours.shape
     few = max(1, min(MOST_ANTS, MOST_STEPS // n))
@@ -48,7 +48,7 @@ def pheromone_of_tours(instance: Instance, tours: Ints) -> Pheromone:
     here, there = named.ravel(), np.roll(named, -1, axis=1).ravel()
     known = (here < instance.problem.n_clusters) & (there < instance.problem.n_clusters)
     share = np.full(int(known.sum()), 1.0 / len(chosen))
-    return _strongest_edges(cluster_places(instance.problem), here[known], there[known], share, np.add)
+    return _strongest_edges(cluster_positions(instance.problem), here[known], there[known], share, np.add)
 
 
 def _strongest_edges(points: Points, here: Ints, there: Ints, share: NDArray[np.float64], join: np.ufunc) -> Pheromone:

@@ -17,7 +17,7 @@ from leafcut.model.problem import RoutingProblem
 CLOSURE_LIMIT = 3000
 
 
-def checked_pairs(problem: RoutingProblem) -> Ints:
+def validate_pairs(problem: RoutingProblem) -> Ints:
     """Return the problem's pairs (before, after) without duplicates, int32[k, 2].
 
     Raises SolveError if a pair names an unknown cluster, or if the pairs form a cycle that no order can satisfy.
@@ -32,16 +32,16 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
     pairs: Ints = (np.unique(given, axis=0) if len(given) else given).astype(np.int32)
     order = _topological_order(pairs, problem.n_clusters)
     if len(order) < problem.n_clusters:
-        raise SolveError(_ring_words(pairs, set(range(problem.n_clusters)).difference(order)))
+        raise SolveError(_cycle_message(pairs, set(range(problem.n_clusters)).difference(order)))
     return pairs
 
 
 def satisfies_pairs(pairs: Ints, order: NDArray[np.int32]) -> bool:
     """Check whether an order, int32[clusters], satisfies all pairs."""
-    return broken_pair(pairs, order) is None
+    return violated_pair(pairs, order) is None
 
 
-def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None:
+def violated_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None:
     """Return the first pair that an order violates, or None if it violates no pair."""
     place = np.argsort(order)
     wrong = np.flatnonzero(place[pairs[:, 0]] >= place[pairs[:, 1]])
@@ -94,7 +94,7 @@ def _topological_order(pairs: Ints, n: int) -> list[int]:
     return order
 
 
-def _ring_words(pairs: Ints, left: set[int]) -> Message:
+def _cycle_message(pairs: Ints, left: set[int]) -> Message:
     before = {int(b): int(a) for a, b in pairs if int(a) in left and int(b) in left}
     way: list[int] = [min(before)]
     while way[-1] not in way[:-1]:

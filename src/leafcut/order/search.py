@@ -46,18 +46,18 @@ class SearchView:
         pheromone: Callable[[], Pheromone] | None = None,
     ) -> None:
         """Create a view. If `shown` is None, snapshots contain no path."""
-        self.shown, self.log, self.pheromone = shown, WorkerLog.of(0) if log is None else log, pheromone
+        self.shown, self.log, self.pheromone = shown, WorkerLog.empty(0) if log is None else log, pheromone
 
-    def result(self, tour: Ints) -> Ints:
+    def instance_nodes(self, tour: Ints) -> Ints:
         """Convert a tour of the search to nodes of the instance."""
         return tour
 
-    def parts(self, best: Best) -> dict[str, Any]:
+    def snapshot_fields(self, best: Best) -> dict[str, Any]:
         """Return the optional `Snapshot` fields that this algorithm provides."""
         pheromone = {} if self.pheromone is None else {"pheromone": self.pheromone()}
-        return {"workers": self.log.figures()} | pheromone
+        return {"workers": self.log.worker_figures()} | pheromone
 
-    def branching(self) -> float | None:
+    def branching_factor(self) -> float | None:
         """Return the mean λ-branching factor of the pheromone trails."""
         return None
 
@@ -97,7 +97,7 @@ class Best:
             self.history.append((self.stop.elapsed(), float(cost)))
         return True
 
-    def final_bound(self) -> float | None:
+    def bound_if_cancelled(self) -> float | None:
         """Return the bound that observers saw if the search was cancelled. Otherwise, return None.
 
         A cancelled search computes no other bound.
@@ -114,20 +114,26 @@ class Best:
             cost = self.cost + self.service
             self.progress(Progress(Message("searching"), min(1.0, max(shares)), cost, gap(cost, self.shown_bound)))
         with self.stop.paused() if alone else nullcontext():
-            self._show(iteration, costs, alone)
+            self._show_snapshot(iteration, costs, alone)
 
-    def _show(self, iteration: int, costs: NDArray[np.float64] | None, alone: bool) -> None:
+    def _show_snapshot(self, iteration: int, costs: NDArray[np.float64] | None, alone: bool) -> None:
         seconds, view = self.stop.elapsed(), self.view
 
-        def take() -> Snapshot:
+        def take_snapshot() -> Snapshot:
             with self.lock:
                 tour, cost = self.tour, self.cost
-            path = view.shown.places(view.result(tour)) if view.shown is not None and len(tour) else np.zeros((0, 2))
-            return Snapshot(path, cost + self.service, self.shown_bound, iteration, seconds, **view.parts(self))
+            path = (
+                view.shown.path_positions(view.instance_nodes(tour))
+                if view.shown is not None and len(tour)
+                else np.zeros((0, 2))
+            )
+            return Snapshot(
+                path, cost + self.service, self.shown_bound, iteration, seconds, **view.snapshot_fields(self)
+            )
 
         whole, worked = None if costs is None else costs + self.service, sum(view.log.seconds)
-        self.observer.note(iteration, seconds, self.cost + self.service, whole, view.branching, worked)
-        self.observer.show(take, alone)
+        self.observer.note(iteration, seconds, self.cost + self.service, whole, view.branching_factor, worked)
+        self.observer.show(take_snapshot, alone)
 
 
 @dataclass(frozen=True)
@@ -165,7 +171,7 @@ class Population(SearchView):
         """Learn from an iteration's tours. The default implementation does nothing."""
 
 
-def iterate(
+def run_steps(
     steps: Iterator[NDArray[np.float64] | None],
     best: Best,
     iteration: int = 0,
@@ -186,14 +192,14 @@ def iterate(
     return iteration
 
 
-def search(population: Population, best: Best) -> int:
+def run_population(population: Population, best: Best) -> int:
     """Run a population algorithm and return the number of finished iterations.
 
     If several tours of an iteration are equally cheap, the first counts as the best. The result therefore does not
     depend on threads.
     """
     best.view = population
-    return iterate(_generations(population, best), best)
+    return run_steps(_generations(population, best), best)
 
 
 def _generations(population: Population, best: Best) -> Iterator[NDArray[np.float64]]:
@@ -201,20 +207,20 @@ def _generations(population: Population, best: Best) -> Iterator[NDArray[np.floa
         tours, costs = population.construct(iteration)
         winner = int(np.argmin(costs))
         best.offer(tours[winner], costs[winner], iteration)
-        if best.stop.now():
+        if best.stop.must_stop():
             return
         population.reinforce(iteration, tours, costs, best)
         yield costs
 
 
-def set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: float = math.inf) -> None:
+def set_preset_budget(stop: Stop, options: SolveOptions, iterations: float, patience: float = math.inf) -> None:
     """Apply the preset's limits, unless the options limit the time or the number of iterations."""
     if not options.is_limited:
         stop.iterations = max(1, math.ceil(iterations))
         stop.patience = patience
 
 
-def set_budget_of_visits(stop: Stop, options: SolveOptions, visited: float) -> None:
+def set_visit_budget(stop: Stop, options: SolveOptions, visited: float) -> None:
     """Set a preset's budget for ants that visit a total of `visited` nodes per iteration."""
     visits, patience = PRESETS[options.preset]
-    set_budget(stop, options, visits / visited, patience)
+    set_preset_budget(stop, options, visits / visited, patience)

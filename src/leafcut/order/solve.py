@@ -14,10 +14,10 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.algorithms import algorithm_for, check_algorithm, check_options, needs_choices
-from leafcut.order.exact import TRY_ALL, best_nodes, choose_nodes, is_exactly_solvable, try_all_orders
+from leafcut.order.algorithms import check_algorithm, check_options, choose_algorithm, needs_choices
+from leafcut.order.exact import TRY_ALL, choose_nodes_for_order, is_exactly_solvable, solve_exactly, try_all_orders
 from leafcut.order.instance import path_cost
-from leafcut.order.precedence import broken_pair, checked_pairs, satisfies_pairs
+from leafcut.order.precedence import satisfies_pairs, validate_pairs, violated_pair
 from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView
 from leafcut.order.stop import Deadline, Stop
 
@@ -58,31 +58,31 @@ def solve(
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
     check_algorithm(options.algorithm)
     if options.bound:
-        from leafcut.order.certificate import certify, compute_shown_bound
-    stop = Stop.of(options, problem, cancelled)
-    pairs = checked_pairs(problem)
+        from leafcut.order.certificate import add_lower_bound, compute_bound_for_observers
+    stop = Stop.from_options(options, problem, cancelled)
+    pairs = validate_pairs(problem)
     known = _order_without_search(problem, pairs, options, stop)
     if known is not None:
         solution, bound = known
-        return certify(problem, solution, bound, cancelled, deadline=bounds) if options.bound else solution
+        return add_lower_bound(problem, solution, bound, cancelled, deadline=bounds) if options.bound else solution
     with stop.paused():
-        algorithm = algorithm_for(problem, options)
+        algorithm = choose_algorithm(problem, options)
         options = replace(options, algorithm=algorithm.name)
         check_options(problem, algorithm, options, aco, firefly)
         search = algorithm.load()
-    instance = algorithm.instance(problem, options.candidates)
+    instance = algorithm.build_instance(problem, options.candidates)
     best = Best(stop, progress, instance.service, view=SearchView(instance), observer=observe or Observer())
     best.observer.begin()
     if observe is not None and options.bound:
-        compute_shown_bound(instance, best)
+        compute_bound_for_observers(instance, best)
     try:
         found = search(instance, AlgorithmRun(options, aco, firefly, best))
     except KeyboardInterrupt:
         cancelled.set()
         if not len(best.tour):
             raise
-        found = SearchResult(best.view.result(best.tour), best.iteration, best.view.log.figures())
-    nodes = choose_nodes(problem, instance.path(found.tour))
+        found = SearchResult(best.view.instance_nodes(best.tour), best.iteration, best.view.log.worker_figures())
+    nodes = choose_nodes_for_order(problem, instance.cluster_order(found.tour))
     cost, seconds = path_cost(problem, nodes), stop.elapsed()
     solution = Solution(
         nodes=nodes,
@@ -92,12 +92,16 @@ def solve(
         seed=options.seed,
         iterations=found.iterations,
         seconds=seconds,
-        history=_history(best, seconds, cost, instance.exact),
+        history=_cost_history(best, seconds, cost, instance.exact),
         workers=found.workers,
         stopped_early=cancelled.is_set() or seconds >= stop.seconds,
         spared=stop.payoff_limit.spared,
     )
-    return certify(problem, solution, best.final_bound(), cancelled, instance, bounds) if options.bound else solution
+    return (
+        add_lower_bound(problem, solution, best.bound_if_cancelled(), cancelled, instance, bounds)
+        if options.bound
+        else solution
+    )
 
 
 def _order_without_search(
@@ -110,21 +114,21 @@ def _order_without_search(
     name, few, bound = options.algorithm, problem.n_clusters <= TRY_ALL, None
     if name == "none":
         order = np.arange(problem.n_clusters, dtype=np.int32)
-        broken = broken_pair(pairs, order)
+        broken = violated_pair(pairs, order)
         if broken is not None:
             raise SolveError(
                 "the order as drawn has cluster {} before cluster {}, which must come first; use --algorithm auto",
                 broken[1],
                 broken[0],
             )
-        nodes = choose_nodes(problem, order)
+        nodes = choose_nodes_for_order(problem, order)
     elif few:
         nodes, name = try_all_orders(problem, pairs), "colony" if name == "auto" else name
     elif name == "auto" and needs_choices(problem) and is_exactly_solvable(problem):
         from leafcut.order.directed import refuse_ends_with_cost_table
 
         refuse_ends_with_cost_table(problem)
-        nodes, name = best_nodes(problem, pairs), "exact"
+        nodes, name = solve_exactly(problem, pairs), "exact"
     else:
         return None
     cost = path_cost(problem, nodes)
@@ -138,7 +142,7 @@ def _order_without_search(
     return solution, bound
 
 
-def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tuple[float, float], ...]:
+def _cost_history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tuple[float, float], ...]:
     """Return the time and cost of each improvement, including service times. The last cost is `cost`."""
     if not best.history or not exact:
         return ((seconds, cost),)
@@ -149,7 +153,7 @@ def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tupl
 def keep_better(problem: RoutingProblem, solution: Solution, other: Ints) -> Solution:
     """Replace the nodes of `solution` with `other`, int32[clusters], if they are cheaper and satisfy the precedence."""
     cost = path_cost(problem, other)
-    if cost >= solution.cost or not satisfies_pairs(checked_pairs(problem), problem.cluster[other]):
+    if cost >= solution.cost or not satisfies_pairs(validate_pairs(problem), problem.cluster[other]):
         return solution
     bound = solution.lower_bound
     return replace(

@@ -50,7 +50,7 @@ class PayoffLimit:
     _until: float = FIRST_STRETCH
 
     @classmethod
-    def of(cls, options: SolveOptions, problem: RoutingProblem) -> PayoffLimit:
+    def from_options(cls, options: SolveOptions, problem: RoutingProblem) -> PayoffLimit:
         """Create the limit for a problem.
 
         The limit is inactive if the options limit the time or the iterations, if the preset is `thorough`, or if costs
@@ -82,8 +82,8 @@ class PayoffLimit:
 class Stop:
     """All stopping criteria of a search.
 
-    `now` is called often (between ants) and only checks the time limit and whether the search was cancelled. `reached`
-    is called between iterations. `patience` is the maximum number of iterations without a better tour.
+    `must_stop` is called often (between ants) and only checks the time limit and whether the search was cancelled.
+    `reached` is called between iterations. `patience` is the maximum number of iterations without a better tour.
     """
 
     iterations: float = math.inf
@@ -94,20 +94,20 @@ class Stop:
     began: float = field(default_factory=lambda: clock())  # noqa: PLW0108  # whichever clock there is then
 
     @classmethod
-    def of(cls, options: SolveOptions, problem: RoutingProblem, cancelled: threading.Event) -> Stop:
+    def from_options(cls, options: SolveOptions, problem: RoutingProblem, cancelled: threading.Event) -> Stop:
         """Read the stopping criteria from the options."""
         return cls(
             iterations=math.inf if options.iterations is None else options.iterations,
             seconds=math.inf if options.time_limit is None else options.time_limit,
             cancelled=cancelled,
-            payoff_limit=PayoffLimit.of(options, problem),
+            payoff_limit=PayoffLimit.from_options(options, problem),
         )
 
     def elapsed(self) -> float:
         """Return the seconds since the search started, without pauses."""
         return clock() - self.began
 
-    def now(self, spare: float = 0.0) -> bool:
+    def must_stop(self, spare: float = 0.0) -> bool:
         """Check whether the search must stop immediately.
 
         The caller needs `spare` seconds for the work that follows.
@@ -128,7 +128,7 @@ class Stop:
 
         The last improvement was `since_better` iterations ago.
         """
-        return iteration >= self.iterations or since_better >= self.patience or self.now()
+        return iteration >= self.iterations or since_better >= self.patience or self.must_stop()
 
 
 class Deadline:
@@ -145,14 +145,14 @@ class Deadline:
         self._started: float | None = None
 
     @classmethod
-    def of(cls, options: SolveOptions) -> Deadline:
+    def from_options(cls, options: SolveOptions) -> Deadline:
         """Create the deadline for all searches of a run: the run's time limit minus the share for lower bounds."""
         if options.time_limit is None:
             return cls()
         return cls((1.0 - BOUND_PART if options.bound else 1.0) * options.time_limit)
 
     @classmethod
-    def of_bounds(cls, options: SolveOptions) -> Deadline:
+    def for_bounds(cls, options: SolveOptions) -> Deadline:
         """Create the deadline for all lower bounds of a run: the rest of the run's time limit."""
         return cls() if options.time_limit is None else cls(BOUND_PART * options.time_limit)
 
@@ -167,7 +167,7 @@ class Deadline:
         """Remaining time in seconds as a time limit for `SolveOptions`. Always positive, or None if no limit is set."""
         return None if math.isinf(self.limit) else max(self.left, LEAST_SECONDS)
 
-    def part(self, share: float) -> Deadline:
+    def for_share(self, share: float) -> Deadline:
         """Create a deadline for a given share of the remaining work."""
         if math.isinf(self.limit):
             return Deadline(None, self)

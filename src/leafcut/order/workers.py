@@ -32,7 +32,7 @@ class WorkerLog:
     known: dict[int, int] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, workers: int) -> WorkerLog:
+    def empty(cls, workers: int) -> WorkerLog:
         """Create an empty log."""
         return cls([0] * workers, [0.0] * workers, [math.inf] * workers)
 
@@ -46,7 +46,7 @@ class WorkerLog:
         self.seconds[worker] += seconds
         self.best[worker] = min(self.best[worker], best)
 
-    def figures(self) -> tuple[WorkerFigures, ...]:
+    def worker_figures(self) -> tuple[WorkerFigures, ...]:
         """Return the statistics of each worker."""
         rows = zip(self.ants, self.seconds, self.best, strict=True)
         return tuple(WorkerFigures(w, ants, seconds, best) for w, (ants, seconds, best) in enumerate(rows))
@@ -66,7 +66,7 @@ class Workers:
 
     def run_tasks(self, tasks: Sequence[Callable[[Stop], Share]]) -> list[Share]:
         """Run the tasks and return their results in order. The results do not depend on the number of workers."""
-        done = list((map if self.executor is None else self.executor.map)(self._timed, tasks))
+        done = list((map if self.executor is None else self.executor.map)(self._run_timed, tasks))
         for thread, seconds, (_, costs) in done:
             self.log.add(self.log.number_of_thread(thread), len(costs), seconds, float(costs.min(initial=math.inf)))
         return [share for _, _, share in done]
@@ -76,7 +76,7 @@ class Workers:
         tours, costs = zip(*self.run_tasks(tasks), strict=True)
         return np.concatenate(tours), np.concatenate(costs)
 
-    def _timed(self, task: Callable[[Stop], Share]) -> tuple[int, float, Share]:
+    def _run_timed(self, task: Callable[[Stop], Share]) -> tuple[int, float, Share]:
         began = time.perf_counter()
         share = task(self.stop)
         return threading.get_ident(), time.perf_counter() - began, share
@@ -101,6 +101,6 @@ def thread_pool(threads: int, stop: Stop) -> Iterator[Executor | None]:
             raise
 
 
-def on_all_workers(executor: Executor | None, workers: int, work: Callable[[int], None]) -> None:
+def run_on_all_workers(executor: Executor | None, workers: int, work: Callable[[int], None]) -> None:
     """Call ``work(worker)`` for each worker, and wait until all calls have finished."""
     list((map if executor is None else executor.map)(work, range(workers)))

@@ -11,7 +11,7 @@ from leafcut.errors import PostError
 from leafcut.files.digests import sign_program
 from leafcut.gcode.dialects import Dialect
 from leafcut.message import Message
-from leafcut.model.cycles import expand_drill
+from leafcut.model.cycles import expand_cycle
 from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, plane_axes
 from leafcut.options import PostOptions
 from leafcut.post.words import (
@@ -22,8 +22,8 @@ from leafcut.post.words import (
     cycle_words,
     dwell_word,
     format_number,
-    has_cycle,
-    plain_text,
+    supports_cycle,
+    to_plain_ascii,
 )
 
 #: Names for a program without tool comments.
@@ -50,11 +50,11 @@ class Blocks:
         if self._dialect.one_command:
             commands = [word for word in kept if word[0] in "GM"]
             for word in commands[:-1]:
-                self._line(word)
+                self._write_line(word)
             kept = [*commands[-1:], *(word for word in kept if word not in commands)]
-        self._line(" ".join(kept))
+        self._write_line(" ".join(kept))
 
-    def _line(self, text: str) -> None:
+    def _write_line(self, text: str) -> None:
         if not text:
             return
         if self._numbered:
@@ -77,7 +77,7 @@ class Blocks:
         self._active[group] = word
         return word
 
-    def forget(self, groups: Iterable[str]) -> None:
+    def forget_modal_words(self, groups: Iterable[str]) -> None:
         """Forget the active words of the given groups, so that the next word of each group is always written."""
         for group in groups:
             self._active.pop(group, None)
@@ -127,49 +127,49 @@ class Writer:
     def program(self, header: Sequence[str]) -> str:
         """Return the text of the program."""
         self._write_header(header)
-        write = self._writers()
+        write = self._row_writers()
         for number, motion in enumerate(self.path):
             self.row = number
             if self.ended:
                 raise PostError("the toolpath continues after its end")
             if motion.kind is not Kind.DRILL:
-                self._leave_cycle()
+                self._end_cycle()
             if motion.kind not in write:
                 raise PostError(self._unsupported_message(motion.kind))
             write[motion.kind](motion)
         if not self.ended:
             raise PostError("the toolpath has no end (Kind.END)")
-        return sign_program(self._program_text())
+        return sign_program(self._join_lines())
 
     def _unsupported_message(self, kind: Kind) -> Message:
         return Message("{} programs cannot state {}", self.dialect.name, kind.name)
 
-    def _program_text(self) -> str:
+    def _join_lines(self) -> str:
         return "".join(f"{line}\n" for line in (*self.out.lines, *["%"] * (self.dialect.percent == "frame")))
 
-    def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
+    def _row_writers(self) -> dict[Kind, Callable[[Motion], None]]:
         return {
-            Kind.RAPID: self._rapid_move,
-            Kind.FEED: self._feed_move,
-            Kind.ARC_CW: self._arc,
-            Kind.ARC_CCW: self._arc,
-            Kind.DRILL: self._drill,
-            Kind.DWELL: self._dwell,
-            Kind.TOOL: self._tool,
-            Kind.OFFSET: self._offset,
-            Kind.SPINDLE: self._spindle,
-            Kind.COOLANT: self._coolant,
-            Kind.PAUSE: self._pause,
-            Kind.MACHINE: self._machine,
-            **({Kind.BLENDING: self._blending} if self.dialect.corner_tolerance or self.dialect.rounding else {}),
-            Kind.END: self._end,
+            Kind.RAPID: self._write_rapid,
+            Kind.FEED: self._write_feed_move,
+            Kind.ARC_CW: self._write_arc,
+            Kind.ARC_CCW: self._write_arc,
+            Kind.DRILL: self._write_drill,
+            Kind.DWELL: self._write_dwell,
+            Kind.TOOL: self._write_tool_change,
+            Kind.OFFSET: self._write_offset,
+            Kind.SPINDLE: self._write_spindle,
+            Kind.COOLANT: self._write_coolant,
+            Kind.PAUSE: self._write_pause,
+            Kind.MACHINE: self._write_machine_move,
+            **({Kind.BLENDING: self._write_blending} if self.dialect.corner_tolerance or self.dialect.rounding else {}),
+            Kind.END: self._write_end,
         }
 
     # -- head --------------------------------------------------------------------------------------------------------
 
     def _write_header(self, header: Sequence[str]) -> None:
         dialect, lines = self.dialect, self.out.lines
-        name = plain_text(header[0]) if header else ""
+        name = to_plain_ascii(header[0]) if header else ""
         if dialect.percent == "frame":
             lines.append("%")
         elif dialect.percent == "title":
@@ -189,7 +189,7 @@ class Writer:
 
     # -- moves -------------------------------------------------------------------------------------------------------
 
-    def _rapid_move(self, row: Motion) -> None:
+    def _write_rapid(self, row: Motion) -> None:
         sideways = self._is_changed(row.end[0], 0) or self._is_changed(row.end[1], 1)
         z = row.end[2]
         if not self.safe and (sideways or math.isnan(z)):
@@ -203,7 +203,7 @@ class Writer:
                 raise PostError("the first move in Z after a change of tool must be in Z only")
             offset = self._offset_words(self.pending_offset)
             self.pending_offset = None
-        words = self._axes(row, only_z=bool(offset) or not self.safe)
+        words = self._axis_words(row, only_z=bool(offset) or not self.safe)
         self.out.write(self.out.modal("motion", "G0"), *offset, *words, self._rapid_feed_word())
         self._track_position(row)
 
@@ -212,12 +212,12 @@ class Writer:
             return ""
         return self.out.modal("F", "F" + self.numbers.feed(self.rapid_velocity))
 
-    def _feed_move(self, row: Motion) -> None:
+    def _write_feed_move(self, row: Motion) -> None:
         self._check_cutting(row)
-        self.out.write(self.out.modal("motion", "G1"), *self._axes(row), self._feed_word(row))
+        self.out.write(self.out.modal("motion", "G1"), *self._axis_words(row), self._feed_word(row))
         self._track_position(row)
 
-    def _arc(self, row: Motion) -> None:
+    def _write_arc(self, row: Motion) -> None:
         self._check_cutting(row)
         arc = self.path.arcs[row.ref]
         axes = plane_axes(arc.plane)
@@ -231,11 +231,11 @@ class Writer:
         turns = [f"P{arc.turns}"] if arc.turns > 1 else []
         plane = self.out.modal("plane", f"G{arc.plane}")
         motion = self.out.modal("motion", "G2" if row.kind is Kind.ARC_CW else "G3")
-        words = [self._axis(row, axis) for axis in range(3)]
+        words = [self._axis_word(row, axis) for axis in range(3)]
         if self.dialect.arc_ends and not any(words[axis] for axis in axes[:2]):
-            self.out.forget("XYZ"[axis] for axis in axes[:2])
+            self.out.forget_modal_words("XYZ"[axis] for axis in axes[:2])
             for axis in axes[:2]:
-                words[axis] = self._axis(row, axis)
+                words[axis] = self._axis_word(row, axis)
         self.out.write(plane, motion, *words, *centre, *turns, self._feed_word(row))
         self._track_position(row)
 
@@ -257,27 +257,27 @@ class Writer:
     def _is_changed(self, value: float, axis: int) -> bool:
         return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
 
-    def _axes(self, row: Motion, only_z: bool = False) -> list[str]:
+    def _axis_words(self, row: Motion, only_z: bool = False) -> list[str]:
         """Return the words of the axes whose position changes.
 
         If no position changes, return the words of all known axes.
         """
         if only_z:
-            self.out.forget("Z")
-            return [self._axis(row, 2)]
-        words = [self._axis(row, axis) for axis in range(3)]
+            self.out.forget_modal_words("Z")
+            return [self._axis_word(row, 2)]
+        words = [self._axis_word(row, axis) for axis in range(3)]
         if not any(words):
-            self.out.forget("XYZ")
-            words = [self._axis(row, axis) for axis in range(3)]
+            self.out.forget_modal_words("XYZ")
+            words = [self._axis_word(row, axis) for axis in range(3)]
         if not any(words):
             raise PostError("a move goes to an unknown position")
         return words
 
-    def _axis(self, row: Motion, axis: int) -> str:
+    def _axis_word(self, row: Motion, axis: int) -> str:
         value = row.end[axis]
-        return "" if math.isnan(value) else self.out.modal("XYZ"[axis], "XYZ"[axis] + self._length(value))
+        return "" if math.isnan(value) else self.out.modal("XYZ"[axis], "XYZ"[axis] + self._format_length(value))
 
-    def _length(self, mm: float) -> str:
+    def _format_length(self, mm: float) -> str:
         return self.numbers.length(mm)
 
     def _feed_word(self, row: Motion) -> str:
@@ -290,23 +290,23 @@ class Writer:
         if not math.isnan(row.end[2]):
             self.safe, self.at_machine_height = True, False
 
-    def _machine(self, row: Motion) -> None:
+    def _write_machine_move(self, row: Motion) -> None:
         moved_axes = [axis for axis in range(3) if not math.isnan(row.end[axis])]
         if not self.safe and moved_axes != [2]:
             raise PostError("the first move, in machine coordinates, must be in Z only")
         if not moved_axes:
             raise PostError("a move in machine coordinates has no target")
-        self._move_machine(
+        self._write_machine_move_words(
             ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in moved_axes],
             all(row.end[axis] == 0.0 for axis in moved_axes),
         )
         for axis in moved_axes:
             self.place[axis], self.position[axis] = None, math.nan
-        self.out.forget("XYZ"[axis] for axis in moved_axes)
+        self.out.forget_modal_words("XYZ"[axis] for axis in moved_axes)
         if 2 in moved_axes:
             self.safe = self.at_machine_height = True
 
-    def _move_machine(self, words: list[str], to_zero: bool) -> None:
+    def _write_machine_move_words(self, words: list[str], to_zero: bool) -> None:
         if self.dialect.machine_move == "G28" and to_zero:
             self.out.write("G91", "G28", *words)
             self.out.write("G90")
@@ -316,12 +316,12 @@ class Writer:
                 self.dialect.name,
             )
         else:
-            self.out.forget(["motion"])
+            self.out.forget_modal_words(["motion"])
             self.out.write("G53", self.out.modal("motion", "G0"), *words)
 
     # -- canned cycles -----------------------------------------------------------------------------------------------
 
-    def _drill(self, row: Motion) -> None:
+    def _write_drill(self, row: Motion) -> None:
         cycle = self.path.cycles[row.ref]
         self._check_cutting(row)
         if any(math.isnan(v) for v in (*row.end, self.position[2])):
@@ -329,16 +329,16 @@ class Writer:
         if self.calls_cycles and self.cycle is not None:
             same = self._is_active_cycle(cycle) and self.cycle.to_initial == cycle.to_initial
             if not same or self.feed_of_cycle != row.value:
-                self._leave_cycle()
+                self._end_cycle()
         # A called cycle does not lift the tool first: a tool below the R plane would travel to the hole at its height.
         low = self.calls_cycles and self.numbers.rounded(self.position[2]) < self.numbers.rounded(cycle.r_plane)
-        if not has_cycle(cycle, self.dialect) or low or not self._can_return_to(cycle, row.end[2]):
+        if not supports_cycle(cycle, self.dialect) or low or not self._can_retract_to(cycle, row.end[2]):
             self._write_expanded_cycle(row, cycle)
             return
         self._write_hole(row, cycle)
         self.cycle, self.feed_of_cycle = cycle, row.value
         self._track_position(row)
-        self._axis(row, 2)
+        self._axis_word(row, 2)
 
     def _is_active_cycle(self, cycle: DrillCycle) -> bool:
         return self.cycle is not None and cycle_parameters(self.cycle) == cycle_parameters(cycle)
@@ -347,23 +347,23 @@ class Writer:
         """Write the block of a hole. The words of the cycle are left out if the cycle is active."""
         is_active = self._is_active_cycle(cycle)
         if not is_active:
-            self.out.forget(["motion", "retract", *"XY"])
+            self.out.forget_modal_words(["motion", "retract", *"XY"])
         plane = self.out.modal("plane", "G17")
         retract = self.out.modal("retract", "G98" if cycle.to_initial else "G99")
         name, words = cycle_words(cycle, self.numbers, self.dialect)
-        position = self._place_words(row)
+        position = self._position_words(row)
         name, words = ("", []) if is_active else (name, words)
         self.out.write(plane, retract, name, *position, *words, self._feed_word(row))
 
-    def _place_words(self, row: Motion) -> list[str]:
+    def _position_words(self, row: Motion) -> list[str]:
         """Return the words of X and Y whose values change. If neither value changes, return both words."""
-        words = [self._axis(row, 0), self._axis(row, 1)]
+        words = [self._axis_word(row, 0), self._axis_word(row, 1)]
         if not any(words):
-            self.out.forget("XY")
-            words = [self._axis(row, 0), self._axis(row, 1)]
+            self.out.forget_modal_words("XY")
+            words = [self._axis_word(row, 0), self._axis_word(row, 1)]
         return words
 
-    def _can_return_to(self, cycle: DrillCycle, height: float) -> bool:
+    def _can_retract_to(self, cycle: DrillCycle, height: float) -> bool:
         """Return whether the cycle can end at `height`, mm. If necessary, start a new series of cycles.
 
         Within a series, G98 returns to the height before its first hole, even after G99. LinuxCNC's move to the next
@@ -371,47 +371,47 @@ class Writer:
         not approach the hole at the current height.
         """
         if self.cycle is not None:
-            returns = self._returns_to(cycle, self.initial, height)
+            returns = self._retracts_to(cycle, self.initial, height)
             restarts = self.dialect.cycle_words == "fagor" and cycle_parameters(self.cycle) != cycle_parameters(cycle)
             current = self.position[2]
             rises = current < cycle.height_after(self.initial)
             level = not rises and cycle.approach_in_series(self.initial, current) == "level"
             if returns and not restarts and level:
                 return True
-            self._leave_cycle()
+            self._end_cycle()
         self.initial = self.position[2]
-        return self._returns_to(cycle, self.initial, height)
+        return self._retracts_to(cycle, self.initial, height)
 
-    def _returns_to(self, cycle: DrillCycle, initial: float, height: float) -> bool:
+    def _retracts_to(self, cycle: DrillCycle, initial: float, height: float) -> bool:
         return self.numbers.length(cycle.height_after(initial)) == self.numbers.length(height)
 
     def _write_expanded_cycle(self, row: Motion, cycle: DrillCycle) -> None:
         if cycle.name == "G84":
             raise PostError("after a tapped hole, the tool does not return to the R plane or the initial plane")
-        self._leave_cycle()
-        for step in expand_drill(row, cycle, self.position[2]):
+        self._end_cycle()
+        for step in expand_cycle(row, cycle, self.position[2]):
             if step.kind is Kind.DWELL:
-                self._dwell(step)
+                self._write_dwell(step)
             else:
                 x, y, z = step.end
                 current = self.position
                 end = (current[0] if math.isnan(x) else x, current[1] if math.isnan(y) else y, z)
                 if step.kind is Kind.RAPID and end == tuple(current):
                     continue
-                (self._rapid_move if step.kind is Kind.RAPID else self._feed_move)(step._replace(end=end))
+                (self._write_rapid if step.kind is Kind.RAPID else self._write_feed_move)(step._replace(end=end))
 
-    def _leave_cycle(self) -> None:
+    def _end_cycle(self) -> None:
         if self.cycle is not None:
             self.out.write(self.end_of_cycle)
-            self.out.forget(["motion"])
+            self.out.forget_modal_words(["motion"])
             self.cycle = None
 
     # -- commands ----------------------------------------------------------------------------------------------------
 
-    def _dwell(self, row: Motion) -> None:
+    def _write_dwell(self, row: Motion) -> None:
         self.out.write("G4", dwell_word(row.value, self.dialect))
 
-    def _tool(self, row: Motion) -> None:
+    def _write_tool_change(self, row: Motion) -> None:
         is_manual = self.dialect.changes_by_hand
         if is_manual and self.spinning:
             raise PostError("a manual tool change is planned while the spindle is running; stop the spindle first")
@@ -424,7 +424,7 @@ class Writer:
             self.out.write(tool)
             self.out.write(self.dialect.stop_word)
         else:
-            self._change_tool(tool, row.ref)
+            self._write_tool_change_words(tool, row.ref)
             following = next(self.tools, row.ref)
             if following != row.ref and self.preselect_tool:
                 self.out.write(self._tool_word(following))
@@ -432,17 +432,17 @@ class Writer:
         # Any tool is clear of the part at a machine height; at other heights, the new tool may be too long.
         self.safe = self.at_machine_height
         # Operators restart programs at a tool change, so the first move after it repeats all words, including G0.
-        self.out.forget(["motion", *"XYZF"])
+        self.out.forget_modal_words(["motion", *"XYZF"])
 
     def _tool_word(self, number: int) -> str:
         return f"T{number}"
 
-    def _change_tool(self, word: str, number: int) -> None:
+    def _write_tool_change_words(self, word: str, number: int) -> None:
         offset = f"D{number}" if self.dialect.length_offset == "D" else ""
         self.out.write(word, offset, "M6")
         self.out.modal("D", offset)
 
-    def _offset(self, row: Motion) -> None:
+    def _write_offset(self, row: Motion) -> None:
         if row.ref:
             self.pending_offset = row.ref if self.dialect.length_offset else None
         else:
@@ -454,7 +454,7 @@ class Writer:
             return ["G43", self.out.modal("D", f"D{number}")]
         return ["G43", f"H{number}"]
 
-    def _spindle(self, row: Motion) -> None:
+    def _write_spindle(self, row: Motion) -> None:
         if row.value == 0.0:
             self.out.write("M5")
             self.spinning = False
@@ -464,20 +464,20 @@ class Writer:
             self.out.write("G4", dwell_word(self.start_s, self.dialect))
         self.spinning = True
 
-    def _coolant(self, row: Motion) -> None:
+    def _write_coolant(self, row: Motion) -> None:
         self.out.write(*coolant_words(row.ref, self.coolant_mode, self.dialect))
         self.coolant_mode = row.ref
 
-    def _blending(self, row: Motion) -> None:
+    def _write_blending(self, row: Motion) -> None:
         exact = row.ref != 640
         tolerance = "" if exact or not row.value else f"P{self.numbers.length(row.value)}"
         self.out.write("G61" if exact else "G64", tolerance)
 
-    def _pause(self, row: Motion) -> None:
+    def _write_pause(self, row: Motion) -> None:
         if row.ref and "M1" not in self.dialect.m_words.split():
             raise PostError("{} has no optional stop (M1)", self.dialect.name)
         self.out.write("M1" if row.ref else self.dialect.stop_word)
 
-    def _end(self, row: Motion) -> None:
+    def _write_end(self, row: Motion) -> None:
         self.out.write(self.dialect.end_word)
         self.ended = True

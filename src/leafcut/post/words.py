@@ -125,7 +125,7 @@ def cycle_parameters(cycle: DrillCycle) -> tuple[str, float, float, float, float
     return cycle.name, cycle.r_plane, cycle.bottom, cycle.peck, cycle.dwell
 
 
-def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
+def supports_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
     """Return whether the controller supports this cycle. Otherwise, the caller must expand the cycle.
 
     Raises
@@ -158,14 +158,14 @@ def cycle_words(cycle: DrillCycle, numbers: NumberFormat, dialect: Dialect) -> t
         return ("G81" if dwelling else cycle.name), [f"Z{r_plane}", f"I{bottom}", *dwelling]
     words = [f"Z{bottom}", f"R{r_plane}"]
     if cycle.name in ("G83", "G73"):
-        words.append(f"Q{peck_text(cycle, numbers)}")
+        words.append(f"Q{format_peck(cycle, numbers)}")
     # G84 states its dwell even if it is 0, because LinuxCNC would otherwise use the dwell of the last G82.
     if cycle.name == "G82" or (cycle.name == "G84" and "G84" in dialect.dwell_cycles):
         words.append(dwell_word(cycle.dwell, dialect))
     return cycle.name, words
 
 
-def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
+def format_peck(cycle: DrillCycle, numbers: NumberFormat) -> str:
     """Format a peck depth, rounded so that the number of pecks stays the same.
 
     For example, 10 mm in three pecks of 3.3333 mm must not need a fourth peck of 0.001 mm after rounding.
@@ -180,10 +180,10 @@ def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
     raise PostError("a peck of {:g} mm is too small to write; use a larger peck", cycle.peck)
 
 
-def plain_text(text: str) -> str:
+def to_plain_ascii(text: str) -> str:
     """Convert a text to a single line of printable ASCII. No controller acts on the result, which has no parentheses.
 
-    >>> plain_text("Ø3 mm (steel)\\nMSG, 20 %")
+    >>> to_plain_ascii("Ø3 mm (steel)\\nMSG, 20 %")
     'D3 mm [steel] MSG, 20 pct'
     """
     decomposed = unicodedata.normalize("NFKD", text.translate(_PLAIN))
@@ -197,8 +197,8 @@ def plain_text(text: str) -> str:
 
 def comment_lines(text: str, width: int, uppercase: bool = False, style: str = "()") -> list[str]:
     """Split a text into comments in parentheses or after semicolons, with at most `width` characters per line."""
-    plain = plain_text(text)
+    plain = to_plain_ascii(text)
     if uppercase:
         plain = plain.upper()
-    parts = [plain_text(part) for part in textwrap.wrap(plain, width - 4) or [""]]
+    parts = [to_plain_ascii(part) for part in textwrap.wrap(plain, width - 4) or [""]]
     return [f"; {part}".rstrip() if style == ";" else f"({part})" for part in parts]

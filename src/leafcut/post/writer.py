@@ -19,7 +19,7 @@ from leafcut.model.cycles import PECKING
 from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath
 from leafcut.options import PostOptions
 from leafcut.post.row_writer import NO_NAMES, Blocks, Writer
-from leafcut.post.words import comment_lines, format_number, peck_text
+from leafcut.post.words import comment_lines, format_number, format_peck
 
 #: Name of a program in Klartext, and maximum width of its comments, characters.
 _NAME, _WIDTH = "LEAFCUT", 70
@@ -63,14 +63,14 @@ def write_program(
     PostError
         The toolpath needs a word that the controller lacks, or moves before its height is known.
     """
-    check_options(dialect, options)
-    writer = _writer_of(dialect.language)(
+    check_post_options(dialect, options)
+    writer = _writer_class(dialect.language)(
         toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity, preselect_tool
     )
     return writer.program(header if options.header else ())
 
 
-def _writer_of(language: str) -> type[Writer]:
+def _writer_class(language: str) -> type[Writer]:
     """Return the writer of a language. Dialects without their own language use the writer of G-code."""
     if language == "klartext":
         return KlartextWriter
@@ -79,7 +79,7 @@ def _writer_of(language: str) -> type[Writer]:
     return Writer
 
 
-def check_options(dialect: Dialect, options: PostOptions) -> None:
+def check_post_options(dialect: Dialect, options: PostOptions) -> None:
     """Check that the controller supports the requested units and line numbers.
 
     Raises
@@ -110,13 +110,13 @@ class KlartextWriter(Writer):
         low, high = self.path.extents
         # A blank must have a size, even if all holes are at one position.
         for corner, values, margin in (("0.1 Z", low, -1.0), ("0.2", high, 1.0)):
-            words = [f"{axis}{self._length(v + margin)}" for axis, v in zip("XYZ", values, strict=True)]
+            words = [f"{axis}{self._format_length(v + margin)}" for axis, v in zip("XYZ", values, strict=True)]
             lines.append(" ".join([f"BLK FORM {corner}", *words]))
         for line in (*header, *(self.dialect.notes if header else ())):
             lines += comment_lines(line, _WIDTH, style=";")
         self._speeds = self._speeds_of_tools()
 
-    def _program_text(self) -> str:
+    def _join_lines(self) -> str:
         blocks = [*self.out.lines, f"END PGM {_NAME} MM"]
         return "".join(f"{number} {block}\n" for number, block in enumerate(blocks))
 
@@ -128,9 +128,9 @@ class KlartextWriter(Writer):
             names.get(kind, kind.name.lower()),
         )
 
-    def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
+    def _row_writers(self) -> dict[Kind, Callable[[Motion], None]]:
         lacks = (Kind.ARC_CW, Kind.ARC_CCW, Kind.MACHINE, Kind.BLENDING)
-        known = {kind: write for kind, write in super()._writers().items() if kind not in lacks}
+        known = {kind: write for kind, write in super()._row_writers().items() if kind not in lacks}
         return {**known, Kind.OFFSET: lambda row: None}
 
     def _speeds_of_tools(self) -> dict[int, float]:
@@ -144,42 +144,42 @@ class KlartextWriter(Writer):
                 speeds.setdefault(tool, abs(row.value))
         return speeds
 
-    def _length(self, mm: float) -> str:
+    def _format_length(self, mm: float) -> str:
         text = self.numbers.length(mm)
         return text if text.startswith("-") else f"+{text}"
 
     # -- moves -------------------------------------------------------------------------------------------------------
 
-    def _rapid_move(self, row: Motion) -> None:
+    def _write_rapid(self, row: Motion) -> None:
         sideways = self._is_changed(row.end[0], 0) or self._is_changed(row.end[1], 1)
         if not self.safe and (sideways or math.isnan(row.end[2])):
             raise PostError("at the start, and after a change of tool, the first move must be in Z only")
-        self.out.write("L", *self._axes(row, only_z=not self.safe), "R0", "FMAX")
+        self.out.write("L", *self._axis_words(row, only_z=not self.safe), "R0", "FMAX")
         self._track_position(row)
 
-    def _feed_move(self, row: Motion) -> None:
+    def _write_feed_move(self, row: Motion) -> None:
         self._check_cutting(row)
-        self.out.write("L", *self._axes(row), "R0", "F" + self.numbers.feed(row.value))
+        self.out.write("L", *self._axis_words(row), "R0", "F" + self.numbers.feed(row.value))
         self._track_position(row)
 
     def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
         if self.cycle is None:
             self._define(cycle, row)
-            self.out.forget("XY")
-        self.out.write("L", *self._place_words(row), "R0", "FMAX", "M99")
+            self.out.forget_modal_words("XY")
+        self.out.write("L", *self._position_words(row), "R0", "FMAX", "M99")
 
     def _define(self, cycle: DrillCycle, row: Motion) -> None:
         rounded = self.numbers.rounded
         r_plane, bottom, after = rounded(cycle.r_plane), rounded(cycle.bottom), rounded(row.end[2])
         surface = 0.0 if bottom < 0.0 < r_plane else rounded((r_plane + bottom) / 2)
         values = {
-            "Q200": self._length(r_plane - surface),
-            "Q201": self._length(bottom - surface),
+            "Q200": self._format_length(r_plane - surface),
+            "Q201": self._format_length(bottom - surface),
             "Q206": self.numbers.feed(row.value),
-            "Q202": self._length(surface - bottom),
+            "Q202": self._format_length(surface - bottom),
             "Q210": "+0",
-            "Q203": self._length(surface),
-            "Q204": self._length(after - surface),
+            "Q203": self._format_length(surface),
+            "Q204": self._format_length(after - surface),
             "Q211": "+" + format_number(cycle.dwell if cycle.name == "G82" else 0.0, 3),
         }
         parameters = [f"  {name}={values[name]} ;{title}" for name, title in CYCLE_200.items()]
@@ -187,11 +187,11 @@ class KlartextWriter(Writer):
 
     # -- commands ----------------------------------------------------------------------------------------------------
 
-    def _dwell(self, row: Motion) -> None:
+    def _write_dwell(self, row: Motion) -> None:
         self.out.write("CYCL DEF 9.0 DWELL TIME")
         self.out.write(f"CYCL DEF 9.1 DWELL {format_number(row.value, 3)}")
 
-    def _tool(self, row: Motion) -> None:
+    def _write_tool_change(self, row: Motion) -> None:
         if self.spinning:
             raise PostError("a tool is called while the spindle is running; stop it first")
         name = self.tool_names.get(row.ref, "")
@@ -200,9 +200,9 @@ class KlartextWriter(Writer):
         speed = f"S{format_number(self._speed_now, 0)}" if self._speed_now else ""
         self.out.write(f"TOOL CALL {row.ref} Z", speed)
         self.safe = self.at_machine_height
-        self.out.forget("XYZ")
+        self.out.forget_modal_words("XYZ")
 
-    def _spindle(self, row: Motion) -> None:
+    def _write_spindle(self, row: Motion) -> None:
         self.spinning = row.value != 0.0
         if not self.spinning:
             self.out.write("M5")
@@ -229,8 +229,8 @@ class SinumerikWriter(Writer):
             self.out.write(self.out.modal("plane", "G17"))
             self.out.write(self._feed_word(row))
             self.out.write(self._call(cycle, row.end[2]))
-            self.out.forget(["motion", *"XY"])
-        position = self._place_words(row)
+            self.out.forget_modal_words(["motion", *"XY"])
+        position = self._position_words(row)
         self.out.write(self.out.modal("motion", "G0"), *position)
 
     def _call(self, cycle: DrillCycle, after: float) -> str:
@@ -242,7 +242,7 @@ class SinumerikWriter(Writer):
             words += ["", format_number(cycle.dwell, 3)]
         elif cycle.name in PECKING:
             name = "CYCLE83"
-            peck = float(peck_text(cycle, self.numbers)) * self.numbers.unit
+            peck = float(format_peck(cycle, self.numbers)) * self.numbers.unit
             first = max(self.numbers.rounded(cycle.r_plane) - peck, self.numbers.rounded(cycle.bottom))
             words += ["", length(first), "", "0", "0", "0", "1", "1" if cycle.name == "G83" else "0"]
         return f"MCALL {name}({','.join(words)})"
@@ -250,19 +250,19 @@ class SinumerikWriter(Writer):
     def _tool_word(self, number: int) -> str:
         return f'T="{number}"'
 
-    def _change_tool(self, word: str, number: int) -> None:
+    def _write_tool_change_words(self, word: str, number: int) -> None:
         self.out.write(word)
         self.out.write("M6")
 
-    def _tool(self, row: Motion) -> None:
-        super()._tool(row)
+    def _write_tool_change(self, row: Motion) -> None:
+        super()._write_tool_change(row)
         self._tool_now = row.ref
 
     def _offset_words(self, number: int) -> list[str]:
         return ["D1"]
 
-    def _move_machine(self, words: list[str], to_zero: bool) -> None:
-        self.out.forget(["motion"])
+    def _write_machine_move_words(self, words: list[str], to_zero: bool) -> None:
+        self.out.forget_modal_words(["motion"])
         self.out.write(self.out.modal("motion", "G0"), "SUPA", *words, "D0")
         # The length offset is off now; the next move in Z activates it again.
         self.pending_offset = self._tool_now

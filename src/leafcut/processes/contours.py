@@ -16,12 +16,12 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of, printable
-from leafcut.geometry.cleaning import cleaned_path, counter_clockwise
-from leafcut.geometry.containment import enclosing_polygons, find_conflicts, nesting_depths
+from leafcut.geometry.cleaning import clean_path, counter_clockwise
+from leafcut.geometry.containment import count_enclosing_polygons, find_outline_conflicts, nesting_depths_and_parents
 from leafcut.geometry.polyline import COINCIDENT, Polyline
-from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
+from leafcut.geometry.tidying import advice_for_open_path, chord_polygons, tidy_outlines
 from leafcut.message import Message
-from leafcut.model.contour import Contour, is_aside, layer_matcher
+from leafcut.model.contour import Contour, is_annotation_layer, layer_matcher
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
@@ -112,7 +112,7 @@ def prepare_sheet(
     closed, opened = [m for m in cuts if m.path.closed], [m for m in cuts if not m.path.closed]
     opened, more_marks = _sort_open_paths(opened, options, open_values, issues)
     marks = [*marks, *more_marks]
-    shapes = polygons([m.path for m in closed])
+    shapes = chord_polygons([m.path for m in closed])
     _check_simple(closed, shapes)
     kept, touching = _without_duplicates(closed, shapes, issues)
     _check_parts_stay_whole(closed, shapes, kept, touching)
@@ -186,7 +186,7 @@ def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list
     found: dict[str, list[Contour]] = {}
     gone = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
-        path = cleaned_path(contour.path) if kind else None
+        path = clean_path(contour.path) if kind else None
         if path is not None:
             found.setdefault(kind, []).append(replace(contour, path=path, order=k))
         elif kind:
@@ -235,7 +235,7 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
     made = []
     for path, members, _ in tidied.paths:
         first = strokes[min(members)]
-        good = cleaned_path(path)
+        good = clean_path(path)
         if good is None:
             continue
         made.append(replace(first, path=counter_clockwise(good), kind="mark" if marked else "cut"))
@@ -247,9 +247,13 @@ def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline,
     if not sheets:
         return None, (), 0.0
     closed = [m for m in sheets if m.path.closed]
-    shapes = polygons([m.path for m in closed])
+    shapes = chord_polygons([m.path for m in closed])
     _check_simple(closed, shapes)
-    depth = nesting_depths(shapes)[0].tolist() if len(closed) == len(sheets) and not find_conflicts(shapes) else []
+    depth = (
+        nesting_depths_and_parents(shapes)[0].tolist()
+        if len(closed) == len(sheets) and not find_outline_conflicts(shapes)
+        else []
+    )
     if depth.count(0) != 1 or max(depth) > 1:
         places = _places_text([m.path.start for m in sheets])
         raise PlanError(
@@ -287,7 +291,7 @@ def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: 
     others = [*cuts, *marks]
     if not closed or not others:
         return None
-    shapes = polygons([m.path for m in closed])
+    shapes = chord_polygons([m.path for m in closed])
     lines = np.array([shapely.LineString(m.path.flattened()) for m in others], dtype=object)
     held = shapely.STRtree(lines).query(shapely.buffer(shapes, COINCIDENT), predicate="covers")
     for k in range(len(closed)):
@@ -329,7 +333,9 @@ def _sort_open_paths(
     places = _places_text([p.start for p in paths])
     number = count_of(len(opened), "open path")
     if options.open_paths == "refuse":
-        first = Message.joined("; ", (_open_path_text(m) + join_advice(k, paths) for k, m in enumerate(opened[:3])))
+        first = Message.joined(
+            "; ", (_open_path_text(m) + advice_for_open_path(k, paths) for k, m in enumerate(opened[:3]))
+        )
         raise PlanError(
             "the layers to cut contain {}: {}{}; close the outline, leave a layer out with --ignore-layers, or "
             "use --open-paths {}",
@@ -379,7 +385,7 @@ def _without_duplicates(
 
     Duplicate, touching and tiny outlines are reported. Raises PlanError if outlines overlap.
     """
-    met = find_conflicts(shapes)
+    met = find_outline_conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
     across = [c for c in met if c.kind == "overlap" and not {c.first, c.second} & gone]
     if across:
@@ -429,7 +435,7 @@ def _check_parts_stay_whole(
     if not touching:
         return
     inside = np.full((2, len(closed)), -1)
-    depth, parent = nesting_depths(shapes[kept])
+    depth, parent = nesting_depths_and_parents(shapes[kept])
     inside[:, kept] = depth, [kept[outer] if outer >= 0 else -1 for outer in parent.tolist()]
     owner = [k if deep % 2 == 0 else outer for k, (deep, outer) in enumerate(inside.T.tolist())]
     for part in sorted({owner[a] for a, b in touching if owner[a] == owner[b]}):
@@ -491,7 +497,7 @@ def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]
     widths = [diameter_if_round(m.path) for m in closed]
     if sum(width is not None for width in widths) < 2:
         return []
-    depth, parent = (column.tolist() for column in nesting_depths(shapes))
+    depth, parent = (column.tolist() for column in nesting_depths_and_parents(shapes))
     centres = shapely.get_coordinates(shapely.centroid(shapes)).tolist()
     inside: dict[int, list[int]] = {}
     for k, outer in enumerate(parent):
@@ -519,9 +525,9 @@ def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]
 
 def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -> tuple[Contour, ...]:
     """Return all contours in drawing order. Each contour gets its nesting depth, its parent and its part number."""
-    depth, parent = nesting_depths(shapes)
+    depth, parent = nesting_depths_and_parents(shapes)
     middles: Any = shapely.points(np.array([m.path.point_at(0.5 * m.path.length) for m in loose]).reshape(-1, 2))
-    _, holder = enclosing_polygons(middles, shapes)
+    _, holder = count_enclosing_polygons(middles, shapes)
     every = [*closed, *loose]
     parents = [*parent.tolist(), *holder.tolist()]
     depths = [*depth.tolist(), *(int(depth[h]) if h >= 0 else 0 for h in holder.tolist())]
@@ -558,7 +564,7 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
     """Raise PlanError if a contour extends beyond the edge of the sheet or into a hole in the sheet."""
     if outline is None:
         return
-    edge, *inner = polygons([outline, *holes])
+    edge, *inner = chord_polygons([outline, *holes])
     sheet = shapely.Polygon(edge.exterior, [hole.exterior for hole in inner]).buffer(COINCIDENT)
     shapely.prepare(sheet)
     outer = [c for c in contours if c.parent < 0]
@@ -589,7 +595,11 @@ def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: l
             inside.setdefault(inner.parent, []).append(k)
     for k, within in inside.items():
         frame = contours[k]
-        if not is_aside(frame.layer) or chosen(frame.layer) or all(is_aside(contours[i].layer) for i in within):
+        if (
+            not is_annotation_layer(frame.layer)
+            or chosen(frame.layer)
+            or all(is_annotation_layer(contours[i].layer) for i in within)
+        ):
             continue
         if len(within) > 1 or within[0] in inside:
             raise PlanError(

@@ -44,7 +44,7 @@ def _search_order(process: Process, plan: Plan) -> Order:
     the stages have a separate deadline (`Job.bounds`), and verification has no time limit. Pockets are also ordered in
     `Process.generate_input_order`.
     """
-    order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
+    order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.for_share(plan.search_share))
     for improve in process.order_passes:
         order = improve(plan, order)
     check_order(plan.stages, order)
@@ -53,9 +53,9 @@ def _search_order(process: Process, plan: Plan) -> Order:
 
 def _refuse_oversized_work(plan: Plan, given: Candidate) -> None:
     """Raise VerifyError before the search if no order can keep the work within the travel of the machine."""
-    from leafcut.proof.envelope import check_envelope
+    from leafcut.proof.envelope import check_machine_limits
 
-    refuse_too_large(check_envelope(given.path, plan.job.machine), plan.part, plan.job.settings)
+    refuse_too_large(check_machine_limits(given.path, plan.job.machine), plan.part, plan.job.settings)
 
 
 def _write_verified_program(

@@ -86,9 +86,9 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
 
 def dialect_of(job: Job) -> Dialect:
     """Return the dialect that the user chose. If the user chose none, return the dialect of the machine."""
-    from leafcut.gcode.dialects import dialect
+    from leafcut.gcode.dialects import load_dialect
 
-    return dialect(job.settings.post.dialect or job.machine.controller)
+    return load_dialect(job.settings.post.dialect or job.machine.controller)
 
 
 def check_dialect_options(settings: Settings, dialect: Dialect) -> None:

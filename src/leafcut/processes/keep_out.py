@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError
-from leafcut.gcode.tool_comments import tool_width
+from leafcut.gcode.tool_comments import tool_diameter_in_comments
 from leafcut.message import Message
-from leafcut.model.cutter import bodies_of
+from leafcut.model.cutter import shank_and_holder_discs
 from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.tool import Tool
@@ -61,7 +61,7 @@ def keep_out_obstacles(job: Job, program: Program, beam: bool) -> tuple[Obstacle
         heights,
         radii,
         job.machine.rapid_style == "dogleg",
-        {number: bodies_of(library[number]) for number in radii if number in library},
+        {number: shank_and_holder_discs(library[number]) for number in radii if number in library},
         {number: _lowest_tip(program.path, number) for number in radii},
     )
     hits = obstacle_hits(job, obstacles, program.path)
@@ -136,7 +136,7 @@ def _tool_radii(program: Program, library: Mapping[int, Tool]) -> tuple[dict[int
     works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
     used = [(program.modal(block).tool or 0, block) for block in np.unique(program.row_block[works]).tolist()]
     for number, block in dict(reversed(used)).items():
-        width = library[number].diameter if number in library else tool_width(program, block)
+        width = library[number].diameter if number in library else tool_diameter_in_comments(program, block)
         radii[number] = 0.5 * width
         if not width:
             unknown.append(number)

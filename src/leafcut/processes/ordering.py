@@ -18,7 +18,7 @@ import numpy as np
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Ints, Point
 from leafcut.message import Message
-from leafcut.model.heartbeat import progress_of_search
+from leafcut.model.heartbeat import report_as_step
 from leafcut.model.plan import Order, Stage
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
@@ -75,8 +75,8 @@ def find_order(
             job.report(stages[number].name, 1.0 - remaining / total)
         except KeyboardInterrupt:
             job.cancelled.set()  # Ctrl-C between two searches: keep the best order, as within a search
-        stage_options = replace(options, time_limit=deadline.part(problem.n_clusters / remaining).seconds)
-        progress = progress_of_search(job.progress, stages[number].name, remaining / total, tasks / total)
+        stage_options = replace(options, time_limit=deadline.for_share(problem.n_clusters / remaining).seconds)
+        progress = report_as_step(job.progress, stages[number].name, remaining / total, tasks / total)
         solution = solve(
             problem,
             stage_options,
@@ -85,7 +85,7 @@ def find_order(
             progress=progress,
             observe=job.observe,
             cancelled=job.cancelled,
-            bounds=job.bounds.part(tasks / remaining),
+            bounds=job.bounds.for_share(tasks / remaining),
         )
         deadline.subtract(solution.seconds)
         remaining = max(remaining - tasks, 1)
@@ -93,14 +93,14 @@ def find_order(
 
     def quick(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
         ants = _ant_options(settings.aco, stages[number])
-        part = job.bounds.part(problem.n_clusters / total)
+        part = job.bounds.for_share(problem.n_clusters / total)
         solution = solve(problem, options, ants, firefly=settings.firefly, cancelled=job.cancelled, bounds=part)
         deadline.subtract(solution.seconds)
         return solution
 
     def bounds(problem: RoutingProblem) -> Deadline:
         nonlocal unbounded
-        part = job.bounds.part(min(problem.n_clusters / unbounded, 1.0))
+        part = job.bounds.for_share(min(problem.n_clusters / unbounded, 1.0))
         unbounded = max(unbounded - problem.n_clusters, 1)
         return part
 
@@ -153,7 +153,7 @@ def solutions_of_order(job: Job, stages: Sequence[Stage], order: Order) -> list[
     ):
         return list(order.solutions)
     given = all(np.array_equal(stage.given, nodes) for stage, nodes in zip(stages, order.choices, strict=True))
-    job = replace(job, bounds=Deadline.of_bounds(job.settings.solve))  # the search may have used up its own deadline
+    job = replace(job, bounds=Deadline.for_bounds(job.settings.solve))  # the search may have used up its own deadline
     solutions = []
     for number, (previous, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
         problem = _linked_problem(stages, number, order.choices)
@@ -177,9 +177,9 @@ def _add_bound(job: Job, problem: RoutingProblem, solution: Solution, share: flo
     """
     if not job.settings.solve.bound:
         return solution
-    from leafcut.order.certificate import certify
+    from leafcut.order.certificate import add_lower_bound
 
-    return certify(problem, solution, None, job.cancelled, deadline=job.bounds.part(share))
+    return add_lower_bound(problem, solution, None, job.cancelled, deadline=job.bounds.for_share(share))
 
 
 def _order_stages_with_first_choices(
@@ -383,7 +383,7 @@ def _with_cost(
     solution = _solution_with_nodes(problem, searched, nodes)
     if not options.bound:
         return solution
-    from leafcut.order.certificate import certify
+    from leafcut.order.certificate import add_lower_bound
 
     # The optimal order of a few tasks is its own bound.
     bound = (
@@ -391,7 +391,7 @@ def _with_cost(
         if problem.n_clusters <= _FEW
         else None
     )
-    return certify(problem, solution, bound, cancelled, deadline=bounds(problem))
+    return add_lower_bound(problem, solution, bound, cancelled, deadline=bounds(problem))
 
 
 def _quick_search_options(options: SolveOptions, bound: bool = False) -> SolveOptions:

@@ -57,7 +57,7 @@ COMMANDS = {
     "cutting_data_library": "leafcut.processes.cutting_data.saving:library_text",
     "nest_answer": "leafcut.nesting.report:nest_as_json",
     "nest_summary": "leafcut.nesting.report:print_nests",
-    "nest": "leafcut.nesting.command:nest",
+    "nest": "leafcut.nesting.command:run_nest_command",
     "simulate": "leafcut.processes.program.simulate:simulate",
     "shown_stock": "leafcut.processes.program.tools:stock_of_file",
     "stock": "leafcut.processes.program.stock:cut_stock",

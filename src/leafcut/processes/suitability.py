@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.index import component_numbers
+from leafcut.geometry.index import connected_components
 from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
 from leafcut.options.drawings import MARK_NAMES
@@ -194,4 +194,4 @@ def _count_chains(lines: Sequence[Contour]) -> int:
                 )
                 pairs.append((k, first_of_cell.setdefault(cell, k)))
     first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    return len(np.unique(component_numbers(len(lines), first, second)))
+    return len(np.unique(connected_components(len(lines), first, second)))

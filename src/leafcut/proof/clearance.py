@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Mask
 from leafcut.message import Message
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.difference import Difference
-from leafcut.model.toolpath import Kind, Toolpath, last_rows
-from leafcut.proof.difference import cap_differences, end_texts
+from leafcut.model.toolpath import Kind, Toolpath, latest_marked_rows
+from leafcut.proof.difference import limit_differences, start_and_end_texts
 
 #: A tool at least this far above the surface counts as clear, mm. This is the smallest R plane that a user can request.
 LEAST_CLEARANCE = 0.05
@@ -57,7 +57,7 @@ def check_clearance(
         Whether the surface is flat. Otherwise, `proof.surface` checks the height of rapids in x or y, and the first
         rule only requires that the height is known.
     """
-    path = expand(path)
+    path = expand_cycles(path)
     turning = _spindle_speed(path) != 0
     surface: float | NDArray[np.float64] = surface_z
     if tops is not None and len(tops):
@@ -65,11 +65,11 @@ def check_clearance(
         surface = _surface_height_below(path, tops, surface_z)
     if not level:
         surface_z = -np.inf
-    heights = height_checks(path, surface_z, safe_z, milled, surface)
-    checks = [*heights, torch_check(path, turning) if torch else spindle_check(path, turning)]
+    heights = rapid_height_checks(path, surface_z, safe_z, milled, surface)
+    checks = [*heights, torch_off_check(path, turning) if torch else spindle_turns_check(path, turning)]
     dangers = [(int(row), kind, text) for kind, mask, text in checks for row in np.flatnonzero(mask)[:100]]
     total = sum(int(mask.sum()) for _, mask, _ in checks)
-    return cap_differences([_difference(path, *danger) for danger in sorted(dangers)], total)
+    return limit_differences([_clearance_difference(path, *danger) for danger in sorted(dangers)], total)
 
 
 DangerCheck = tuple[Message, Mask, Message]
@@ -88,7 +88,7 @@ def _surface_height_below(path: Toolpath, tops: NDArray[np.float64], highest: fl
     return result
 
 
-def height_checks(
+def rapid_height_checks(
     path: Toolpath,
     surface_z: float,
     safe_z: float,
@@ -113,7 +113,7 @@ def height_checks(
     low = rapid & across & (lowest < surface_z + LEAST_CLEARANCE - _TOLERANCE)
     home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
     low |= home & (path.before[:, 2] < surface_z + LEAST_CLEARANCE - _TOLERANCE)
-    descending = rapid & _descends(path) & (path.end[:, 2] < surface - _TOLERANCE) & ~_returns_to_cut_depth(path)
+    descending = rapid & _descending_rows(path) & (path.end[:, 2] < surface - _TOLERANCE) & ~_returns_to_cut_depth(path)
     unknown_height = across & np.isnan(path.end[:, 2]) & ~rows_at_machine_height(path, safe_z)
     return [
         (Message("height not known"), unknown_height, Message("X or Y moves before Z is known")),
@@ -132,12 +132,12 @@ def height_checks(
     ]
 
 
-def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:
+def spindle_turns_check(path: Toolpath, turning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance` as a check. `turning` marks the rows in which the spindle turns."""
-    return Message("spindle off"), _cutting(path) & ~turning, Message("the spindle must turn before a cut")
+    return Message("spindle off"), _cutting_rows(path) & ~turning, Message("the spindle must turn before a cut")
 
 
-def torch_check(path: Toolpath, burning: Mask) -> DangerCheck:
+def torch_off_check(path: Toolpath, burning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance` for a torch. `burning` marks the rows in which the torch is on."""
     return (
         Message("torch on in a rapid"),
@@ -146,8 +146,8 @@ def torch_check(path: Toolpath, burning: Mask) -> DangerCheck:
     )
 
 
-def _difference(path: Toolpath, row: int, kind: Message, text: Message) -> Difference:
-    start, end = end_texts(path, row)
+def _clearance_difference(path: Toolpath, row: int, kind: Message, text: Message) -> Difference:
+    start, end = start_and_end_texts(path, row)
     return Difference(kind, 0, int(path.line[row]), Message("{}; this move goes from {} to {}", text, start, end))
 
 
@@ -158,20 +158,20 @@ def _moves_in_xy(path: Toolpath) -> Mask:
     return across
 
 
-def _descends(path: Toolpath) -> Mask:
+def _descending_rows(path: Toolpath) -> Mask:
     """Return a mask of the moves that go down, including moves from an unknown height."""
     down: Mask = np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] >= path.before[:, 2])
     return down
 
 
-def _cutting(path: Toolpath) -> Mask:
+def _cutting_rows(path: Toolpath) -> Mask:
     cutting: Mask = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     return cutting
 
 
 def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
     """Return the spindle speed in each row. M6 stops the spindle, as on LinuxCNC and Haas."""
-    row = last_rows((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL))
+    row = latest_marked_rows((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL))
     turning = (row >= 0) & (path.kind[row] == Kind.SPINDLE)
     return np.where(turning, path.value[row], 0.0)
 
@@ -180,7 +180,7 @@ def rows_at_machine_height(path: Toolpath, safe_z: float) -> Mask:
     """Return a mask of the rows whose z was last set by a move to a safe height in machine coordinates."""
     in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
     in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
-    row = last_rows(in_machine | in_program)
+    row = latest_marked_rows(in_machine | in_program)
     high: Mask = (row >= 0) & in_machine[row] & (path.end[row, 2] >= safe_z - _TOLERANCE)
     return high
 
@@ -198,7 +198,7 @@ def _returns_to_cut_depth(path: Toolpath) -> Mask:
     heights = path.end[:, 2]
     finite_heights = heights[np.isfinite(heights)]
     shift = 2.0 * float(np.ptp(finite_heights)) + 1.0 if len(finite_heights) else 1.0
-    feed_heights = np.where(_cutting(path) & np.isfinite(heights), heights, np.inf)
+    feed_heights = np.where(_cutting_rows(path) & np.isfinite(heights), heights, np.inf)
     deepest = np.minimum.accumulate(feed_heights - shift * visit) + shift * visit if len(path) else feed_heights
     cut_in_visit = deepest <= (finite_heights.max() if len(finite_heights) else 0.0)
     result: Mask = ~arrives & cut_in_visit & (heights >= deepest - _TOLERANCE)

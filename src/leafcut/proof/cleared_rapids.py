@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import tool_in_comments
 from leafcut.geometry.arrays import Mask
-from leafcut.material.straight_moves import straight_moves
+from leafcut.material.straight_moves import convert_to_straight_moves
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 
@@ -104,7 +104,7 @@ def find_cleared_descents(
     """
     unchecked = np.zeros(len(descents), dtype=bool)
     stages = _Stages.of(path)
-    cuts = _straight_cuts(path)
+    cuts = _collect_cuts(path)
     if not len(cuts.row):
         return unchecked.copy(), unchecked
     lines: NDArray[Any] = np.asarray(shapely.linestrings(cuts.ends.reshape(-1, 2, 2)))
@@ -192,13 +192,13 @@ def _is_covered(
     return False
 
 
-def _straight_cuts(path: Toolpath) -> _Cuts:
+def _collect_cuts(path: Toolpath) -> _Cuts:
     """Return the cuts of a path. The ends of a slanting cut are added as points with their own heights.
 
     If the start of a cut is unknown, only its end counts. If the controller applies cutter compensation (G41, G42), the
     cut is skipped, because the area that it sweeps is unknown.
     """
-    moves = straight_moves(path, 0.25 * _GRAZE, np.inf)
+    moves = convert_to_straight_moves(path, 0.25 * _GRAZE, np.inf)
     is_compensated = path.latest(Kind.RADIUS, path.ref, 40)[moves.row] != 40
     is_compensated &= (moves.ends[:, :2] != moves.ends[:, 3:5]).any(axis=1)
     feed_rows = np.flatnonzero(~moves.rapid & ~is_compensated)

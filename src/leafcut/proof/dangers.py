@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Mask
-from leafcut.material.straight_moves import straight_moves
+from leafcut.material.straight_moves import convert_to_straight_moves
 from leafcut.message import Message
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import STILL, Kind, Toolpath, last_rows
-from leafcut.proof.clearance import DangerCheck, height_checks, spindle_check, torch_check
-from leafcut.proof.difference import end_texts, position_text
-from leafcut.proof.envelope import check_envelope
+from leafcut.model.toolpath import STILL, Kind, Toolpath, latest_marked_rows
+from leafcut.proof.clearance import DangerCheck, rapid_height_checks, spindle_turns_check, torch_off_check
+from leafcut.proof.difference import position_text, start_and_end_texts
+from leafcut.proof.envelope import check_machine_limits
 from leafcut.units import to_fixed
 
 #: Tolerance for rounded heights, mm.
@@ -97,34 +97,34 @@ def find_dangers(
         Masks of the rows whose rapids were already checked by simulating the stock, bool[n], by issue code.
     """
     source = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
-    path = expand(source)
+    path = expand_cycles(source)
     rows = path.line
     path = replace(path, line=program.path.line[rows])
     checks: list[DangerCheck] = []
     if process not in BEAMS and heights:
-        checks += height_checks(path, 0.0, machine.safe_z or 0.0, milled=False)
+        checks += rapid_height_checks(path, 0.0, machine.safe_z or 0.0, milled=False)
     if process not in BEAMS:
-        checks.append(spindle_check(path, _turning_rows(program, rows, True)))
+        checks.append(spindle_turns_check(path, _rows_with_turning_spindle(program, rows, True)))
     elif process == ProgramKind.PLASMA:
-        checks.append(torch_check(path, _turning_rows(program, rows, False)))
+        checks.append(torch_off_check(path, _rows_with_turning_spindle(program, rows, False)))
     rapid = path.kind == Kind.RAPID
     for index, (kind, mask, text) in enumerate(checks):
         if (by_stock := simulated.get(_KINDS[kind][0])) is not None:
             checks[index] = kind, mask & ~(by_stock[rows] & rapid), text
     unchecked: list[Issue] = []
     for index, (kind, mask, text) in enumerate(checks):
-        cleared, unresolved = _cleared_rapids(program, rows, path, mask)
+        cleared, unresolved = _cleared_and_unchecked_rapids(program, rows, path, mask)
         checks[index] = kind, mask & ~cleared & ~unresolved, text
         if unresolved.any():
             unchecked.append(_unchecked_rapids_issue(path, unresolved))
-    issues = unchecked + [_issue(path, kind, mask) for kind, mask, _ in checks if mask.any()]
-    spindle_never_starts = not _turning_rows(program, rows, True).any()
+    issues = unchecked + [_danger_issue(path, kind, mask) for kind, mask, _ in checks if mask.any()]
+    spindle_never_starts = not _rows_with_turning_spindle(program, rows, True).any()
     issues = [
-        _spindle_started_manually(issue) if spindle_never_starts and issue.code == "L803" else issue for issue in issues
+        _manual_spindle_issue(issue) if spindle_never_starts and issue.code == "L803" else issue for issue in issues
     ]
     if process not in BEAMS and heights and "L801" not in simulated:
         issues += [*_report_unknown_surface(path), *_report_lowered_zero(program)]
-    issues += [*_report_untracked_moves(program), *_machine_limits(program.path, machine)]
+    issues += [*_report_untracked_moves(program), *_report_machine_limits(program.path, machine)]
     return sorted(issues, key=lambda issue: (RANK[issue.severity], issue.code))
 
 
@@ -132,7 +132,9 @@ def find_dangers(
 RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 
-def _cleared_rapids(program: Program, rows: NDArray[np.int32], path: Toolpath, mask: Mask) -> tuple[Mask, Mask]:
+def _cleared_and_unchecked_rapids(
+    program: Program, rows: NDArray[np.int32], path: Toolpath, mask: Mask
+) -> tuple[Mask, Mask]:
     """Return masks of the rapids that end in material removed by earlier cuts, and of the unchecked rapids."""
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], path.before[:, :2]).all(axis=1)
@@ -155,7 +157,7 @@ def _unchecked_rapids_issue(path: Toolpath, mask: Mask) -> Issue:
     return Issue("L815", message, Message("line {}", int(path.line[row])))
 
 
-def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
+def _rows_with_turning_spindle(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
     """Return a mask of the rows in which the spindle turns.
 
     If only the machine knows the spindle state, `default` applies. A tool change stops the spindle. M3 without an S
@@ -167,15 +169,15 @@ def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> M
     for row in np.flatnonzero((kinds == Kind.SPINDLE) & (program.path.value == 0.0) & turns_before).tolist():
         turns_before[row] = not _NO_SPEED.search(program.lines[int(program.path.line[row]) - 1])
     state = np.where(kinds == Kind.SPINDLE, (program.path.value != 0.0) | turns_before, default & (kinds != Kind.TOOL))
-    last = last_rows(sets_state)
+    last = latest_marked_rows(sets_state)
     turning: Mask = ((last >= 0) & state[last])[rows]
     return turning
 
 
-def _issue(path: Toolpath, kind: str, mask: Mask) -> Issue:
+def _danger_issue(path: Toolpath, kind: str, mask: Mask) -> Issue:
     code, severity, singular, plural = _KINDS[kind]
     number, row = int(mask.sum()), int(np.argmax(mask))
-    start, end = end_texts(path, row)
+    start, end = start_and_end_texts(path, row)
     if path.kind[row] == Kind.MACHINE:
         end = Message("a position in machine coordinates")
     if number == 1:
@@ -185,7 +187,7 @@ def _issue(path: Toolpath, kind: str, mask: Mask) -> Issue:
     return Issue(code, message, Message("line {}", int(path.line[row])), severity)
 
 
-def _spindle_started_manually(issue: Issue) -> Issue:
+def _manual_spindle_issue(issue: Issue) -> Issue:
     message = Message("the program never starts the spindle (M3); start it before you run the program")
     return replace(issue, message=message, severity=Severity.WARNING)
 
@@ -196,7 +198,7 @@ def _report_unknown_surface(path: Toolpath) -> Iterator[Issue]:
     if not cuts.any() or path.end[cuts, 2].min() < -_TOLERANCE:
         return
     # Arcs in XZ and YZ may be lower than their ends.
-    moves = straight_moves(path, _CHORD_ERROR, math.inf)
+    moves = convert_to_straight_moves(path, _CHORD_ERROR, math.inf)
     heights = moves.ends[~moves.rapid][:, 5]
     if len(heights) and heights.min() >= -_TOLERANCE:
         yield Issue(
@@ -261,9 +263,9 @@ def _report_untracked_moves(program: Program) -> Iterator[Issue]:
     yield Issue("L808", message, Message("line {}", int(path.line[rows[0]])))
 
 
-def _machine_limits(path: Toolpath, machine: Machine) -> Iterator[Issue]:
+def _report_machine_limits(path: Toolpath, machine: Machine) -> Iterator[Issue]:
     numbers: dict[str, int] = {}
-    differences = check_envelope(path, machine)
+    differences = check_machine_limits(path, machine)
     for difference in differences:
         numbers[difference.what] = numbers.get(difference.what, 0) + 1
     reported: set[str] = set()

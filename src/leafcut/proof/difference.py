@@ -14,7 +14,7 @@ from leafcut.units import to_fixed
 MOST_LISTED = 50
 
 
-def cap_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
+def limit_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
     """Return at most `MOST_LISTED` of `count` differences. If more exist, the last entry states how many."""
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
@@ -33,7 +33,7 @@ def position_text(x: float, y: float, z: float | None = None) -> str:
     return known or Message("an unknown position")
 
 
-def end_texts(path: Toolpath, row: int) -> tuple[str, str]:
+def start_and_end_texts(path: Toolpath, row: int) -> tuple[str, str]:
     """Describe the start and the end of a move in words."""
     return position_text(*path.before[row].tolist()), position_text(*path.end[row].tolist())
 
@@ -47,10 +47,10 @@ def describe_motion(motion: Motion) -> Message:
         return Message("torch on") if motion.value else Message("torch off")
     if kind is Kind.HEIGHT:
         return Message("height control on") if motion.value else Message("height control off")
-    return _DESCRIPTIONS[kind](_shown_value(motion))
+    return _DESCRIPTIONS[kind](_motion_value_text(motion))
 
 
-def _shown_value(motion: Motion) -> str:
+def _motion_value_text(motion: Motion) -> str:
     kind = motion.kind
     if kind is Kind.MACHINE:
         axes = zip("XYZ", motion.end, strict=True)

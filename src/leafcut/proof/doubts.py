@@ -28,7 +28,7 @@ _SAME = 1e-6
 _TAPS = ("G84", "G74")
 
 
-def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]:
+def find_probable_mistakes(program: Program, dialect: Dialect, process: str) -> list[Issue]:
     """Return probable mistakes: M4 in cuts, no time for the spindle to start, long dwells, unsupported commands."""
     if dialect.language != "g-code":
         return []
@@ -36,8 +36,8 @@ def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]
     return [
         *spindle,
         *_report_long_dwells(program, dialect),
-        *_unknown_changes(program, dialect),
-        *_board_commands(program, dialect),
+        *_report_unsupported_tool_changes(program, dialect),
+        *_report_foreign_board_commands(program, dialect),
     ]
 
 
@@ -113,7 +113,7 @@ def _report_long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
         yield Issue("L102", message, Message("line {}", int(path.line[rows[0]])))
 
 
-def _unknown_changes(program: Program, dialect: Dialect) -> Iterator[Issue]:
+def _report_unsupported_tool_changes(program: Program, dialect: Dialect) -> Iterator[Issue]:
     if 6 in dialect.m_codes:
         return
     for line in np.unique(program.path.line[program.path.kind == Kind.TOOL]).tolist():
@@ -128,7 +128,7 @@ def _unknown_changes(program: Program, dialect: Dialect) -> Iterator[Issue]:
             return
 
 
-def _board_commands(program: Program, dialect: Dialect) -> Iterator[Issue]:
+def _report_foreign_board_commands(program: Program, dialect: Dialect) -> Iterator[Issue]:
     if dialect.family.startswith("grbl"):
         return
     for number, line in enumerate(program.lines, 1):

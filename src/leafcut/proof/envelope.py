@@ -10,21 +10,25 @@ from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
-from leafcut.proof.difference import cap_differences
+from leafcut.proof.difference import limit_differences
 
 #: Tolerance for rounded coordinates, mm.
 _TOLERANCE = 0.001
 
 
-def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
+def check_machine_limits(path: Toolpath, machine: Machine) -> list[Difference]:
     """Return a difference for each limit of `machine` that the path exceeds, with the first position that exceeds it.
 
     If the `work_offset` of the machine is known, every position in the program must be inside the travel. This includes
     hole bottoms and arc bulges. Otherwise, only the size of the job is compared with the travel. Heights refer to the
     tool tip, because the tool length is unknown here.
     """
-    return cap_differences(
-        [*_positions_outside(path, machine), *_feeds_out_of_range(path, machine), *_speeds_out_of_range(path, machine)]
+    return limit_differences(
+        [
+            *_positions_outside_travel(path, machine),
+            *_feeds_out_of_range(path, machine),
+            *_speeds_out_of_range(path, machine),
+        ]
     )
 
 
@@ -44,38 +48,40 @@ def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.
             rows.append(drills)
     for row in np.flatnonzero((path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)).tolist():
         if np.isfinite(path.end[row]).all():
-            extremes = np.array(_known_extremes(path, row), dtype=np.float64).reshape(-1, 3)
+            extremes = np.array(_arc_extremes_if_known(path, row), dtype=np.float64).reshape(-1, 3)
             positions.append(extremes)
             rows.append(np.full(len(extremes), row))
     return np.concatenate(positions), np.concatenate(rows)
 
 
-def _known_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
+def _arc_extremes_if_known(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
     try:
         return arc_extremes(path, row)
     except ValueError:  # the start of the arc is unknown; the interpreter has already reported it
         return []
 
 
-def _positions_outside(path: Toolpath, machine: Machine) -> list[Difference]:
+def _positions_outside_travel(path: Toolpath, machine: Machine) -> list[Difference]:
     positions, rows = _reached_positions(path)
     outside = []
     for axis, name in enumerate("XYZ"):
         low, high = machine.travel_min[axis] - _TOLERANCE, machine.travel_max[axis] + _TOLERANCE
         if machine.work_offset is not None:
             offset = machine.work_offset[axis]
-            outside += _outside_limits(
+            outside += _axis_outside_limits(
                 path, rows, positions[:, axis] + offset, (low, high), Message("{} in machine coordinates", name)
             )
         else:
             outside += _exceeds_travel(positions[:, axis], machine.reach(axis), name)
         in_machine = np.flatnonzero(path.kind == Kind.MACHINE)
         values = path.end[in_machine, axis]
-        outside += _outside_limits(path, in_machine, values, (low, high), Message("{} in machine coordinates", name))
+        outside += _axis_outside_limits(
+            path, in_machine, values, (low, high), Message("{} in machine coordinates", name)
+        )
     return outside
 
 
-def _outside_limits(
+def _axis_outside_limits(
     path: Toolpath, rows: NDArray[np.int64], values: NDArray[np.float64], limits: tuple[float, float], name: str
 ) -> list[Difference]:
     low, high = limits

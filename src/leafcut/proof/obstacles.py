@@ -15,11 +15,11 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.message import Message
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.proof.clearance import rows_at_machine_height
-from leafcut.proof.difference import cap_differences, end_texts, position_text
+from leafcut.proof.difference import limit_differences, position_text, start_and_end_texts
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
@@ -75,7 +75,7 @@ def check_obstacles(
         return []
     heights = np.broadcast_to(np.asarray(height, dtype=np.float64), len(boxes))
     highest = float(heights.max())
-    path = expand(path)
+    path = expand_cycles(path)
     lowest = np.minimum(path.before[:, 2], path.end[:, 2])
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     rapid = path.kind == Kind.RAPID
@@ -85,7 +85,7 @@ def check_obstacles(
     unseen = [_unknown_path_difference(path, row) for row in untracked.tolist()]
     rows = np.flatnonzero(moves & ~is_high & np.isfinite(path.end[:, :2]).all(axis=1))
     if not len(rows):
-        return cap_differences(unseen)
+        return limit_differences(unseen)
     shapes = _areas_of_motions(path, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
     needed, with_body = np.full(len(rows), -math.inf), np.zeros(len(rows), dtype=bool)
@@ -106,12 +106,12 @@ def check_obstacles(
     needed[from_anywhere] = highest
     cuts, rapids = (
         [
-            _difference(path, int(rows[k]), float(needed[k]), bool(with_body[k]))
+            _obstacle_difference(path, int(rows[k]), float(needed[k]), bool(with_body[k]))
             for k in np.flatnonzero((needed > -math.inf) & (rapid[rows] == is_rapid)).tolist()
         ]
         for is_rapid in (False, True)
     )
-    return cap_differences([*cuts, *unseen, *rapids])
+    return limit_differences([*cuts, *unseen, *rapids])
 
 
 def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
@@ -132,7 +132,7 @@ def _areas_of_motions(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> N
     shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([start, end], axis=1)))
     kind = path.kind[rows]
     for k in np.flatnonzero((kind == Kind.ARC_CW) | (kind == Kind.ARC_CCW)).tolist():
-        shapes[k] = shapely.linestrings(_along_arc(path, int(rows[k])))
+        shapes[k] = shapely.linestrings(_points_along_arc(path, int(rows[k])))
     if dogleg:
         for k in np.flatnonzero(kind == Kind.RAPID).tolist():
             low, high = np.minimum(start[k], end[k]), np.maximum(start[k], end[k])
@@ -141,7 +141,7 @@ def _areas_of_motions(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> N
     return shapes
 
 
-def _along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
+def _points_along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
     radius, start, sweep = arc_sweep(path, row)
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
@@ -160,8 +160,8 @@ def _unknown_path_difference(path: Toolpath, row: int) -> Difference:
     return Difference(MAY_CROSS, 0, int(path.line[row]), text)
 
 
-def _difference(path: Toolpath, row: int, height: float, body: bool) -> Difference:
-    start, end = end_texts(path, row)
+def _obstacle_difference(path: Toolpath, row: int, height: float, body: bool) -> Difference:
+    start, end = start_and_end_texts(path, row)
     rapid = path.kind[row] == Kind.RAPID
     allowed: str = Message("a rapid may cross a --keep-out zone only at Z{:.3f} or above", height)
     allowed = allowed if math.isfinite(height) else Message("no rapid may cross a --keep-out zone")

@@ -11,23 +11,25 @@ from numpy.typing import ArrayLike, NDArray
 from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import is_active_comment
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.gcode.words import COMMENT, numbered_lines
 from leafcut.message import Message
-from leafcut.model.cutter import bodies_of, flutes_of
-from leafcut.model.cycles import expand
+from leafcut.model.cutter import shank_and_holder_discs, tip_radius_and_discs
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 from leafcut.proof.clearance import check_clearance
-from leafcut.proof.envelope import check_envelope
+from leafcut.proof.envelope import check_machine_limits
 from leafcut.proof.read_back import compare_motion
 from leafcut.units import MM_PER_INCH
 
 
-def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] | None = None) -> Toolpath:
+def interpret_written_program(
+    text: str, dialect: Dialect, material_feeds: Mapping[int, float] | None = None
+) -> Toolpath:
     """Return the motion of a program as its controller would execute it, whatever modes another program left active.
 
     `material_feeds` contains the feeds of the controller's material table, mm/s, by number (`gcode.interpreter`).
@@ -37,11 +39,11 @@ def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] |
     ReadError
         The text is not a valid program for the controller, or a comment in it triggers an action of a controller.
     """
-    _refuse_obeyed_comments(text)
-    return interpret(text, dialect, left_over=True, material_feeds=material_feeds)
+    _refuse_active_comments(text)
+    return interpret_own_program(text, dialect, left_over=True, material_feeds=material_feeds)
 
 
-def _refuse_obeyed_comments(text: str) -> None:
+def _refuse_active_comments(text: str) -> None:
     """Refuse comments that a controller acts on. Such a comment can only come from a name in the header."""
     for number, line in numbered_lines(text):
         if "(" not in line and ";" not in line:
@@ -56,7 +58,7 @@ def _refuse_obeyed_comments(text: str) -> None:
             )
 
 
-def rounding_of(dialect: Dialect, units: str) -> float:
+def max_rounding_error(dialect: Dialect, units: str) -> float:
     """Return the maximum rounding error of a position, mm. `units` are the units of the program, mm or inch."""
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
@@ -79,12 +81,13 @@ def check_program(
     surface: NDArray[np.float64] | None = None,
     surface_z: float = 0.0,
 ) -> list[Difference]:
-    """Return all errors of a program, whose motion comes from `read_back`. Without errors, the program is verified.
+    """Return all errors of a program. Without errors, the program is verified.
 
-    The program must match the planned toolpath. If the controller has no cycles, they are expanded before the
-    comparison. The program must also stay inside the travel of the machine, above the workpiece, and at or above the
-    height of the keep-out zones. Parts of a tool above its flutes must stay clear of the zones, too. At a zone, a spot
-    drill is as wide as its cone (`model.cutter.flutes_of`).
+    `written` is the motion from `interpret_written_program`. The program must match the planned toolpath. If the
+    controller has no cycles, they are expanded before the comparison. The program must also stay inside the travel of
+    the machine, above the workpiece, and at or above the height of the keep-out zones. Parts of a tool above its flutes
+    must stay clear of the zones, too. At a zone, a spot drill is as wide as its cone
+    (`model.cutter.tip_radius_and_discs`).
 
     Parameters
     ----------
@@ -105,15 +108,15 @@ def check_program(
         Height of a flat surface, mm.
     """
     differences = compare_motion(
-        expand(planned, keep=dialect.cycles),
+        expand_cycles(planned, keep=dialect.cycles),
         written,
-        rounding_of(dialect, units),
+        max_rounding_error(dialect, units),
         offsets=bool(dialect.length_offset),
     )
     if differences:
         return differences
     differences = [
-        *check_envelope(written, machine),
+        *check_machine_limits(written, machine),
         *check_clearance(
             written,
             surface_z=surface_z,
@@ -124,7 +127,7 @@ def check_program(
             level=surface is None,
         ),
     ]
-    dogleg, bodies = machine.rapid_style == "dogleg", {tool.number: bodies_of(tool) for tool in tools}
+    dogleg, bodies = machine.rapid_style == "dogleg", {tool.number: shank_and_holder_discs(tool) for tool in tools}
     if surface is not None:
         from leafcut.proof.surface import check_surface  # loads GEOS slowly, and most plates are flat
 
@@ -133,7 +136,7 @@ def check_program(
     if zones is not None and zones.size:
         from leafcut.proof.obstacles import check_obstacles  # loads GEOS slowly, and most tables are empty
 
-        flutes = {tool.number: flutes_of(tool) for tool in tools}
+        flutes = {tool.number: tip_radius_and_discs(tool) for tool in tools}
         differences += check_obstacles(
             written,
             zones,

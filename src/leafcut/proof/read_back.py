@@ -12,7 +12,7 @@ from leafcut.geometry.arrays import Mask
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
-from leafcut.proof.difference import cap_differences, describe_motion
+from leafcut.proof.difference import describe_motion, limit_differences
 
 #: Relative tolerance for feeds. No controller maintains a feed more precisely, and the difference is not visible on a
 #: part.
@@ -50,8 +50,8 @@ def compare_motion(
         The differences; empty if the program matches the plan. At most `MOST_LISTED` differences are listed, and the
         last entry states how many more exist.
     """
-    wrong = _wrong_offsets(written) if offsets else []
-    a, b = (_comparable_rows(path) for path in (planned, written))
+    wrong = _rows_with_wrong_offset(written) if offsets else []
+    a, b = (_drop_ineffective_rows(path) for path in (planned, written))
     if not np.array_equal(a.kind, b.kind):
         # A short move may disappear by rounding. All remaining rows are compared.
         a, b = (_without_tiny_moves(path, 2.0 * tolerance_mm) for path in (a, b))
@@ -59,11 +59,11 @@ def compare_motion(
         return [*wrong, _first_divergence(a, b, tolerance_mm)]
     masks = _difference_masks(a, b, tolerance_mm)
     wrong_rows = np.flatnonzero(np.any([mask for _, mask in masks], axis=0))
-    listed = [_mask_difference(a, b, int(row), masks) for row in wrong_rows[:100]]
-    return cap_differences(wrong + listed, len(wrong) + len(wrong_rows))
+    listed = [_describe_row_difference(a, b, int(row), masks) for row in wrong_rows[:100]]
+    return limit_differences(wrong + listed, len(wrong) + len(wrong_rows))
 
 
-def _comparable_rows(path: Toolpath) -> Toolpath:
+def _drop_ineffective_rows(path: Toolpath) -> Toolpath:
     """Drop length offsets, straight moves of length 0, and resets of a torch before it is lit."""
     before = path.before
     is_motionless = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
@@ -162,31 +162,31 @@ def _arc_mask(a: Toolpath, b: Toolpath, tolerance: float) -> Mask:
     return wrong
 
 
-def _mask_difference(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[Message, Mask]]) -> Difference:
+def _describe_row_difference(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[Message, Mask]]) -> Difference:
     kind = next(word for word, mask in masks if mask[row])
-    before, after = _SHOWN.get(kind, _shown_row)(a, row), _SHOWN.get(kind, _shown_row)(b, row)
+    before, after = _SHOWN.get(kind, _row_text)(a, row), _SHOWN.get(kind, _row_text)(b, row)
     text = Message("planned {}, written {}", before, after)
     if kind in _SHOWN and a.kind[row] <= Kind.DRILL:
         text = Message("{}, {}", text, describe_motion(a[row]))
     return Difference(kind, int(a.line[row]), int(b.line[row]), text)
 
 
-def _shown_row(path: Toolpath, row: int) -> str:
+def _row_text(path: Toolpath, row: int) -> str:
     return describe_motion(path[row])
 
 
-def _cycle_value(word: str, unit: str) -> Callable[[Toolpath, int], str]:
+def _cycle_value_text(word: str, unit: str) -> Callable[[Toolpath, int], str]:
     return lambda path, row: f"{getattr(path.cycles[int(path.ref[row])], word)}{unit}"
 
 
 _SHOWN: dict[str, Callable[[Toolpath, int], str]] = {
     "feed": lambda path, row: f"{path.value[row] * 60.0:.6g} mm/min",
     "arc": lambda path, row: str(path.arcs[int(path.ref[row])]),
-    "cycle": _cycle_value("name", ""),
-    "R plane": _cycle_value("r_plane", " mm"),
-    "depth": _cycle_value("bottom", " mm"),
-    "peck": _cycle_value("peck", " mm"),
-    "cycle dwell": _cycle_value("dwell", " s"),
+    "cycle": _cycle_value_text("name", ""),
+    "R plane": _cycle_value_text("r_plane", " mm"),
+    "depth": _cycle_value_text("bottom", " mm"),
+    "peck": _cycle_value_text("peck", " mm"),
+    "cycle dwell": _cycle_value_text("dwell", " s"),
 }
 
 
@@ -208,7 +208,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
     )
 
 
-def _wrong_offsets(path: Toolpath) -> list[Difference]:
+def _rows_with_wrong_offset(path: Toolpath) -> list[Difference]:
     """Return the rows in which a tool cuts or moves in z without its own length offset."""
     tool, offset = path.tool, path.offset
     before = path.before[:, 2]

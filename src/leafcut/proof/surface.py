@@ -13,11 +13,11 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.message import Message
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.clearance import LEAST_CLEARANCE
-from leafcut.proof.difference import cap_differences, end_texts
+from leafcut.proof.difference import limit_differences, start_and_end_texts
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
@@ -54,7 +54,7 @@ def check_surface(
     dogleg
         Whether a rapid may go anywhere in the rectangle between its ends.
     """
-    path = expand(path)
+    path = expand_cycles(path)
     has_position = np.isfinite(path.before).all(axis=1) & np.isfinite(path.end).all(axis=1)
     upright = (path.end[:, :2] == path.before[:, :2]).all(axis=1)
     rises = upright & (path.end[:, 2] >= path.before[:, 2])
@@ -66,14 +66,16 @@ def check_surface(
         Difference(
             Message("rapid into the part"), 0, int(path.line[row]), Message("{}; {}", text, _motion_text(path, row))
         )
-        for row in _rows_meeting(path, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)
+        for row in _rows_hitting_surface(path, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)
     ]
     moves = np.flatnonzero(np.isin(path.kind, _MOVES) & has_position & ~rises)
     meeting_rows = set[int]()
     for number, discs in (bodies or {}).items():
         tool_moves = moves[path.tool[moves] == number]
         for above, disc_radius in discs:
-            rows = _rows_meeting(path, tool_moves, triangles, above, np.full(len(tool_moves), disc_radius), dogleg)
+            rows = _rows_hitting_surface(
+                path, tool_moves, triangles, above, np.full(len(tool_moves), disc_radius), dogleg
+            )
             meeting_rows.update(rows)
     body = Message("the tool hits the surface above its flutes")
     wrong += [
@@ -85,15 +87,19 @@ def check_surface(
         )
         for row in sorted(meeting_rows)
     ]
-    return cap_differences(wrong)
+    return limit_differences(wrong)
 
 
-def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:
+def surface_reaches_into_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:
     """Return whether a part of a surface above `height` (mm) is within `radius` (mm) of an area of the plane."""
     high = triangles[triangles[:, :, 2].max(axis=1) > height]
     close_triangles = high[shapely.dwithin(shapely.convex_hull(shapely.multipoints(high[:, :, :2])), area, radius)]
     return any(
-        bool(shapely.dwithin(shapely.convex_hull(shapely.MultiPoint(_part_above(triangle, height))), area, radius))
+        bool(
+            shapely.dwithin(
+                shapely.convex_hull(shapely.MultiPoint(_triangle_part_above(triangle, height))), area, radius
+            )
+        )
         for triangle in close_triangles
     )
 
@@ -116,10 +122,10 @@ def _returns_into_holes(
 
 
 def _motion_text(path: Toolpath, row: int) -> Message:
-    return Message("this move goes from {} to {}", *end_texts(path, row))
+    return Message("this move goes from {} to {}", *start_and_end_texts(path, row))
 
 
-def _rows_meeting(
+def _rows_hitting_surface(
     path: Toolpath,
     rows: NDArray[np.int64],
     triangles: NDArray[np.float64],
@@ -142,7 +148,7 @@ def _rows_meeting(
     result: list[int] = []
     for first in range(0, len(rows), _BATCH):
         batch = slice(first, first + _BATCH)
-        meeting = _moves_meeting(
+        meeting = _moves_hitting_triangles(
             tree,
             high,
             path.before[rows[batch]],
@@ -155,7 +161,7 @@ def _rows_meeting(
     return result
 
 
-def _moves_meeting(
+def _moves_hitting_triangles(
     tree: shapely.STRtree,
     triangles: NDArray[np.float64],
     start: NDArray[np.float64],
@@ -182,13 +188,13 @@ def _moves_meeting(
     for index, triangle in zip(move[above & ~whole].tolist(), triangle_index[above & ~whole].tolist(), strict=True):
         if index in meeting:
             continue
-        part = _part_above(triangles[triangle], float(height[index]))
+        part = _triangle_part_above(triangles[triangle], float(height[index]))
         if shapely.dwithin(shapes[index], shapely.convex_hull(shapely.MultiPoint(part)), float(radius[index])):
             meeting.add(index)
     return np.array(sorted(meeting), dtype=np.int64)
 
 
-def _part_above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
+def _triangle_part_above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
     """Return the corners of the part of a triangle at or above a height, seen from above."""
     corners = []
     for k in range(3):

@@ -33,7 +33,7 @@ def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbe
     """
     options = options or ReadOptions()
     format_, loaded = read_source(source, on_progress)
-    return _read(format_, format_, loaded, options)
+    return _read_with_reference(format_, format_, loaded, options)
 
 
 def read_contours(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
@@ -52,7 +52,7 @@ def read_contours(source: Input, options: ReadOptions | None = None, on_progress
     if format_.contours is None:
         known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
         raise ReadError(loaded.path, Message("{} has no contours to cut; use {}", format_.name, known_formats))
-    return _read(replace(format_, read=format_.contours), format_, loaded, options)
+    return _read_with_reference(replace(format_, read=format_.contours), format_, loaded, options)
 
 
 def read_pockets(
@@ -83,7 +83,7 @@ def read_pockets(
         raise ReadError(loaded.path, Message("{} has no pockets; use {}", format_.name, known_formats))
     clear, drawing_options, join = format_.pockets, pocket_options or PocketDrawingOptions(), joining or SheetOptions()
     reader = replace(format_, read=lambda file, reading: clear(file, reading, drawing_options, join))
-    return _read(reader, format_, loaded, options)
+    return _read_with_reference(reader, format_, loaded, options)
 
 
 def read_whole(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
@@ -102,15 +102,15 @@ def read_whole(source: Input, options: ReadOptions | None = None, on_progress: H
     return read_whole_drawing(*read_source(source, on_progress), options or ReadOptions())
 
 
-def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions) -> Part:
+def _read_with_reference(reader: Format, format_: Format, loaded: Source, options: ReadOptions) -> Part:
     named = isinstance(options.origin, str)
     if named and loaded.cache is None:
         loaded = replace(loaded, cache={})  # the drawing is read twice, but parsed once
     part = _refuse_if_strict(run_reader(reader, loaded, options), loaded, options)
     if named and part.reference is None:
-        from leafcut.read.reference import reference_geometry
+        from leafcut.read.reference import read_reference_geometry
 
-        part = replace(part, reference=reference_geometry(format_, loaded, options))
+        part = replace(part, reference=read_reference_geometry(format_, loaded, options))
     return part
 
 

@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 from leafcut.errors import LeafcutError, count_of
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import STRAIGHT, Polyline
-from leafcut.geometry.tidying import polygons, tidy_outlines
+from leafcut.geometry.tidying import chord_polygons, tidy_outlines
 from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
 from leafcut.options import SheetOptions
 from leafcut.read.dxf_blocks import BlockWalk, LayerFilter
-from leafcut.read.dxf_strokes import DxfStroke, Strokes, stroke_of
-from leafcut.read.format import ReadBudget, places_text
+from leafcut.read.dxf_strokes import DxfStroke, Strokes, entity_to_stroke
+from leafcut.read.format import ReadBudget, first_positions_text
 
 #: Entities handled by the hole reader.
 _HOLES = ("CIRCLE", "POINT")
@@ -64,7 +64,7 @@ class _ContourCollector(Strokes):
         self.kinds += (stroke.dxftype,) * (len(self.contours) - before)
 
 
-def closed_besides_holes(
+def collect_contours_besides_holes(
     document: Any, layers: LayerFilter, copies: ReadBudget, factor: float, path: str, points: Spend, holes: set[str]
 ) -> ContoursBesidesHoles:
     """Collect the closed contours of a DXF drawing that are not holes, in mm.
@@ -76,7 +76,7 @@ def closed_besides_holes(
     def other_stroke(entity: Any) -> DxfStroke | None:
         if entity.dxftype() in _HOLES or (entity.dxf.get("handle") or "") in holes:
             return None
-        return stroke_of(entity)
+        return entity_to_stroke(entity)
 
     walk = BlockWalk(document, copies, layers, other_stroke, "lines")
     collector = _ContourCollector(factor, path, points)
@@ -95,7 +95,7 @@ def closed_besides_holes(
     )
 
 
-def polygon_hole(path: Polyline) -> Hole | None:
+def hole_from_polygon(path: Polyline) -> Hole | None:
     """Convert a polygon to a round hole if its corners lie on a circle; otherwise return None.
 
     OpenSCAD and many SVG exporters draw holes as polygons.
@@ -124,7 +124,7 @@ def polygon_hole(path: Polyline) -> Hole | None:
     return Hole(float(centre[0] + x), float(centre[1] + y), round(2.0 * radius, 3))
 
 
-def classify_other_contours(
+def report_contours_besides_holes(
     contours: Sequence[Polyline], holes: Sequence[Hole], circles: Sequence[Hole] = ()
 ) -> tuple[list[Issue], list[Issue]]:
     """Report the closed contours that the program does not drill (L201).
@@ -145,8 +145,8 @@ def classify_other_contours(
     paths = [*contours, *(Polyline.circle(circle.x, circle.y, 0.5 * circle.diameter) for circle in circles)]
     if not paths:
         return [], []
-    shapes = polygons(paths)
-    kinds = _kinds(paths, shapes, holes)
+    shapes = chord_polygons(paths)
+    kinds = _classify_contours(paths, shapes, holes)
     kinds[len(contours) :] = ["outline" if kind == "outline" else "circle" for kind in kinds[len(contours) :]]
     issues: list[Issue] = []
     other_issues: list[Issue] = []
@@ -167,7 +167,7 @@ def classify_other_contours(
                 )
         missing_work = MissingWork(noun, len(members), tuple(positions), tuple(paths[k] for k in members))
         missing = missing_work if kind in ("hole", "slot", "circle", "contour") else None
-        issue = Issue("L201", message, places_text(positions, len(members)), Severity.NOTE, missing)
+        issue = Issue("L201", message, first_positions_text(positions, len(members)), Severity.NOTE, missing)
         (other_issues if kind == "contour" else issues).append(issue)
     return issues, other_issues
 
@@ -199,7 +199,7 @@ _KINDS = (
 )
 
 
-def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole]) -> list[str]:
+def _classify_contours(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole]) -> list[str]:
     """Classify each contour as ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
     centres = shapely.points(np.array([(hole.x, hole.y) for hole in holes]).reshape(-1, 2))
     grown = shapely.buffer(shapes, _EDGE_TOLERANCE)

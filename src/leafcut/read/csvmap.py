@@ -20,12 +20,12 @@ from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
     Source,
-    factor_of,
+    drawing_unit_mm,
     to_mm,
-    too_many_holes,
-    units_unknown,
+    too_many_holes_error,
+    unknown_units_issue,
 )
-from leafcut.read.table_rows import cell_number, is_number, separator_of, split_row
+from leafcut.read.table_rows import detect_separator, is_number, parse_cell_number, split_row
 
 #: Header word → field.
 HEADER_WORDS = {
@@ -71,20 +71,20 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
         No row has two numbers, or the header names no columns x and y.
     """
     lines = source.text().splitlines()
-    separator = separator_of([line for line in lines[:200] if line.strip() and not line.lstrip().startswith("#")])
-    rows = _rows(lines, separator)
-    columns, data_rows = _columns(source, rows, separator)
-    factor = factor_of(options, columns.unit)
+    separator = detect_separator([line for line in lines[:200] if line.strip() and not line.lstrip().startswith("#")])
+    rows = _split_rows(lines, separator)
+    columns, data_rows = _find_columns(source, rows, separator)
+    factor = drawing_unit_mm(options, columns.unit)
     holes: list[Hole] = []
     bad: list[tuple[int, str]] = []
     for number, fields in data_rows:
         source.on_progress(number / len(lines))
         try:
-            holes.append(_hole(fields, columns, separator, factor))
+            holes.append(_hole_of_row(fields, columns, separator, factor))
         except ValueError as problem:
             bad.append((number, str(problem)))
         if len(holes) > MAX_HOLES:
-            raise too_many_holes(source.path)
+            raise too_many_holes_error(source.path)
     if not holes:
         line, reason = bad[0] if bad else (None, Message("the table has a header but no rows"))
         raise ReadError(source.path, Message("no points: {}", reason), line)
@@ -111,24 +111,24 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     units = options.units or columns.unit
     part = Part(source.name, kept, source=source.file_name, format="csv", units=units or "mm")
     if units is None:
-        selection_issues.append(units_unknown(Message("the table"), part, Severity.NOTE))
+        selection_issues.append(unknown_units_issue(Message("the table"), part, Severity.NOTE))
     return replace(part, issues=(*issues, *selection_issues))
 
 
-def _rows(lines: list[str], separator: str | None) -> Iterator[tuple[int, list[str]]]:
+def _split_rows(lines: list[str], separator: str | None) -> Iterator[tuple[int, list[str]]]:
     for number, line in enumerate(lines, 1):
         if line.strip() and not line.lstrip().startswith("#"):
             yield number, split_row(line, separator)
 
 
-def _columns(
+def _find_columns(
     source: Source, rows: Iterator[tuple[int, list[str]]], separator: str | None
 ) -> tuple[_Columns, Iterator[tuple[int, list[str]]]]:
     number, fields = next(rows, (0, []))
     if not fields:
         raise ReadError(source.path, "no points: the file contains only comments")
     if any(is_number(f, separator) for f in fields[:2]):
-        return _Columns(), _with_first((number, fields), rows)
+        return _Columns(), _prepend_row((number, fields), rows)
     indices: dict[str, int] = {}
     unit = None
     for index, field in enumerate(fields):
@@ -155,34 +155,36 @@ def _columns(
     )
 
 
-def _with_first(first: tuple[int, list[str]], rows: Iterator[tuple[int, list[str]]]) -> Iterator[tuple[int, list[str]]]:
+def _prepend_row(
+    first: tuple[int, list[str]], rows: Iterator[tuple[int, list[str]]]
+) -> Iterator[tuple[int, list[str]]]:
     yield first
     yield from rows
 
 
-def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: float) -> Hole:
+def _hole_of_row(fields: list[str], columns: _Columns, separator: str | None, factor: float) -> Hole:
     if len(fields) <= max(columns.x, columns.y):
         raise ValueError(Message("'{}' has {} field(s), expected x and y", printable(" ".join(fields)), len(fields)))
-    x, y = (to_mm(cell_number(fields[i], separator), factor) for i in (columns.x, columns.y))
+    x, y = (to_mm(parse_cell_number(fields[i], separator), factor) for i in (columns.x, columns.y))
     name_index, diameter = columns.name, 0.0
-    if (text := _field(fields, columns.d)) and not columns.from_header and not is_number(text, separator):
+    if (text := _optional_field(fields, columns.d)) and not columns.from_header and not is_number(text, separator):
         name_index = columns.d  # x, y, name: this row has no diameter
     elif text:
-        diameter = to_mm(cell_number(text, separator), factor)
+        diameter = to_mm(parse_cell_number(text, separator), factor)
     if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and 0 <= diameter <= MAX_COORDINATE):
         raise ValueError(Message("x {:g}, y {:g}, diameter {:g} mm is out of range", x, y, diameter))
-    height = _field(fields, columns.z)
-    z = to_mm(cell_number(height, separator), factor) if height else 0.0
+    height = _optional_field(fields, columns.z)
+    z = to_mm(parse_cell_number(height, separator), factor) if height else 0.0
     if not abs(z) <= MAX_COORDINATE:
         raise ValueError(Message("z {:g} mm is out of range", z))
-    return Hole(x, y, diameter, _field(fields, columns.layer), _field(fields, name_index), z)
+    return Hole(x, y, diameter, _optional_field(fields, columns.layer), _optional_field(fields, name_index), z)
 
 
-def _field(fields: list[str], index: int | None) -> str:
+def _optional_field(fields: list[str], index: int | None) -> str:
     return fields[index][:100] if index is not None and index < len(fields) else ""
 
 
-def points_text(part: Part) -> str:
+def holes_as_csv(part: Part) -> str:
     """Write the holes of a part as a CSV table, in mm, so that `read_csv` can read the same points back.
 
     The table has a column for diameters if any hole has a diameter.

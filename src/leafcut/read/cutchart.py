@@ -21,8 +21,8 @@ from leafcut.errors import OptionError, PlanError, ReadError, name_suggestion, p
 from leafcut.message import Message
 from leafcut.model.cutting import ConsumptionRates, CutData
 from leafcut.model.issue import Issue, Severity
-from leafcut.model.kinds import CutMethod, method_of
-from leafcut.read.format import load
+from leafcut.model.kinds import CutMethod, first_word_of_process
+from leafcut.read.format import load_source
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Required and optional columns.
@@ -101,7 +101,7 @@ def load_chart(path: Path | None = None) -> list[ChartRow]:
     if path is None:
         place, text = "cutchart.csv", (resources.files("leafcut.read") / "cutchart.csv").read_text(encoding="utf-8")
     else:
-        place, text = str(path), load(path).text()
+        place, text = str(path), load_source(path).text()
     reader = csv.DictReader(io.StringIO(text), restkey="?")
     try:
         names = [name.strip() for name in reader.fieldnames or ()]
@@ -112,7 +112,7 @@ def load_chart(path: Path | None = None) -> list[ChartRow]:
             if len(rows) >= MOST_ROWS:
                 raise ReadError(place, Message("has more than {:,} rows, too many for a cut chart", MOST_ROWS))
             if any((value or "").strip() for key, value in data.items() if key != "?"):
-                rows.append(_row(place, reader.line_num, data))
+                rows.append(_parse_row(place, reader.line_num, data))
     except csv.Error as problem:
         raise ReadError(place, Message("is not a table ({})", problem), reader.line_num) from None
     if not rows:
@@ -128,7 +128,7 @@ def _check_columns(place: str, names: list[str]) -> None:
             )
 
 
-def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
+def _parse_row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
     def number(key: str, needed: bool = False) -> float | None:
         text = (data.get(key) or "").strip()
         if not text and not needed:
@@ -149,7 +149,7 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
     assert thickness is not None and speed is not None
     return ChartRow(
         process=word("process").lower(),
-        material=material_name(word("material")),
+        material=chart_material_name(word("material")),
         thickness=thickness,
         feed=speed / SECONDS_PER_MINUTE,
         amps=number("amps"),
@@ -189,7 +189,7 @@ def _consumption_rates(word: Callable[[str], str], number: Callable[..., float |
     )
 
 
-def material_name(material: str) -> str:
+def chart_material_name(material: str) -> str:
     """Convert the name of a material to the spelling in charts: ``Mild Steel`` and ``steel`` become ``mild_steel``."""
     word = "_".join(material.lower().replace("-", " ").split())
     return MATERIALS.get(word, word)
@@ -197,7 +197,11 @@ def material_name(material: str) -> str:
 
 def process_names_for(rows: Iterable[ChartRow], process: str, material: str) -> set[str]:
     """Return the full process names in the chart, such as ``laser_co2_60w``, that match a process and a material."""
-    return {r.process for r in rows if is_kind_of_process(r.process, process) and r.material == material_name(material)}
+    return {
+        r.process
+        for r in rows
+        if is_variant_of_process(r.process, process) and r.material == chart_material_name(material)
+    }
 
 
 def find_cut_data(
@@ -235,11 +239,13 @@ def find_cut_data(
         The chart has no row of that thickness; the message lists the nearest rows.
     """
     rows = list(rows)
-    known = [r for r in rows if r.process == process.lower()] or [r for r in rows if r.process == method_of(process)]
+    known = [r for r in rows if r.process == process.lower()] or [
+        r for r in rows if r.process == first_word_of_process(process)
+    ]
     own_row = _row_from_options(process, material, thickness, amps, given)
     if not known and own_row is None:
         raise OptionError(_no_process_message(rows, process, material))
-    material = material_name(material)
+    material = chart_material_name(material)
     of_material = [r for r in known if r.material == material]
     if not of_material and own_row is None:
         raise OptionError(
@@ -265,20 +271,20 @@ def find_cut_data(
     if nozzle is not None:
         fitting = _rows_of_nozzle(fitting, nozzle, f"{process} of {material}")
         own_row = None  # a named nozzle must be in the chart
-    match = _best_row(fitting, thickness, given)
+    match = _choose_row(fitting, thickness, given)
     if match is not None:
         row, issues = match
-        return _cut_data(row, thickness, given, [*issues, *_other_currents(of_material, row)])
+        return _build_cut_data(row, thickness, given, [*issues, *_note_other_currents(of_material, row)])
     if own_row is None:
         raise PlanError(_no_row_message(fitting, process, material, thickness))
-    return _cut_data(own_row, thickness, given, [])
+    return _build_cut_data(own_row, thickness, given, [])
 
 
 def _no_process_message(rows: list[ChartRow], process: str, material: str) -> Message:
     """Explain that the chart does not contain a process. A process of another kind or power is never a substitute."""
     kinds = sorted(
         process_names_for(rows, process, material)
-        or {r.process for r in rows if is_kind_of_process(r.process, process)}
+        or {r.process for r in rows if is_variant_of_process(r.process, process)}
     )
     if kinds:
         return Message(
@@ -287,7 +293,7 @@ def _no_process_message(rows: list[ChartRow], process: str, material: str) -> Me
             ", ".join(kinds),
             process,
         )
-    alike = sorted({r.process for r in rows if method_of(r.process) == method_of(process)})
+    alike = sorted({r.process for r in rows if first_word_of_process(r.process) == first_word_of_process(process)})
     if not alike:
         return Message(
             "--cut-process: the chart has no '{}'{}", process, name_suggestion(process, _column_values(rows, "process"))
@@ -313,12 +319,12 @@ def _row_from_options(
     process: str, material: str, thickness: float, amps: float | None, given: dict[str, float | None]
 ) -> ChartRow | None:
     """Build a chart row from the user's values alone. Return None if required values are missing."""
-    if any(given.get(key) is None for key in ENOUGH) or method_of(process) not in tuple(CutMethod):
+    if any(given.get(key) is None for key in ENOUGH) or first_word_of_process(process) not in tuple(CutMethod):
         return None
     values = {key: given.get(key) for key in GIVEN}
     return ChartRow(
         process.lower(),
-        material_name(material),
+        chart_material_name(material),
         thickness,
         given["feed"] or 0.0,
         amps,
@@ -332,7 +338,7 @@ def _row_from_options(
     )
 
 
-def is_kind_of_process(name: str, asked: str) -> bool:
+def is_variant_of_process(name: str, asked: str) -> bool:
     """Return whether a process from a chart is the requested process, or a variant of it."""
     return name == asked.lower() or name.startswith(f"{asked.lower()}_")
 
@@ -341,7 +347,7 @@ def _column_values(rows: Iterable[ChartRow], field: str) -> list[str]:
     return sorted({getattr(r, field) for r in rows})
 
 
-def _best_row(
+def _choose_row(
     rows: list[ChartRow], thickness: float, given: dict[str, float | None]
 ) -> tuple[ChartRow, list[Issue]] | None:
     """Choose the best row for a thickness.
@@ -374,13 +380,17 @@ def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow
         if exact:
             return min(exact, key=lambda r: (r.source_rank, abs(r.thickness - thickness))), []
         pairs = [
-            neighbours for rows in _group_by_nozzle(trusted) if (neighbours := _neighbours(rows, thickness)) is not None
+            neighbours
+            for rows in _group_by_nozzle(trusted)
+            if (neighbours := _rows_around_thickness(rows, thickness)) is not None
         ]
         neighbours = (
-            min(pairs, key=lambda p: p[1].thickness - p[0].thickness) if pairs else _neighbours(trusted, thickness)
+            min(pairs, key=lambda p: p[1].thickness - p[0].thickness)
+            if pairs
+            else _rows_around_thickness(trusted, thickness)
         )
         if neighbours is not None:
-            return _interpolate(*neighbours, thickness)
+            return _interpolate_rows(*neighbours, thickness)
     return None
 
 
@@ -392,7 +402,7 @@ def _group_by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
     return [[r for r in rows if r.rates.nozzle == name] for name in dict.fromkeys(r.rates.nozzle for r in rows)]
 
 
-def _neighbours(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, ChartRow] | None:
+def _rows_around_thickness(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, ChartRow] | None:
     thin = [r for r in rows if r.thickness < thickness]
     thick = [r for r in rows if r.thickness > thickness]
     if not (thin and thick):
@@ -402,7 +412,7 @@ def _neighbours(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, Chart
     )
 
 
-def _joined_values(values: list[Message]) -> Message:
+def _join_with_and(values: list[Message]) -> Message:
     return reduce(lambda message, value: Message("{} and the {}", message, value), values[1:], values[0])
 
 
@@ -414,7 +424,7 @@ def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) ->
     if not higher:
         return Message("{}; {}, or give --pierce-delay to pierce it anyway", message, edge_start)
     names = Message.joined_by_and(f"{r.amps or 0:g} A" for r in higher)
-    missing_values = _joined_values(_missing_values(higher[0], {}))
+    missing_values = _join_with_and(_missing_values(higher[0], {}))
     return Message(
         "{}; for {}, the cut chart does not give the {}: give these values, or {}",
         message,
@@ -424,11 +434,11 @@ def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) ->
     )
 
 
-def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list[Issue]]:
+def _interpolate_rows(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list[Issue]]:
     share = (thickness - a.thickness) / (b.thickness - a.thickness)
     power = math.log(thickness / a.thickness) / math.log(b.thickness / a.thickness)
 
-    def mixed(field: str) -> float | None:
+    def interpolated(field: str) -> float | None:
         first, second = getattr(a, field), getattr(b, field)
         return None if first is None or second is None else first + share * (second - first)
 
@@ -437,7 +447,7 @@ def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, 
         thickness=thickness,
         feed=a.feed * (b.feed / a.feed) ** power,
         rates=_interpolate_rates(a.rates, b.rates, share),
-        **{f: mixed(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
+        **{f: interpolated(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
     )
     message = Message(
         "the cut chart has no row for {:g} mm, so its data were interpolated between {:g} and {:g} mm",
@@ -477,7 +487,7 @@ def _no_row_message(rows: list[ChartRow], process: str, material: str, thickness
     )
 
 
-def _other_currents(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
+def _note_other_currents(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
     chosen_label = _describe_process(chosen)
     other_labels = {
         _describe_process(r): None
@@ -495,7 +505,7 @@ def _describe_process(row: ChartRow) -> str:
     return row.process if row.amps is None else f"{row.process} {row.amps:g} A"
 
 
-def _values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | None]:
+def _row_values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | None]:
     return {key: getattr(row, key) if given.get(key) is None else given[key] for key in GIVEN}
 
 
@@ -504,13 +514,13 @@ def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
 
     Plasma needs a pierce height from the chart, or a pierce delay from the user.
     """
-    if method_of(row.process) != CutMethod.PLASMA:
+    if first_word_of_process(row.process) != CutMethod.PLASMA:
         return True
-    return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None
+    return row.pierce_height is not None or _row_values(row, given)["pierce_delay"] is not None
 
 
 def _missing_values(row: ChartRow, given: dict[str, float | None]) -> list[Message]:
-    values = _values(row, given)
+    values = _row_values(row, given)
     missing = []
     if not values["kerf"]:  # 0 in a chart means not measured
         missing.append(Message("kerf (--kerf)"))
@@ -519,16 +529,16 @@ def _missing_values(row: ChartRow, given: dict[str, float | None]) -> list[Messa
     return missing
 
 
-def _cut_data(
+def _build_cut_data(
     row: ChartRow, thickness: float, given: dict[str, float | None], issues: list[Issue]
 ) -> tuple[CutData, list[Issue]]:
-    values = _values(row, given)
-    kind = method_of(row.process)
+    values = _row_values(row, given)
+    kind = first_word_of_process(row.process)
     can_pierce, missing = _can_pierce(row, given), _missing_values(row, given)
     if missing:
         raise OptionError(
             "the cut chart does not give the {} of {} in {}, {:g} mm; give the missing values",
-            _joined_values(missing),
+            _join_with_and(missing),
             _describe_process(row),
             row.material,
             thickness,
@@ -585,7 +595,7 @@ class ChartChoices:
     nozzles: tuple[str, ...]
 
 
-def choices_of(
+def available_choices(
     rows: Iterable[ChartRow],
     process: str = "",
     material: str = "",
@@ -598,8 +608,8 @@ def choices_of(
     without a matching row, so that the user still sees the alternatives.
     """
     rows = list(rows)
-    cut = [row for row in rows if not process or is_kind_of_process(row.process, process)] or rows
-    made_of = [row for row in cut if not material or row.material == material_name(material)]
+    cut = [row for row in rows if not process or is_variant_of_process(row.process, process)] or rows
+    made_of = [row for row in cut if not material or row.material == chart_material_name(material)]
     with_amps = [row for row in made_of if amps is None or row.amps == amps] or made_of
     near = [row for row in made_of if thickness is None or _has_thickness(row, thickness)] or made_of
     return ChartChoices(

@@ -22,25 +22,31 @@ from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import BlockWalk, LayerFilter
-from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, units_of, walk_issues
+from leafcut.read.dxf_document import (
+    drawing_units,
+    hidden_counts_text,
+    layer_filter_of_document,
+    open_document,
+    skipped_content_issues,
+)
 from leafcut.read.dxf_shapes import (
     IDENTITY,
     ROUND,
     Matrix,
     Shape,
+    arc_span_in_top_view,
+    entity_to_hole_shape,
     half_axes,
-    is_flat,
-    shape_of,
-    span_from_above,
+    is_parallel_to_plate,
     transform_curve,
 )
-from leafcut.read.dxf_strokes import Strokes, stroke_of
+from leafcut.read.dxf_strokes import Strokes, entity_to_stroke
 from leafcut.read.filter_holes import (
     MERGE_TOLERANCE,
     ArcPiece,
-    circles_that_are_outlines,
-    close_circles,
     holes_on_part_layers,
+    join_arcs_to_circles,
+    outline_circles,
     select_holes,
 )
 from leafcut.read.format import (
@@ -49,12 +55,12 @@ from leafcut.read.format import (
     MAX_HOLES,
     OUT_OF_RANGE,
     Source,
-    copy_budget,
-    places_text,
+    expansion_budget,
+    first_positions_text,
     point_budget,
-    refuse_tiny,
-    too_many_holes,
-    units_unknown,
+    refuse_tiny_drawing,
+    too_many_holes_error,
+    unknown_units_issue,
 )
 
 #: Entities that can form a closed contour.
@@ -78,9 +84,13 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     """
     issues: list[Issue] = []
     document = open_document(source, issues)
-    factor, unit = units_of(document, options)
+    factor, unit = drawing_units(document, options)
     walk = BlockWalk(
-        document, copy_budget(source, "blocks", FREE_HOLES), layers_of(document, options), shape_of, "holes"
+        document,
+        expansion_budget(source, "blocks", FREE_HOLES),
+        layer_filter_of_document(document, options),
+        entity_to_hole_shape,
+        "holes",
     )
     finds = HoleCollector(factor, source.path)
     for shape, matrix, layer in walk.shapes():
@@ -92,12 +102,18 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     paths: tuple[Polyline, ...] = ()
     others = walk.others + finds.others
     if any(kind in _LINES for kind in others + finds.squashed):
-        from leafcut.read.besides_holes import closed_besides_holes, polygon_hole  # start-up
+        from leafcut.read.besides_holes import collect_contours_besides_holes, hole_from_polygon  # start-up
 
-        besides = closed_besides_holes(
-            document, walk.layers, copy_budget(source, "blocks"), factor, source.path, point_budget(source), finds.owned
+        besides = collect_contours_besides_holes(
+            document,
+            walk.layers,
+            expansion_budget(source, "blocks"),
+            factor,
+            source.path,
+            point_budget(source),
+            finds.owned,
         )
-        classified = [(path, polygon_hole(path)) for path in besides.paths]
+        classified = [(path, hole_from_polygon(path)) for path in besides.paths]
         paths = tuple(path for path, hole in classified if hole is None)
         polygons = [hole for _, hole in classified if hole is not None]
         others -= Counter(besides.entities)
@@ -107,27 +123,27 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     if polygons:
         selection_issues.append(_polygon_issue(polygons))
     if not kept:
-        raise ReadError(source.path, _nothing_message(walk, finds, selection_issues))
+        raise ReadError(source.path, _no_holes_message(walk, finds, selection_issues))
     undrilled: list[Issue] = []
     contours: list[Issue] = []
-    outline_indices = circles_that_are_outlines(kept, paths, MERGE_TOLERANCE)
+    outline_indices = outline_circles(kept, paths, MERGE_TOLERANCE)
     if paths or outline_indices:
-        from leafcut.read.besides_holes import classify_other_contours  # start-up
+        from leafcut.read.besides_holes import report_contours_besides_holes  # start-up
 
         outlines = [kept[k] for k in outline_indices]
         kept = tuple(hole for k, hole in enumerate(kept) if k not in outline_indices)
-        undrilled, contours = classify_other_contours(paths, kept, outlines)
+        undrilled, contours = report_contours_besides_holes(paths, kept, outlines)
     if not kept:
-        raise ReadError(source.path, _nothing_message(walk, finds, [*selection_issues, *undrilled]))
-    issues += walk_issues(walk) + finds.issues() + undrilled + _other_entities(others)
-    edge = contours_besides_holes(document, options, factor, source.path, point_budget(source), finds.owned)
+        raise ReadError(source.path, _no_holes_message(walk, finds, [*selection_issues, *undrilled]))
+    issues += skipped_content_issues(walk) + finds.issues() + undrilled + _other_entity_notes(others)
+    edge = read_contours_besides_holes(document, options, factor, source.path, point_budget(source), finds.owned)
     part = Part(
         source.name, kept, source=source.file_name, format="dxf", units=unit or "mm", edge=edge, besides=tuple(contours)
     )
     if len(kept) > 1:
-        refuse_tiny(source.path, part, options)
+        refuse_tiny_drawing(source.path, part, options)
     if unit is None:
-        issues.insert(0, units_unknown(Message("the drawing"), part, Severity.WARNING))
+        issues.insert(0, unknown_units_issue(Message("the drawing"), part, Severity.WARNING))
     n_points = sum(h.diameter == 0 for h in kept)
     if 0 < n_points < len(kept):
         selection_issues.append(
@@ -173,7 +189,7 @@ class HoleCollector:
             if shape.dxftype == "POINT":
                 self._add_hole(Hole(x, y, 0.0, layer, shape.handle, z))
                 return
-            if not is_flat(curve):
+            if not is_parallel_to_plate(curve):
                 self._count_leaning(shape, x, y)
                 return
             if large - small > ROUND * large:
@@ -182,7 +198,7 @@ class HoleCollector:
             if not radius >= MIN_RADIUS or not math.isfinite(curve.start + curve.sweep):
                 self.out_of_range[shape.dxftype] += 1
                 return
-            pieces.append(ArcPiece(x, y, radius, *span_from_above(curve), self._number, z))
+            pieces.append(ArcPiece(x, y, radius, *arc_span_in_top_view(curve), self._number, z))
         if shape.arcs:
             self.pieces += pieces
             self.owners[self._number] = (shape.dxftype, layer, shape.handle)
@@ -194,7 +210,7 @@ class HoleCollector:
     def _add_hole(self, hole: Hole) -> None:
         self.numbered_holes.append((self._number, hole))
         if len(self.numbered_holes) > MAX_HOLES:
-            raise too_many_holes(self.path)
+            raise too_many_holes_error(self.path)
 
     def _count_leaning(self, shape: Shape, x: float, y: float) -> None:
         if shape.arcs:
@@ -207,7 +223,7 @@ class HoleCollector:
 
         Call this method only once, after all shapes were added, because it joins the arcs.
         """
-        circles, used = close_circles(self.pieces)
+        circles, used = join_arcs_to_circles(self.pieces)
         for piece in circles:
             _, layer, handle = self.owners[piece.entity]
             self.numbered_holes.append(
@@ -215,7 +231,7 @@ class HoleCollector:
             )
         self.n_joined = len(circles)
         if len(self.numbered_holes) > MAX_HOLES:
-            raise too_many_holes(self.path)
+            raise too_many_holes_error(self.path)
         self.owned = {hole.handle for _, hole in self.numbered_holes} | {self.owners[number][2] for number in used}
         self.others.update(kind for number, (kind, _, _) in self.owners.items() if number not in used)
         return [hole for _, hole in sorted(self.numbered_holes, key=lambda numbered: numbered[0])]
@@ -228,7 +244,9 @@ class HoleCollector:
                 "{} outside the plane of the plate will not be drilled", count_of(len(self.leaning), "circle")
             )
             missing = MissingWork("hole", len(self.leaning), tuple(self.leaning))
-            issues.append(Issue("L202", message, places_text(self.leaning, len(self.leaning)), missing=missing))
+            issues.append(
+                Issue("L202", message, first_positions_text(self.leaning, len(self.leaning)), missing=missing)
+            )
         for kind, number in self.far.items():
             issues.append(
                 Issue("L203", Message("{} {} {}", number, kind, OUT_OF_RANGE), missing=MissingWork("hole", number))
@@ -256,17 +274,17 @@ def _polygon_issue(holes: list[Hole]) -> Issue:
     sizes = ", ".join(f"Ø{diameter:.4g}" for diameter in sorted({round(hole.diameter, 3) for hole in holes})[:5])
     positions = [(hole.x, hole.y) for hole in holes]
     message = Message("treated {} with corners on a circle as round holes ({})", count_of(len(holes), "polygon"), sizes)
-    return Issue("L405", message, places_text(positions, len(positions)))
+    return Issue("L405", message, first_positions_text(positions, len(positions)))
 
 
-def _other_entities(kinds: Counter[str]) -> list[Issue]:
+def _other_entity_notes(kinds: Counter[str]) -> list[Issue]:
     return [
         Issue("L201", Message("ignored {} {}, which cannot be a hole", number, printable(kind)), severity=Severity.NOTE)
         for kind, number in kinds.items()
     ]
 
 
-def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_issues: list[Issue]) -> Message:
+def _no_holes_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_issues: list[Issue]) -> Message:
     parts = [f"{number} {printable(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [Message("{} {} not circular", number, kind) for kind, number in finds.squashed.items()]
     parts += [Message("{} {} {}", number, kind, OUT_OF_RANGE) for kind, number in finds.far.items()]
@@ -279,7 +297,7 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
         parts.append(Message("blocks that are missing or refer to themselves"))
     parts += [issue.message for issue in selection_issues]
     if walk.hidden:
-        parts.append(Message("on layers that are off, frozen or not chosen: {}", hidden_by_layer(walk)))
+        parts.append(Message("on layers that are off, frozen or not chosen: {}", hidden_counts_text(walk)))
     if not parts:
         parts.append(Message("the drawing is empty"))
     elif any(kind in _LINES for kind in walk.others + finds.others):
@@ -287,7 +305,7 @@ def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_iss
     return Message("no holes: {}", Message.joined("; ", parts))
 
 
-def contours_besides_holes(
+def read_contours_besides_holes(
     document: Any, options: ReadOptions, factor: float, path: str, points: Spend, holes: Collection[str]
 ) -> tuple[Contour, ...]:
     """Read the lines, arcs and polylines in model space that are not holes, in mm.
@@ -295,24 +313,24 @@ def contours_besides_holes(
     `holes` contains the handles of the entities that became holes. The function skips blocks, damaged entities, and
     layers that are off or frozen. It ignores the layer selection, because these contours are not machined.
     """
-    layers = layers_of(document, replace(options, layers=()))
+    layers = layer_filter_of_document(document, replace(options, layers=()))
     strokes = Strokes(factor, path, points)
     try:
         for entity in document.modelspace():
             if entity.dxftype() in _KINDS:
                 if len(strokes.contours) >= MOST_EDGES:
                     return ()
-                _add(entity, layers, holes, strokes)
+                _add_stroke(entity, layers, holes, strokes)
     except ReadError:  # the drawing exceeds its point budget, which is no reason to refuse its holes
         return ()
     return tuple(strokes.contours)
 
 
-def _add(entity: Any, layers: LayerFilter, holes: Collection[str], strokes: Strokes) -> None:
+def _add_stroke(entity: Any, layers: LayerFilter, holes: Collection[str], strokes: Strokes) -> None:
     try:
         layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
         hidden = not layers.shows(layer) or bool(entity.dxf.get("invisible", 0))
-        stroke = None if hidden or handle in holes else stroke_of(entity)
+        stroke = None if hidden or handle in holes else entity_to_stroke(entity)
     except Exception:  # ezdxf raises almost any exception on a damaged entity; the hole reader reports it
         return
     if stroke is not None:

@@ -105,7 +105,7 @@ class BlockWalk(Generic[S]):
         ReadError
             The insertions exceed the budget `copies`.
         """
-        top = content_of(self.document.modelspace(), self.shape_of)
+        top = read_layout_content(self.document.modelspace(), self.shape_of)
         self._scan_blocks(top)
         # Check before the walk: a few lines of nested arrays can ask for a billion holes.
         self.copies.check(self._weight_of(top, ()))
@@ -129,7 +129,7 @@ class BlockWalk(Generic[S]):
                     layout = self.document.blocks.get(block) if block else None
                     # An external reference (flag 4) is empty, and its drawing must not be opened.
                     absent = layout is None or layout.block.dxf.get("flags", 0) & 4
-                    inner = self._contents[block] = None if absent else content_of(layout, self.shape_of)
+                    inner = self._contents[block] = None if absent else read_layout_content(layout, self.shape_of)
                     if inner is not None:
                         waiting.append((block, inner))
         while fruitful:
@@ -166,7 +166,7 @@ class BlockWalk(Generic[S]):
         self.copies(1)
         self._count_other_entities(content, inherited)
         for item in content.items:
-            layer = _layer_of(item.layer, inherited)  # type: ignore[union-attr]
+            layer = _effective_layer(item.layer, inherited)  # type: ignore[union-attr]
             if isinstance(item, Insertion):
                 yield from self._insert(item, matrix, layer, trail)
                 continue
@@ -182,7 +182,7 @@ class BlockWalk(Generic[S]):
             return
         self._counted.add(id(content))
         for (kind, layer), number in content.others.items():
-            if self.layers.shows(_layer_of(layer, inherited)):
+            if self.layers.shows(_effective_layer(layer, inherited)):
                 self.others[kind] += number
         self.broken.extend(content.broken)
         if content.invisible:
@@ -216,12 +216,12 @@ class BlockWalk(Generic[S]):
                     yield from self._visit(content, (*block_matrix[:3], origin), layer, (*trail, name))
 
 
-def _layer_of(layer: str, inherited: str | None) -> str:
+def _effective_layer(layer: str, inherited: str | None) -> str:
     """Return the effective layer of an entity. Entities on layer 0 of a block take the layer of the INSERT."""
     return inherited if layer == "0" and inherited is not None else layer
 
 
-def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
+def read_layout_content(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
     """Read the contents of an ezdxf layout, examining each entity only once."""
     content: Content[S] = Content()
     for entity in layout:
@@ -232,7 +232,7 @@ def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
             content.invisible += 1
             continue
         try:
-            shape = _insertion(entity) if kind == "INSERT" else shape_of(entity)
+            shape = _parse_insertion(entity) if kind == "INSERT" else shape_of(entity)
         except (ArithmeticError, ValueError, TypeError, AttributeError) as problem:
             handle = dxf.handle if dxf.hasattr("handle") else ""
             content.broken.append((kind, handle or "", map_text(str(problem), printable)))
@@ -245,7 +245,7 @@ def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
     return content
 
 
-def _insertion(entity: Any) -> Insertion:
+def _parse_insertion(entity: Any) -> Insertion:
     dxf = entity.dxf
     if not dxf.hasattr("insert"):
         raise ValueError(Message("no insertion point"))

@@ -17,14 +17,14 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.dxf_blocks import BlockWalk
-from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
-from leafcut.read.dxf_strokes import DxfStroke, Strokes, stroke_of
+from leafcut.read.dxf_document import drawing_units, layer_filter_of_document, open_document, skipped_content_issues
+from leafcut.read.dxf_strokes import DxfStroke, Strokes, entity_to_stroke
 from leafcut.read.format import (
     Source,
-    copy_budget,
+    expansion_budget,
     point_budget,
-    refuse_tiny,
-    units_unknown,
+    refuse_tiny_drawing,
+    unknown_units_issue,
 )
 
 
@@ -41,19 +41,19 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
     """
     issues: list[Issue] = []
     document = open_document(source, issues)
-    factor, unit = units_of(document, options)
+    factor, unit = drawing_units(document, options)
     walk = BlockWalk(
         document,
-        copy_budget(source, "blocks"),
-        layers_of(document, options),
-        _shape_of if texts else stroke_of,
+        expansion_budget(source, "blocks"),
+        layer_filter_of_document(document, options),
+        _stroke_or_text if texts else entity_to_stroke,
         "lines",
     )
     strokes = Strokes(factor, source.path, point_budget(source))
     for stroke, matrix, layer in walk.shapes():
         source.on_progress()
         strokes.add(stroke, matrix, layer)
-    issues += walk_issues(walk) + strokes.issues()
+    issues += skipped_content_issues(walk) + strokes.issues()
     contours = tuple(strokes.contours)
     drawn = any(c.kind != "text" for c in contours)
     if others := walk.others + (Counter() if drawn else strokes.texts):
@@ -67,9 +67,9 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
         raise ReadError(source.path, Message("there is nothing to cut: {}", reasons))
     issues += _height_issues(tuple(c for c in contours if c.kind != "text"))
     part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
-    refuse_tiny(source.path, part, options)
+    refuse_tiny_drawing(source.path, part, options)
     if unit is None:
-        issues.insert(0, units_unknown(Message("the drawing"), part, Severity.WARNING))
+        issues.insert(0, unknown_units_issue(Message("the drawing"), part, Severity.WARNING))
     return replace(part, issues=tuple(issues))
 
 
@@ -90,17 +90,17 @@ def read_dxf_pockets(
 ) -> Part:
     """Read the outlines of a DXF drawing as pockets with islands, in mm.
 
-    Raises the same errors as `read_dxf_contours` and `pockets_of_drawing`.
+    Raises the same errors as `read_dxf_contours` and `drawing_to_pockets`.
     """
-    from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
+    from leafcut.read.pocket_outlines import drawing_to_pockets  # start-up
 
-    return pockets_of_drawing(read_dxf_contours(source, options, texts=False), pocket_options, joining, source.path)
+    return drawing_to_pockets(read_dxf_contours(source, options, texts=False), pocket_options, joining, source.path)
 
 
-def _shape_of(entity: Any) -> DxfStroke | None:
-    stroke = stroke_of(entity)
+def _stroke_or_text(entity: Any) -> DxfStroke | None:
+    stroke = entity_to_stroke(entity)
     if stroke is not None or entity.dxftype() not in ("TEXT", "MTEXT"):
         return stroke
-    from leafcut.read.dxf_texts import text_of
+    from leafcut.read.dxf_texts import text_to_stroke
 
-    return text_of(entity)
+    return text_to_stroke(entity)

@@ -18,7 +18,7 @@ from leafcut.model.contour import layer_filter
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
-from leafcut.read.format import Source, factor_of
+from leafcut.read.format import Source, drawing_unit_mm
 from leafcut.read.recognition import BINARY_DXF, DXF_SECTION
 
 #: Memory limits: ezdxf needs about 1.6 kB per circle and 0.1 kB per tag (two lines).
@@ -88,7 +88,7 @@ def _load_document(source: Source, issues: list[Issue]) -> Any:
             data = data.replace(b"\r", b"\n")
         if not re.search(DXF_SECTION, data[:65536], re.IGNORECASE):
             raise ReadError(source.path, "this is not a DXF drawing: it does not start with group code 0 and SECTION")
-        _check_whole(source.path, data, issues)
+        _check_complete(source.path, data, issues)
     elif b"EOF\0" not in data[-64:]:
         raise ReadError(source.path, "the end of the drawing is missing; save or send it again")
     with _silence_ezdxf():
@@ -105,7 +105,7 @@ def _load_document(source: Source, issues: list[Issue]) -> Any:
             raise ReadError(source.path, reason, int(line.group(1)) if line else None) from None
 
 
-def _check_whole(path: str, data: bytes, issues: list[Issue]) -> None:
+def _check_complete(path: str, data: bytes, issues: list[Issue]) -> None:
     lines = data.count(b"\n")
     if lines > MAX_LINES or sum(1 for _ in _STRUCTURE.finditer(data)) > MAX_ENTITIES:
         raise ReadError(
@@ -145,7 +145,7 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
             description = printable(message.split(" near ")[0].replace("recovered ", ""))
             reason = Message("{}; repair the drawing, because a guess could cut in the wrong place", description)
             raise ReadError(source.path, reason, int(line.group(1)) if line else None)
-    document = Drawing.from_tags(_tags_of(tool.section_dict))
+    document = Drawing.from_tags(_all_tags(tool.section_dict))
     repairs = [message for code, message in (*tool.errors, *tool.fixes) if code not in TRIVIAL_REPAIRS]
     if repairs:
         more = Message(" (and {} more)", len(repairs) - 1) if len(repairs) > 1 else ""
@@ -153,7 +153,7 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
     return document
 
 
-def _tags_of(sections: Mapping[str, Iterable[Iterable[Any]]]) -> Iterator[Any]:
+def _all_tags(sections: Mapping[str, Iterable[Iterable[Any]]]) -> Iterator[Any]:
     from ezdxf.lldxf.types import DXFTag
 
     for records in sections.values():
@@ -174,17 +174,17 @@ def _silence_ezdxf() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def units_of(document: Any, options: ReadOptions) -> tuple[float, str | None]:
+def drawing_units(document: Any, options: ReadOptions) -> tuple[float, str | None]:
     """Return the length of the drawing unit, mm, and the name of the unit. The name is None if the unit is assumed."""
     if options.units:
-        return factor_of(options, None), options.units
+        return drawing_unit_mm(options, None), options.units
     code = document.header.get("$INSUNITS", 0)
     if code not in INSUNITS:
         return 1.0, None
     return INSUNITS[code], UNIT_NAMES.get(code, f"$INSUNITS {code}")
 
 
-def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
+def layer_filter_of_document(document: Any, options: ReadOptions) -> LayerFilter:
     """Return the filter that excludes layers that are frozen, off or not chosen."""
     frozen, off = set(), set()
     for layer in document.layers:
@@ -196,7 +196,7 @@ def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
     return LayerFilter(frozen, off, layer_filter(options.layers))
 
 
-def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
+def skipped_content_issues(walk: BlockWalk[Any]) -> list[Issue]:
     """Report everything that was skipped in a drawing: damaged entities, hidden layers, and unusable blocks."""
     issues = []
     reasons: dict[tuple[str, str], list[str]] = {}
@@ -214,7 +214,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
             )
         )
     if walk.hidden:
-        issues.append(Issue("L204", Message("left out: {}", hidden_by_layer(walk)), severity=Severity.NOTE))
+        issues.append(Issue("L204", Message("left out: {}", hidden_counts_text(walk)), severity=Severity.NOTE))
     for name, number in walk.missing_blocks.items():
         message = Message("{} of block '{}', which is missing", count_of(number, "insertion"), printable(name))
         issues.append(Issue("L206", message, missing=MissingWork("block", number)))
@@ -228,7 +228,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
     return issues
 
 
-def hidden_by_layer(walk: BlockWalk[Any]) -> Message:
+def hidden_counts_text(walk: BlockWalk[Any]) -> Message:
     """Describe the number of hidden entities on each layer."""
     named = [
         Message("{} on layer {}", n, printable(layer)) for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE

@@ -43,7 +43,7 @@ class Shape(NamedTuple):
     arcs: bool
 
 
-def shape_of(entity: Any) -> Shape | None:
+def entity_to_hole_shape(entity: Any) -> Shape | None:
     """Convert an entity to a shape, or return None if the entity can never be a hole.
 
     Raises
@@ -67,12 +67,12 @@ def require_values(entity: Any, *names: str) -> None:
         raise ValueError(Message("no {}", missing[0]))
 
 
-def _point(entity: Any) -> tuple[Curve, ...]:
+def _point_curve(entity: Any) -> tuple[Curve, ...]:
     require_values(entity, "location")
     return (Curve(entity.dxf.location.xyz, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0),)
 
 
-def axes_of(entity: Any) -> tuple[Vector3, Vector3, Any]:
+def plane_axes_of_entity(entity: Any) -> tuple[Vector3, Vector3, Any]:
     """Return the x and y axes of an entity's plane in layout coordinates, and the object coordinate system (OCS)."""
     ocs = entity.ocs()
     if not ocs.transform:
@@ -80,7 +80,7 @@ def axes_of(entity: Any) -> tuple[Vector3, Vector3, Any]:
     return ocs.ux.xyz, ocs.uy.xyz, ocs
 
 
-def in_layout(ocs: Any, point: Vector3) -> Vector3:
+def to_layout_coordinates(ocs: Any, point: Vector3) -> Vector3:
     """Transform a point from an entity's plane to the coordinates of its layout."""
     if not ocs.transform:
         return point
@@ -92,48 +92,48 @@ def _scaled(vector: Vector3, factor: float) -> Vector3:
     return (vector[0] * factor, vector[1] * factor, vector[2] * factor)
 
 
-def circle_of(entity: Any) -> tuple[Curve, ...]:
+def circle_curve(entity: Any) -> tuple[Curve, ...]:
     """Return the full circle of a CIRCLE or ARC."""
     require_values(entity, "center", "radius")
-    ux, uy, ocs = axes_of(entity)
+    ux, uy, ocs = plane_axes_of_entity(entity)
     radius = entity.dxf.radius
     if not radius > 0:
         raise ValueError(Message("invalid radius {:g}", radius))
-    return (Curve(in_layout(ocs, entity.dxf.center.xyz), _scaled(ux, radius), _scaled(uy, radius)),)
+    return (Curve(to_layout_coordinates(ocs, entity.dxf.center.xyz), _scaled(ux, radius), _scaled(uy, radius)),)
 
 
-def arc_of(entity: Any) -> tuple[Curve, ...]:
+def arc_curve(entity: Any) -> tuple[Curve, ...]:
     """Return the arc of an ARC."""
     require_values(entity, "start_angle", "end_angle")
-    circle = circle_of(entity)[0]
+    circle = circle_curve(entity)[0]
     start, end = entity.dxf.start_angle, entity.dxf.end_angle
-    return (circle._replace(start=math.radians(start), sweep=_sweep(math.radians(end - start))),)
+    return (circle._replace(start=math.radians(start), sweep=_arc_sweep(math.radians(end - start))),)
 
 
-def _sweep(angle: float) -> float:
+def _arc_sweep(angle: float) -> float:
     """Return the sweep of an arc. An arc from 0° to 360° is a full turn, and an arc from 0° to 0° is empty."""
     if abs(abs(angle) - math.tau) < 1e-9:
         return math.tau
     return angle % math.tau
 
 
-def ellipse_of(entity: Any) -> tuple[Curve, ...]:
+def ellipse_curve(entity: Any) -> tuple[Curve, ...]:
     """Return the curve of an ELLIPSE, full or partial."""
     require_values(entity, "center", "major_axis", "ratio")
     major, ratio = entity.dxf.major_axis, entity.dxf.ratio
     minor = entity.dxf.extrusion.normalize().cross(major) * ratio
     start, end = entity.dxf.get("start_param", 0.0), entity.dxf.get("end_param", math.tau)
-    return (Curve(entity.dxf.center.xyz, major.xyz, minor.xyz, start, _sweep(end - start)),)
+    return (Curve(entity.dxf.center.xyz, major.xyz, minor.xyz, start, _arc_sweep(end - start)),)
 
 
-def _ellipse(entity: Any) -> tuple[Curve, ...]:
-    curves = ellipse_of(entity)
+def _circular_ellipse_curve(entity: Any) -> tuple[Curve, ...]:
+    curves = ellipse_curve(entity)
     if abs(entity.dxf.ratio) < 1 - ROUND and curves[0].sweep != math.tau:
         return ()  # an elliptical arc, not a circular one
     return curves
 
 
-def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool, float]:
+def polyline_vertices(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool, float]:
     """Return the geometry of an LWPOLYLINE or a 2D POLYLINE.
 
     Returns
@@ -149,11 +149,13 @@ def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool
         vertices = [(float(x), float(y), float(bulge)) for x, y, bulge in entity.get_points("xyb")]
         return vertices, entity.closed, entity.dxf.get("elevation", 0.0)
     elevation = entity.dxf.elevation.z if entity.dxf.hasattr("elevation") else 0.0
-    vertices = [(v.dxf.location.x, v.dxf.location.y, v.dxf.get("bulge", 0.0)) for v in real_vertices(entity)]
+    vertices = [
+        (v.dxf.location.x, v.dxf.location.y, v.dxf.get("bulge", 0.0)) for v in vertices_without_control_points(entity)
+    ]
     return vertices, entity.is_closed, elevation
 
 
-def real_vertices(entity: Any) -> list[Any]:
+def vertices_without_control_points(entity: Any) -> list[Any]:
     """Return the vertices that lie on a POLYLINE.
 
     The control points of spline and curve frames (bit 16 of the flags) are left out.
@@ -161,15 +163,15 @@ def real_vertices(entity: Any) -> list[Any]:
     return [v for v in entity.vertices if not v.dxf.get("flags", 0) & 16]
 
 
-def _lwpolyline(entity: Any) -> tuple[Curve, ...]:
-    return _bulged(entity, *vertices_of(entity))
+def _lwpolyline_arcs(entity: Any) -> tuple[Curve, ...]:
+    return _arcs_of_vertices(entity, *polyline_vertices(entity))
 
 
-def _polyline(entity: Any) -> tuple[Curve, ...]:
-    return _bulged(entity, *vertices_of(entity)) if entity.is_2d_polyline else ()
+def _polyline_arcs(entity: Any) -> tuple[Curve, ...]:
+    return _arcs_of_vertices(entity, *polyline_vertices(entity)) if entity.is_2d_polyline else ()
 
 
-def _bulged(
+def _arcs_of_vertices(
     entity: Any, vertices: Sequence[tuple[float, float, float]], closed: bool, elevation: float
 ) -> tuple[Curve, ...]:
     """Return the arcs of a polyline that consists only of arcs.
@@ -178,7 +180,7 @@ def _bulged(
     """
     if all(v[2] == 0.0 for v in vertices):
         return ()
-    ux, uy, ocs = axes_of(entity)
+    ux, uy, ocs = plane_axes_of_entity(entity)
     ends: Iterable[tuple[float, float, float]] = [*vertices[1:], vertices[0]] if closed else vertices[1:]
     curves = []
     for (x0, y0, bulge), (x1, y1, _) in zip(vertices, ends, strict=False):
@@ -188,17 +190,19 @@ def _bulged(
         if arc is None:
             return ()
         x, y, radius, start, sweep = arc
-        curves.append(Curve(in_layout(ocs, (x, y, elevation)), _scaled(ux, radius), _scaled(uy, radius), start, sweep))
+        curves.append(
+            Curve(to_layout_coordinates(ocs, (x, y, elevation)), _scaled(ux, radius), _scaled(uy, radius), start, sweep)
+        )
     return tuple(curves)
 
 
 _MAKERS = {
-    "POINT": _point,
-    "CIRCLE": circle_of,
-    "ARC": arc_of,
-    "ELLIPSE": _ellipse,
-    "LWPOLYLINE": _lwpolyline,
-    "POLYLINE": _polyline,
+    "POINT": _point_curve,
+    "CIRCLE": circle_curve,
+    "ARC": arc_curve,
+    "ELLIPSE": _circular_ellipse_curve,
+    "LWPOLYLINE": _lwpolyline_arcs,
+    "POLYLINE": _polyline_arcs,
 }
 
 
@@ -239,7 +243,7 @@ def transform_curve(matrix: Matrix, curve: Curve) -> Curve:
     )
 
 
-def is_flat(curve: Curve) -> bool:
+def is_parallel_to_plate(curve: Curve) -> bool:
     """Return whether the curve is parallel to the plane of the plate."""
     ux, uy, uz = curve.u
     vx, vy, vz = curve.v
@@ -253,7 +257,7 @@ def half_axes(curve: Curve) -> tuple[float, float]:
     return even + odd, abs(even - odd)
 
 
-def span_from_above(curve: Curve) -> tuple[float, float]:
+def arc_span_in_top_view(curve: Curve) -> tuple[float, float]:
     """Return the start and the sweep of a circular arc in top view.
 
     The arc runs counter-clockwise, even if a block mirrors it.

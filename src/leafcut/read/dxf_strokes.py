@@ -14,7 +14,14 @@ import numpy as np
 
 from leafcut.errors import PlanError, count_of, printable
 from leafcut.geometry.arrays import Floats
-from leafcut.geometry.curves import MAX_DEGREE, Spend, allow_any_number, ellipse_path, fit_arcs_to_curve, spline_points
+from leafcut.geometry.curves import (
+    MAX_DEGREE,
+    Spend,
+    accept_any_point_count,
+    ellipse_path,
+    fit_arcs_to_curve,
+    spline_points,
+)
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message, map_text
 from leafcut.model.contour import Contour
@@ -24,25 +31,25 @@ from leafcut.read.dxf_shapes import (
     Curve,
     Matrix,
     Vector3,
-    arc_of,
-    axes_of,
-    circle_of,
-    ellipse_of,
+    arc_curve,
+    circle_curve,
+    ellipse_curve,
     half_axes,
-    in_layout,
-    is_flat,
-    real_vertices,
+    is_parallel_to_plate,
+    plane_axes_of_entity,
+    polyline_vertices,
     require_values,
+    to_layout_coordinates,
     transform_curve,
-    vertices_of,
+    vertices_without_control_points,
 )
 from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
     MAX_SEGMENTS,
     OUT_OF_RANGE,
-    places_text,
-    too_many_segments,
+    first_positions_text,
+    too_many_segments_error,
 )
 
 #: Application name of the extended data (XDATA) that hold the name of a part.
@@ -98,7 +105,7 @@ class NotInPlaneError(ValueError):
     """An entity lies outside the plane of the sheet."""
 
 
-def stroke_of(entity: Any) -> DxfStroke | None:
+def entity_to_stroke(entity: Any) -> DxfStroke | None:
     """Convert an ezdxf entity to a stroke, or return None if the entity is never cut.
 
     Raises
@@ -111,10 +118,10 @@ def stroke_of(entity: Any) -> DxfStroke | None:
     form = maker(entity) if maker else None
     if form is None:
         return None
-    return DxfStroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", *_nest_data_of(entity))
+    return DxfStroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", *_read_nest_data(entity))
 
 
-def _nest_data_of(entity: Any) -> tuple[str, str]:
+def _read_nest_data(entity: Any) -> tuple[str, str]:
     """Read the nest data in the XDATA of an outline.
 
     Returns
@@ -129,7 +136,7 @@ def _nest_data_of(entity: Any) -> tuple[str, str]:
     return name, "sheet" if kind == "sheet" else "cut"
 
 
-def _line(entity: Any) -> DxfPolyline:
+def _line_stroke(entity: Any) -> DxfPolyline:
     require_values(entity, "start", "end")
     return straight_polyline(np.array([entity.dxf.start.xyz, entity.dxf.end.xyz]), closed=False)
 
@@ -139,21 +146,21 @@ def straight_polyline(vertices: Floats, closed: bool) -> DxfPolyline:
     return DxfPolyline(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
-def _polyline(entity: Any) -> DxfPolyline | None:
+def _polyline_stroke(entity: Any) -> DxfPolyline | None:
     if entity.dxftype() == "POLYLINE" and not entity.is_2d_polyline:
         if not entity.is_3d_polyline:
             return None  # a mesh
-        points = [v.dxf.location.xyz for v in real_vertices(entity)]
+        points = [v.dxf.location.xyz for v in vertices_without_control_points(entity)]
         return straight_polyline(np.array(points).reshape(-1, 3), entity.is_closed) if points else None
-    vertices, closed, elevation = vertices_of(entity)
+    vertices, closed, elevation = polyline_vertices(entity)
     if not vertices:
         return None
-    ux, uy, ocs = axes_of(entity)
-    points = [in_layout(ocs, (float(x), float(y), elevation)) for x, y, _ in vertices]
+    ux, uy, ocs = plane_axes_of_entity(entity)
+    points = [to_layout_coordinates(ocs, (float(x), float(y), elevation)) for x, y, _ in vertices]
     return DxfPolyline(np.array(points), np.array([float(v[2]) for v in vertices]), closed, ux, uy)
 
 
-def _spline(entity: Any) -> Freeform:
+def _spline_stroke(entity: Any) -> Freeform:
     if not entity.control_point_count() and entity.fit_point_count() > MAX_FIT_POINTS:
         raise ValueError(Message("more than {:,} fit points and no control points", MAX_FIT_POINTS))
     tool = entity.construction_tool()
@@ -165,18 +172,18 @@ def _spline(entity: Any) -> Freeform:
 
 
 _MAKERS: dict[str, Any] = {
-    "LINE": _line,
-    "CIRCLE": lambda entity: circle_of(entity)[0],
-    "ARC": lambda entity: arc_of(entity)[0],
-    "ELLIPSE": lambda entity: ellipse_of(entity)[0],
-    "LWPOLYLINE": _polyline,
-    "POLYLINE": _polyline,
-    "SPLINE": _spline,
+    "LINE": _line_stroke,
+    "CIRCLE": lambda entity: circle_curve(entity)[0],
+    "ARC": lambda entity: arc_curve(entity)[0],
+    "ELLIPSE": lambda entity: ellipse_curve(entity)[0],
+    "LWPOLYLINE": _polyline_stroke,
+    "POLYLINE": _polyline_stroke,
+    "SPLINE": _spline_stroke,
 }
 
 
-def placed_stroke(
-    stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = allow_any_number
+def place_stroke(
+    stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = accept_any_point_count
 ) -> Polyline:
     """Transform a stroke to model space and project it to the top view, in mm.
 
@@ -195,7 +202,7 @@ def placed_stroke(
     if isinstance(form, DxfPolyline):
         return _transform_polyline(form, matrix, factor, tolerance, spend)
     assert isinstance(form, Freeform)  # texts are placed stroke by stroke
-    control = _transform(form.control, matrix)[:, :2] * factor
+    control = _transform_vertices(form.control, matrix)[:, :2] * factor
     points = spline_points(control, form.degree, form.knots, form.weights, 0.25 * tolerance)
     ends_meet = float(np.abs(points[0] - points[-1]).max()) <= 1e-9 * float(np.abs(points).max() + 1.0)
     return fit_arcs_to_curve(points, tolerance, ends_meet, spend)
@@ -207,22 +214,22 @@ def is_sloped(stroke: DxfStroke, matrix: Matrix) -> bool:
         return False
     if matrix is IDENTITY and len(set(stroke.form.vertices[:, 2].tolist())) == 1:
         return False
-    points = _transform(stroke.form.vertices, matrix)
+    points = _transform_vertices(stroke.form.vertices, matrix)
     high = float(points[:, 2].max() - points[:, 2].min())
     return high > 1e-9 and high > SLOPE * float(np.hypot(*np.ptp(points[:, :2], axis=0)))
 
 
-def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
+def stroke_height(stroke: DxfStroke, matrix: Matrix) -> float:
     """Return the height of a stroke's first point, in drawing units."""
     form = stroke.form
     if isinstance(form, Curve):
         return float(transform_curve(matrix, form).center[2])
     assert not isinstance(form, Letters)
     points = form.vertices if isinstance(form, DxfPolyline) else form.control
-    return float(points[0, 2] if matrix is IDENTITY else _transform(points[:1], matrix)[0, 2]) + 0.0
+    return float(points[0, 2] if matrix is IDENTITY else _transform_vertices(points[:1], matrix)[0, 2]) + 0.0
 
 
-def _transform(vertices: Floats, matrix: Matrix) -> Floats:
+def _transform_vertices(vertices: Floats, matrix: Matrix) -> Floats:
     if matrix is IDENTITY:
         return vertices + 0.0
     table = np.array(matrix)
@@ -234,16 +241,16 @@ def _transform_polyline(
     polyline: DxfPolyline, matrix: Matrix, factor: float, tolerance: float, spend: Spend
 ) -> Polyline:
     if not polyline.bulges.any():
-        vertices = _transform(polyline.vertices, matrix) * factor
+        vertices = _transform_vertices(polyline.vertices, matrix) * factor
         vertices[:, 2] = 0.0
         return Polyline(vertices, polyline.closed)
-    xy = _transform(polyline.vertices, matrix)[:, :2] * factor
+    xy = _transform_vertices(polyline.vertices, matrix)[:, :2] * factor
     count = len(xy) if polyline.closed else len(xy) - 1
     bulges = np.where(np.arange(len(xy)) < count, polyline.bulges, 0.0)
     if not bulges.any():
         return Polyline(np.column_stack([xy, bulges]), polyline.closed)
     plane = transform_curve(matrix, Curve((0.0, 0.0, 0.0), polyline.ux, polyline.uy))
-    if not is_flat(plane):
+    if not is_parallel_to_plate(plane):
         raise NotInPlaneError
     large, small = half_axes(plane)
     (ux, uy, _), (vx, vy, _) = plane.u, plane.v
@@ -253,10 +260,12 @@ def _transform_polyline(
     flat = Polyline(
         np.column_stack([polyline.vertices @ np.column_stack([polyline.ux, polyline.uy]), bulges]), polyline.closed
     )
-    return _scaled_arcs(flat, xy, ((ux * factor, uy * factor), (vx * factor, vy * factor)), tolerance, spend)
+    return _place_unevenly_scaled_arcs(
+        flat, xy, ((ux * factor, uy * factor), (vx * factor, vy * factor)), tolerance, spend
+    )
 
 
-def _scaled_arcs(
+def _place_unevenly_scaled_arcs(
     flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
     """Place a polyline whose arcs become elliptical because a block scales x and y differently.
@@ -280,7 +289,7 @@ def _scaled_arcs(
 
 
 def _transform_curve(curve: Curve, factor: float, tolerance: float, spend: Spend) -> Polyline:
-    if not is_flat(curve):
+    if not is_parallel_to_plate(curve):
         raise NotInPlaneError
     center, u, v = ((a[0] * factor, a[1] * factor) for a in (curve.center, curve.u, curve.v))
     return ellipse_path(center, u, v, curve.start, curve.sweep, tolerance, spend)
@@ -321,7 +330,7 @@ class Strokes:
             return
         try:
             stroke_path = (
-                self._block_stroke(stroke, matrix[:3]) if matrix is not IDENTITY else self._make(stroke, matrix)
+                self._place_cached(stroke, matrix[:3]) if matrix is not IDENTITY else self._place(stroke, matrix)
             )
         except NotInPlaneError:
             self.leaning[stroke.dxftype] += 1
@@ -337,19 +346,19 @@ class Strokes:
             return
         self._segments += stroke_path.path.n_segments
         if self._segments > MAX_SEGMENTS:
-            raise too_many_segments(self.path)
+            raise too_many_segments_error(self.path)
         path = stroke_path.path if matrix is IDENTITY else stroke_path.path.moved(dx, dy)
         if stroke_path.rising:
             self.sloping.append(path.start)
         z = 0.0 if stroke_path.rising else stroke_path.z + (0.0 if matrix is IDENTITY else matrix[3][2] * self.factor)
-        placed = _rounded(path, self.factor)
+        placed = _round_to_file_precision(path, self.factor)
         self.contours.append(Contour(placed, stroke.kind, layer, stroke.handle, z=z, name=stroke.name))
 
-    def _block_stroke(self, stroke: DxfStroke, turn: Any) -> _StrokePath:
+    def _place_cached(self, stroke: DxfStroke, turn: Any) -> _StrokePath:
         stroke_path = self._cache.get((id(stroke), turn))
         if stroke_path is None:
             try:
-                stroke_path = self._make(stroke, (*turn, (0.0, 0.0, 0.0)))
+                stroke_path = self._place(stroke, (*turn, (0.0, 0.0, 0.0)))
             except (PlanError, ArithmeticError, ValueError) as problem:
                 stroke_path = problem
             self._cache[id(stroke), turn] = stroke_path
@@ -357,10 +366,10 @@ class Strokes:
             raise stroke_path
         return stroke_path
 
-    def _make(self, stroke: DxfStroke, matrix: Matrix) -> _StrokePath:
+    def _place(self, stroke: DxfStroke, matrix: Matrix) -> _StrokePath:
         with np.errstate(all="ignore"):
-            path = placed_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE, self.points)
-            return _StrokePath(path, is_sloped(stroke, matrix), height_of(stroke, matrix) * self.factor)
+            path = place_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE, self.points)
+            return _StrokePath(path, is_sloped(stroke, matrix), stroke_height(stroke, matrix) * self.factor)
 
     def _skip(self, stroke: DxfStroke, reason: str) -> None:
         self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
@@ -376,7 +385,7 @@ class Strokes:
                 "projected {} sloping out of the plane of the sheet onto that plane",
                 count_of(len(self.sloping), "line"),
             )
-            issues.append(Issue("L202", message, places_text(self.sloping, len(self.sloping))))
+            issues.append(Issue("L202", message, first_positions_text(self.sloping, len(self.sloping))))
         for (kind, reason), handles in self.skipped.items():
             location = Message("handle {}", ", ".join(handles[:3])) + (" …" if len(handles) > 3 else "")
             message = Message(
@@ -386,7 +395,7 @@ class Strokes:
         return issues
 
 
-def _rounded(path: Polyline, factor: float) -> Polyline:
+def _round_to_file_precision(path: Polyline, factor: float) -> Polyline:
     """Round off the digits that unit conversion adds to a path."""
     if factor == 1.0:
         return path

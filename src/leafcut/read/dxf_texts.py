@@ -62,7 +62,7 @@ _SUBSTITUTES = {
 }
 
 
-def text_of(entity: Any) -> DxfStroke | None:
+def text_to_stroke(entity: Any) -> DxfStroke | None:
     """Convert a TEXT or MTEXT to strokes in the coordinates of its layout or block. Return None for other entities.
 
     If the font has no strokes for a letter, the text becomes a single point. The name of that point explains the
@@ -73,7 +73,7 @@ def text_of(entity: Any) -> DxfStroke | None:
         return None
     layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
     try:
-        lines = _text(entity) if kind == "TEXT" else _mtext(entity)
+        lines = _text_lines(entity) if kind == "TEXT" else _mtext_lines(entity)
         problem = ""
     except ValueError as reason:
         lines, problem = [np.array([entity.dxf.insert.xyz, entity.dxf.insert.xyz])], str(reason)
@@ -87,12 +87,12 @@ def _text_strokes(text: str) -> tuple[list[Floats], float]:
     if len(text) > MOST_LETTERS:
         raise ValueError(Message("a text of {:,} letters", len(text)))
     try:
-        return letter_strokes(text)
+        return text_line_strokes(text)
     except ValueError as problem:
         raise ValueError(f"'{printable(text)}': {problem}") from None
 
 
-def _text(entity: Any) -> list[Floats]:
+def _text_lines(entity: Any) -> list[Floats]:
     dxf = entity.dxf
     lines, width = _text_strokes(entity.plain_text())
     height, stretch = float(dxf.get("height", 1.0)), float(dxf.get("width", 1.0))
@@ -119,11 +119,13 @@ def _text(entity: Any) -> list[Floats]:
     return [np.array([ocs.to_wcs((x + origin[0], y + origin[1], origin[2])) for x, y in line]) for line in strokes]
 
 
-def _mtext(entity: Any) -> list[Floats]:
+def _mtext_lines(entity: Any) -> list[Floats]:
     dxf = entity.dxf
     height, wrap_width = float(dxf.get("char_height", 1.0)), float(dxf.get("width", 0.0))
     rows = [
-        row for line in entity.plain_text(split=True) for row in _wrap(line, wrap_width / height if height else 0.0)
+        row
+        for line in entity.plain_text(split=True)
+        for row in _wrap_line(line, wrap_width / height if height else 0.0)
     ]
     pitch = _PITCH * float(dxf.get("line_spacing_factor", 1.0))
     total_height = 1.0 + pitch * (len(rows) - 1)
@@ -144,7 +146,7 @@ def _mtext(entity: Any) -> list[Floats]:
     ]
 
 
-def _wrap(line: str, max_width: float) -> list[str]:
+def _wrap_line(line: str, max_width: float) -> list[str]:
     """Wrap a line of text at `max_width`, which is a multiple of the cap height. A width of 0 disables wrapping."""
     if not max_width > 0.0:
         return [line]
@@ -167,7 +169,7 @@ def _rotated(points: Floats, angle: float) -> Floats:
     return turned
 
 
-def letter_strokes(text: str) -> tuple[LetterLines, float]:
+def text_line_strokes(text: str) -> tuple[LetterLines, float]:
     """Convert a line of text to strokes, float64[n, 2], and return them with the width of the line.
 
     The origin is the left end of the base line, and the cap height is 1.
@@ -180,22 +182,22 @@ def letter_strokes(text: str) -> tuple[LetterLines, float]:
     strokes: LetterLines = []
     x = 0.0
     for letter in unicodedata.normalize("NFC", text):
-        lines, width = _letter(_SUBSTITUTES.get(letter, letter))
+        lines, width = _letter_strokes(_SUBSTITUTES.get(letter, letter))
         strokes += [_shift(line, x) for line in lines]
         x += width
     return strokes, x
 
 
-def _letter(letter: str) -> tuple[LetterLines, float]:
+def _letter_strokes(letter: str) -> tuple[LetterLines, float]:
     if letter == "°":
-        ring, width = _letter("o")
+        ring, width = _letter_strokes("o")
         return [_shift(0.5 * line, 0.0, 0.5) for line in ring], 0.6 * width
     if letter in _COMPOSITES:
-        parts = [_letter(part) for part in _COMPOSITES[letter]]
+        parts = [_letter_strokes(part) for part in _COMPOSITES[letter]]
         widest = max(width for _, width in parts)
         return [_shift(line, 0.5 * (widest - width)) for lines, width in parts for line in lines], widest
     base, *marks = list(unicodedata.normalize("NFD", letter))
-    glyph = _font().get(base)
+    glyph = _stroke_font().get(base)
     if glyph is None or any(mark not in _ACCENTS for mark in marks):
         raise ValueError(Message("no strokes for '{}'", letter))
     left = glyph.left_offset
@@ -219,7 +221,7 @@ def _accent_strokes(marks: list[str], middle: float, head: float) -> Iterator[li
 
 
 @cache
-def _font() -> dict[str, Any]:
+def _stroke_font() -> dict[str, Any]:
     from HersheyFonts import HersheyFonts
 
     font = HersheyFonts()

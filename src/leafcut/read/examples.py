@@ -53,11 +53,11 @@ class Plate:
     holes: tuple[PlateHole, ...]
 
 
-def _row(x: float, y: float, dx: float, dy: float, n: int) -> list[Inches]:
+def _hole_row(x: float, y: float, dx: float, dy: float, n: int) -> list[Inches]:
     return [(x + i * dx, y + i * dy) for i in range(n)]
 
 
-def _grid(x: float, y: float, pitch: float, columns: int, rows: int) -> list[Inches]:
+def _hole_grid(x: float, y: float, pitch: float, columns: int, rows: int) -> list[Inches]:
     return [(x + i * pitch, y + j * pitch) for j in range(rows) for i in range(columns)]
 
 
@@ -67,7 +67,7 @@ def _bolt_circle(x: float, y: float, diameter: float, n: int, first_degrees: flo
     return [(round(x + diameter / 2 * math.cos(a), 4), round(y + diameter / 2 * math.sin(a), 4)) for a in angles]
 
 
-def _corners(width: float, height: float, margin: float) -> list[Inches]:
+def _corner_holes(width: float, height: float, margin: float) -> list[Inches]:
     return [(x, y) for y in (margin, height - margin) for x in (margin, width - margin)]
 
 
@@ -77,47 +77,47 @@ _QUARTER, _EIGHTH = 0.25, 0.125
 
 
 def _plate_10() -> list[_Group]:
-    return [(_corners(10, 12, 0.75), _QUARTER), (_bolt_circle(5, 6, 4.5, 6), _QUARTER)]
+    return [(_corner_holes(10, 12, 0.75), _QUARTER), (_bolt_circle(5, 6, 4.5, 6), _QUARTER)]
 
 
 def _plate_27() -> list[_Group]:
     return [
-        (_corners(10, 12, 0.75), _QUARTER),
+        (_corner_holes(10, 12, 0.75), _QUARTER),
         (_bolt_circle(5, 8.25, 4, 8, 22.5), _QUARTER),
-        (_grid(2, 1.75, 1.5, 5, 3), _QUARTER),
+        (_hole_grid(2, 1.75, 1.5, 5, 3), _QUARTER),
     ]
 
 
 def _plate_45() -> list[_Group]:
     return [
-        (_corners(10, 12, 0.625), _QUARTER),
+        (_corner_holes(10, 12, 0.625), _QUARTER),
         (_bolt_circle(5, 8, 6, 12, 15), _QUARTER),
         (_bolt_circle(5, 8, 2.5, 5, 90), _QUARTER),
-        (_grid(1.875, 1.25, 1.25, 6, 3), _QUARTER),
-        (_row(0.625, 3.5, 0, 1.0, 3), _QUARTER),
-        (_row(9.375, 3.5, 0, 1.0, 3), _QUARTER),
+        (_hole_grid(1.875, 1.25, 1.25, 6, 3), _QUARTER),
+        (_hole_row(0.625, 3.5, 0, 1.0, 3), _QUARTER),
+        (_hole_row(9.375, 3.5, 0, 1.0, 3), _QUARTER),
     ]
 
 
 def _plate_65() -> list[_Group]:
     return [
-        (_corners(10, 12, 0.5), _QUARTER),
-        (_row(0.5, 2.0, 0, 8 / 7, 8), _QUARTER),
-        (_row(9.5, 2.0, 0, 8 / 7, 8), _QUARTER),
+        (_corner_holes(10, 12, 0.5), _QUARTER),
+        (_hole_row(0.5, 2.0, 0, 8 / 7, 8), _QUARTER),
+        (_hole_row(9.5, 2.0, 0, 8 / 7, 8), _QUARTER),
         (_bolt_circle(5, 8.25, 5.5, 16), _QUARTER),
         (_bolt_circle(5, 8.25, 2, 4, 45), _QUARTER),
-        (_grid(3, 1, 1, 5, 5), _QUARTER),
+        (_hole_grid(3, 1, 1, 5, 5), _QUARTER),
     ]
 
 
 def _plate_70() -> list[_Group]:
     return [
-        (_corners(10, 12, 0.5), _QUARTER),
-        (_row(0.5, 2.0, 0, 1.0, 9), _QUARTER),
-        (_row(9.5, 2.0, 0, 1.0, 9), _QUARTER),
+        (_corner_holes(10, 12, 0.5), _QUARTER),
+        (_hole_row(0.5, 2.0, 0, 1.0, 9), _QUARTER),
+        (_hole_row(9.5, 2.0, 0, 1.0, 9), _QUARTER),
         (_bolt_circle(5, 8.125, 6, 18), _QUARTER),
         (_bolt_circle(5, 8.125, 2.75, 6, 30), _QUARTER),
-        (_grid(2.5, 1.0, 1, 6, 4), _QUARTER),
+        (_hole_grid(2.5, 1.0, 1, 6, 4), _QUARTER),
     ]
 
 
@@ -127,7 +127,7 @@ def _plate_8x8_10() -> list[_Group]:
 
 def _plate_8x8_21() -> list[_Group]:
     return [
-        (_corners(8, 8, 0.75), _QUARTER),
+        (_corner_holes(8, 8, 0.75), _QUARTER),
         (_bolt_circle(4, 4, 5.5, 12, 15), _QUARTER),
         (_bolt_circle(4, 4, 2.5, 4, 45), _QUARTER),
         ([(4.0, 4.0)], _QUARTER),
@@ -136,21 +136,21 @@ def _plate_8x8_21() -> list[_Group]:
 
 def _plate_8x8_35() -> list[_Group]:
     return [
-        (_corners(8, 8, 0.75), _QUARTER),
+        (_corner_holes(8, 8, 0.75), _QUARTER),
         ([(4.0, 0.75), (4.0, 7.25), (0.75, 4.0), (7.25, 4.0)], _QUARTER),
         (_bolt_circle(4, 5.25, 2.75, 12), _QUARTER),
-        (_grid(2.0, 1.5, 1, 5, 3), _QUARTER),
+        (_hole_grid(2.0, 1.5, 1, 5, 3), _QUARTER),
     ]
 
 
 def _plate_8x8_70() -> list[_Group]:
     return [
-        (_corners(8, 8, 0.5), _QUARTER),
-        (_row(2.0, 0.5, 2.0, 0, 3) + _row(2.0, 7.5, 2.0, 0, 3), _QUARTER),
-        (_row(0.5, 2.0, 0, 2.0, 3) + _row(7.5, 2.0, 0, 2.0, 3), _QUARTER),
+        (_corner_holes(8, 8, 0.5), _QUARTER),
+        (_hole_row(2.0, 0.5, 2.0, 0, 3) + _hole_row(2.0, 7.5, 2.0, 0, 3), _QUARTER),
+        (_hole_row(0.5, 2.0, 0, 2.0, 3) + _hole_row(7.5, 2.0, 0, 2.0, 3), _QUARTER),
         (_bolt_circle(4, 5.0, 4.25, 24), _QUARTER),
         (_bolt_circle(4, 5.0, 2, 12), _QUARTER),
-        (_grid(2.25, 1, 0.7, 6, 3), _QUARTER),
+        (_hole_grid(2.25, 1, 0.7, 6, 3), _QUARTER),
     ]
 
 
@@ -160,7 +160,7 @@ def _plate_15x15_10() -> list[_Group]:
 
 def _plate_15x15_21() -> list[_Group]:
     return [
-        (_corners(15, 15, 1), _QUARTER),
+        (_corner_holes(15, 15, 1), _QUARTER),
         (_bolt_circle(7.5, 7.5, 11, 12, 15), _QUARTER),
         (_bolt_circle(7.5, 7.5, 5, 4, 45), _QUARTER),
         ([(7.5, 7.5)], _QUARTER),
@@ -169,29 +169,29 @@ def _plate_15x15_21() -> list[_Group]:
 
 def _plate_15x15_35() -> list[_Group]:
     return [
-        (_corners(15, 15, 1), _QUARTER),
+        (_corner_holes(15, 15, 1), _QUARTER),
         ([(7.5, 1.0), (7.5, 14.0), (1.0, 7.5), (14.0, 7.5)], _QUARTER),
         (_bolt_circle(7.5, 10, 5, 12), _QUARTER),
-        (_grid(3.5, 2.5, 2, 5, 3), _QUARTER),
+        (_hole_grid(3.5, 2.5, 2, 5, 3), _QUARTER),
     ]
 
 
 def _plate_15x15_70() -> list[_Group]:
     return [
-        (_corners(15, 15, 0.75), _QUARTER),
-        (_row(3.75, 0.75, 3.75, 0, 3) + _row(3.75, 14.25, 3.75, 0, 3), _QUARTER),
-        (_row(0.75, 3.75, 0, 3.75, 3) + _row(14.25, 3.75, 0, 3.75, 3), _QUARTER),
+        (_corner_holes(15, 15, 0.75), _QUARTER),
+        (_hole_row(3.75, 0.75, 3.75, 0, 3) + _hole_row(3.75, 14.25, 3.75, 0, 3), _QUARTER),
+        (_hole_row(0.75, 3.75, 0, 3.75, 3) + _hole_row(14.25, 3.75, 0, 3.75, 3), _QUARTER),
         (_bolt_circle(7.5, 9.5, 8, 24), _QUARTER),
         (_bolt_circle(7.5, 9.5, 4, 12), _QUARTER),
-        (_grid(4.375, 2, 1.25, 6, 3), _QUARTER),
+        (_hole_grid(4.375, 2, 1.25, 6, 3), _QUARTER),
     ]
 
 
 def _board_97() -> list[_Group]:
     blocks = [(1.5, 2.0), (10.5, 2.0), (1.5, 11.5), (10.5, 11.5), (6.0, 1.25)]
     return [
-        (_corners(15, 15, 0.5), _QUARTER),
-        *((_grid(x, y, 0.75, 5, 3), _EIGHTH) for x, y in blocks),
+        (_corner_holes(15, 15, 0.5), _QUARTER),
+        *((_hole_grid(x, y, 0.75, 5, 3), _EIGHTH) for x, y in blocks),
         (_bolt_circle(7.5, 7.75, 5, 18), _EIGHTH),
     ]
 
@@ -199,7 +199,7 @@ def _board_97() -> list[_Group]:
 def _board_121() -> list[_Group]:
     centres = [(x, y) for y in (2.75, 7.5, 12.25) for x in (2.75, 7.5, 12.25)]
     return [
-        (_corners(15, 15, 0.5), _QUARTER),
+        (_corner_holes(15, 15, 0.5), _QUARTER),
         *(([centre, *_bolt_circle(*centre, 2.75, 12)], _EIGHTH) for centre in centres),
     ]
 
@@ -217,8 +217,8 @@ def _board_200() -> list[_Group]:
     ]
     circles = [(6.0, 6.25, 2.0), (9.0, 6.25, 2.0), (7.5, 9.25, 2.5)]
     return [
-        (_corners(15, 15, 0.5), _QUARTER),
-        *((_grid(x, y, 0.625, 5, 4), _EIGHTH) for x, y in blocks),
+        (_corner_holes(15, 15, 0.5), _QUARTER),
+        *((_hole_grid(x, y, 0.625, 5, 4), _EIGHTH) for x, y in blocks),
         *((_bolt_circle(*circle, 12), _EIGHTH) for circle in circles),
     ]
 
@@ -246,7 +246,7 @@ PLATE_NAMES = tuple(_PLATES)
 EXAMPLE_NAMES = ("ten-points", *PLATE_NAMES)
 
 
-def plate(name: str) -> Plate:
+def create_plate(name: str) -> Plate:
     """Create one of the plates in `PLATE_NAMES`.
 
     The holes are shuffled to imitate the order of a drawing made by hand. The name of the plate is the seed.
@@ -280,8 +280,8 @@ def read_example(source: Source, options: ReadOptions) -> Part:
             source.path, Message("unknown example '{}'{}", printable(name), name_suggestion(name, EXAMPLE_NAMES))
         )
     if name == "ten-points":
-        return _points(name, TEN_POINTS)
-    drawn = plate(name)
+        return _map_part(name, TEN_POINTS)
+    drawn = create_plate(name)
     holes = tuple(
         Hole(round(h.x * MM_PER_INCH, 6), round(h.y * MM_PER_INCH, 6), round(h.diameter * MM_PER_INCH, 6), "HOLES")
         for h in drawn.holes
@@ -308,9 +308,9 @@ def _random_map(source: Source) -> Part:
         raise ReadError(printable(source.path), reason)
     side = round(math.sqrt(n) * 10.0, 3)
     xy = np.round(np.random.default_rng(seed).random((n, 2)) * side, 3)
-    return _points(f"random-{n}-{seed}", xy.tolist(), f"{RANDOM}{n}:{seed}")
+    return _map_part(f"random-{n}-{seed}", xy.tolist(), f"{RANDOM}{n}:{seed}")
 
 
-def _points(name: str, points: object, source: str = "") -> Part:
+def _map_part(name: str, points: object, source: str = "") -> Part:
     holes = tuple([Hole(x, y, 0.0) for x, y in points])  # type: ignore[attr-defined]
     return Part(name, holes, source=source or EXAMPLE + name, format="example")

@@ -26,10 +26,10 @@ from leafcut.read.format import (
     MAX_HOLES,
     ReadBudget,
     Source,
-    factor_of,
-    size_text,
-    too_many_holes,
-    units_unknown,
+    drawing_unit_mm,
+    file_size_text,
+    too_many_holes_error,
+    unknown_units_issue,
 )
 
 #: Maximum length of a command, characters. A drill file has no longer lines, and matching them would be slow.
@@ -100,8 +100,8 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     """
     prepared = _translate_commands(source, options.units)
     issues: list[Issue] = []
-    _check_whole(source, prepared, issues)
-    parser = _parse(source, prepared, issues)
+    _check_complete(source, prepared, issues)
+    parser = _parse_commands(source, prepared, issues)
     own_units = _unit_name(parser.settings.unit)
     holes, slots = _holes_and_slots(source, parser, options, issues)
     kept, selection_issues = select_holes(holes, options)
@@ -115,15 +115,15 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     units = options.units or own_units
     part = Part(source.name, kept, tuple(slots), source=source.file_name, format="excellon", units=units or "mm")
     if units is None:
-        issues.append(units_unknown(Message("the file"), part, Severity.WARNING))
+        issues.append(unknown_units_issue(Message("the file"), part, Severity.WARNING))
     if prepared.has_plain_integers and not prepared.has_format:
-        issues.append(_format_assumed(part, prepared.metric))
+        issues.append(_assumed_format_issue(part, prepared.metric))
     if prepared.has_plain_integers and (narrow := _coordinate_format_issue(holes)):
         issues.append(narrow)
     return replace(part, issues=(*issues, *selection_issues))
 
 
-def _format_assumed(part: Part, metric: bool | None) -> Issue:
+def _assumed_format_issue(part: Part, metric: bool | None) -> Issue:
     left, low, right, high = part.extents
     form = "000.000" if metric else "00.0000"
     return Issue(
@@ -165,14 +165,14 @@ def _translate_commands(source: Source, units: str | None) -> _TranslatedCommand
     reason = Message(
         "repeats (R) expand to more than {:,} holes, too many for a file of {}; use fewer repeats, or split the file",
         max_holes,
-        size_text(source),
+        file_size_text(source),
     )
     prepared, repeats = _TranslatedCommands(), ReadBudget(source.path, max_holes, reason)
     in_header = False
     for number, raw in enumerate(source.text().splitlines(), 1):
         line = raw.strip()
         if line.startswith(";"):
-            _comment(prepared, line, number)
+            _read_comment(prepared, line, number)
             continue
         line = "".join(line.split()).upper()
         if len(line) > MAX_COMMAND:
@@ -182,7 +182,7 @@ def _translate_commands(source: Source, units: str | None) -> _TranslatedCommand
         elif line in ("%", "M95"):
             in_header = False
         if line and not line.startswith("M47"):  # M47 shows a message to the operator
-            _command(source, prepared, line, number, in_header)
+            _translate_command(source, prepared, line, number, in_header)
             if match := _REPEAT.match(line):
                 repeats(int(match.group(1)))
     if "M48" not in prepared.lines and next((x for x in prepared.lines if x[0] != ";"), "") != "%":
@@ -196,7 +196,7 @@ def _translate_commands(source: Source, units: str | None) -> _TranslatedCommand
     return prepared
 
 
-def _check_whole(source: Source, prepared: _TranslatedCommands, issues: list[Issue]) -> None:
+def _check_complete(source: Source, prepared: _TranslatedCommands, issues: list[Issue]) -> None:
     last = next((i for i in reversed(range(len(prepared.lines))) if prepared.lines[i][0] != ";"), None)
     if last is None or prepared.lines[last] in ("M30", "M00"):
         return
@@ -207,7 +207,7 @@ def _check_whole(source: Source, prepared: _TranslatedCommands, issues: list[Iss
     issues.append(Issue("L101", Message("the file does not end with M30, so it may be incomplete and lack holes")))
 
 
-def _comment(prepared: _TranslatedCommands, line: str, number: int) -> None:
+def _read_comment(prepared: _TranslatedCommands, line: str, number: int) -> None:
     if match := _FORMAT_COMMENT.match(line[:MAX_COMMAND]):
         prepared.digits = int(match.group(1)), int(match.group(2))
         prepared.has_format = True
@@ -219,7 +219,7 @@ def _comment(prepared: _TranslatedCommands, line: str, number: int) -> None:
         prepared.add(line, number)
 
 
-def _command(source: Source, prepared: _TranslatedCommands, line: str, number: int, in_header: bool) -> None:
+def _translate_command(source: Source, prepared: _TranslatedCommands, line: str, number: int, in_header: bool) -> None:
     if re.match(r"G[0-5](?!\d)", line):
         line = f"G0{line[1:]}"
     if line == "G91":
@@ -244,7 +244,7 @@ def _command(source: Source, prepared: _TranslatedCommands, line: str, number: i
         prepared.metric = match.group(1) in ("METRIC", "M71")
         prepared.has_format |= bool(re.search(r"0\.0", match.group(2) or ""))
     if match := _TOOL.fullmatch(line):
-        _tool(prepared, match, number, in_header)
+        _translate_tool(prepared, match, number, in_header)
         if len(prepared.tools) > MAX_TOOLS:
             raise ReadError(source.path, Message("more than {:,} tools; split the file", MAX_TOOLS), number)
         return
@@ -262,7 +262,7 @@ def _command(source: Source, prepared: _TranslatedCommands, line: str, number: i
     prepared.add(line, number)
 
 
-def _tool(prepared: _TranslatedCommands, match: re.Match[str], number: int, in_header: bool) -> None:
+def _translate_tool(prepared: _TranslatedCommands, match: re.Match[str], number: int, in_header: bool) -> None:
     """Add a tool. Its feeds and speeds are dropped, because they only apply to the machine of the file."""
     index, diameter = int(match.group(1)), _TOOL_DIAMETER.search(match.group(2))
     name = f"T{index or _TOOL_ZERO}"
@@ -277,7 +277,7 @@ def _tool(prepared: _TranslatedCommands, match: re.Match[str], number: int, in_h
         prepared.add(name, number)
 
 
-def _parse(source: Source, prepared: _TranslatedCommands, issues: list[Issue]) -> Any:
+def _parse_commands(source: Source, prepared: _TranslatedCommands, issues: list[Issue]) -> Any:
     from gerbonara.cam import FileSettings
     from gerbonara.excellon import ExcellonParser
 
@@ -354,8 +354,8 @@ def _holes_and_slots(
     out_of_range = hidden = 0
     for item in parser.objects:
         layer = names.get(id(item.tool), "")
-        factor = factor_of(options, _unit_name(item.unit))
-        width = round((item.tool.diameter or 0.0) * factor_of(options, _unit_name(item.tool.unit)), 6)
+        factor = drawing_unit_mm(options, _unit_name(item.unit))
+        width = round((item.tool.diameter or 0.0) * drawing_unit_mm(options, _unit_name(item.tool.unit)), 6)
         numbers = (item.x1, item.y1, item.x2, item.y2) if hasattr(item, "x1") else (item.x, item.y)
         ends = [round(v * factor, 6) for v in numbers]
         if not all(abs(v) <= MAX_COORDINATE for v in (*ends, width)):
@@ -367,7 +367,7 @@ def _holes_and_slots(
         else:
             slots.append(Slot((ends[0], ends[1]), (ends[2], ends[3]), width, layer))
         if len(holes) > MAX_HOLES:
-            raise too_many_holes(source.path)
+            raise too_many_holes_error(source.path)
     if out_of_range:
         message = Message(
             "{} with coordinates or diameter out of range will not be drilled", count_of(out_of_range, "hole")

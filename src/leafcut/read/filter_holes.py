@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of, printable
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
-from leafcut.model.contour import is_aside, layer_filter
+from leafcut.model.contour import is_annotation_layer, layer_filter
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
-from leafcut.read.format import places_text
+from leafcut.read.format import first_positions_text
 
 #: Holes of equal diameter are duplicates if they are closer than this, mm.
 MERGE_TOLERANCE = 0.01
@@ -39,7 +39,9 @@ def holes_on_part_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[l
     holes may be balloons or centre marks. Issue L204 reports their number, which reveals a part layer with a misleading
     name.
     """
-    skipped_layers = set() if options.layers else {layer for layer in {hole.layer for hole in holes} if is_aside(layer)}
+    skipped_layers = (
+        set() if options.layers else {layer for layer in {hole.layer for hole in holes} if is_annotation_layer(layer)}
+    )
     skipped = [hole for hole in holes if hole.layer in skipped_layers]
     if not skipped:
         return list(holes), []
@@ -56,7 +58,7 @@ def holes_on_part_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[l
     )
     positions = [(hole.x, hole.y) for hole in skipped]
     return [hole for hole in holes if hole.layer not in skipped_layers], [
-        Issue("L204", message, places_text(positions, len(positions)))
+        Issue("L204", message, first_positions_text(positions, len(positions)))
     ]
 
 
@@ -86,8 +88,8 @@ def select_holes(
     Bare points closer than `point_tolerance` (mm) are duplicates. If it is None, `MERGE_TOLERANCE` applies.
     """
     issues: list[Issue] = []
-    kept = _by_diameter(holes, options, issues)
-    kept = _without_doubles(kept, MERGE_TOLERANCE, point_tolerance, issues)
+    kept = _filter_by_diameter(holes, options, issues)
+    kept = _without_duplicates(kept, MERGE_TOLERANCE, point_tolerance, issues)
     kept = _without_centre_marks(kept, MERGE_TOLERANCE, issues)
     if options.concentric != "all":
         kept = _select_concentric(kept, options, issues)
@@ -96,7 +98,7 @@ def select_holes(
     return tuple(kept), issues
 
 
-def _by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: list[Issue]) -> list[Hole]:
+def _filter_by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: list[Issue]) -> list[Hole]:
     low = options.min_diameter if options.min_diameter is not None else 0.0
     high = options.max_diameter if options.max_diameter is not None else math.inf
     # The conversion from inches rounds: a limit of 6.35 must include a hole of 1/4 in.
@@ -113,7 +115,7 @@ def _by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: list[Issue
     return kept
 
 
-def _without_doubles(
+def _without_duplicates(
     holes: list[Hole], tolerance: float, point_tolerance: float | None, issues: list[Issue]
 ) -> list[Hole]:
     points = tolerance if point_tolerance is None else point_tolerance
@@ -122,7 +124,7 @@ def _without_doubles(
     for select, reach in (([h.diameter > 0 for h in holes], tolerance), ([h.diameter <= 0 for h in holes], points)):
         rows = [i for i, chosen in enumerate(select) if chosen]
         table = np.array([(holes[i].x, holes[i].y, holes[i].diameter) for i in rows]).reshape(-1, 3)
-        for row, first in zip(rows, anchor_points(table, reach), strict=True):
+        for row, first in zip(rows, anchors_of_points(table, reach), strict=True):
             double[row] = rows[first] != row
             # Both edges of a hole may be drawn: the hole starts at the upper edge.
             highest[rows[first]] = max(highest[rows[first]], holes[row].z)
@@ -131,13 +133,13 @@ def _without_doubles(
             Issue(
                 "L301",
                 Message("merged {} drawn on top of another of the same diameter", count_of(len(duplicates), "hole")),
-                places_text(duplicates, len(duplicates)),
+                first_positions_text(duplicates, len(duplicates)),
             )
         )
-    return [_at_height(h, z) for h, z, is_double in zip(holes, highest, double, strict=True) if not is_double]
+    return [_hole_at_height(h, z) for h, z, is_double in zip(holes, highest, double, strict=True) if not is_double]
 
 
-def _at_height(hole: Hole, z: float) -> Hole:
+def _hole_at_height(hole: Hole, z: float) -> Hole:
     return hole if hole.z == z else replace(hole, z=z)
 
 
@@ -148,7 +150,7 @@ def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issu
     # Circles first: a point whose anchor is a circle marks its centre.
     ordered = circles + [h for h in holes if h.diameter <= 0]
     table = np.array([(h.x, h.y, 0.0) for h in ordered])
-    first_rows = anchor_points(table, tolerance)
+    first_rows = anchors_of_points(table, tolerance)
     marks = {id(ordered[i]) for i in range(len(circles), len(ordered)) if first_rows[i] < len(circles)}
     if marks:
         issues.append(
@@ -176,7 +178,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
     if raised:
         # A rapid to the height of the lower circle would enter the material above it.
         message = Message("concentric circles are drawn at different heights, so the hole starts at the highest")
-        issues.append(Issue("L406", message, places_text(raised, len(raised))))
+        issues.append(Issue("L406", message, first_positions_text(raised, len(raised))))
     if removed:
         positions = [(holes[i].x, holes[i].y) for i in sorted(removed)]
         issues.append(
@@ -187,19 +189,19 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
                     count_of(len(removed), "circle"),
                     options.concentric,
                 ),
-                places_text(positions, len(positions)),
+                first_positions_text(positions, len(positions)),
                 missing=MissingWork("circle", len(positions), tuple(positions)),
             )
         )
-    return [_at_height(hole, highest[i]) for i, hole in enumerate(holes) if i not in removed]
+    return [_hole_at_height(hole, highest[i]) for i, hole in enumerate(holes) if i not in removed]
 
 
 def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
-    """Return the anchor of each circle like `anchor_points`, but use the tolerance for concentric circles."""
-    anchor_of = anchor_points(centres, tolerance)
+    """Return the anchor of each circle like `anchors_of_points`, but use the tolerance for concentric circles."""
+    anchor_of = anchors_of_points(centres, tolerance)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []
-    for k, neighbours, distances in _neighbours(table, np.maximum(tolerance, _CONCENTRIC * table[:, 2])):
+    for k, neighbours, distances in _nearby_smaller_circles(table, np.maximum(tolerance, _CONCENTRIC * table[:, 2])):
         steps = neighbours[distances <= _concentric_tolerance(table[k, 2], table[neighbours, 2], tolerance)]
         pairs += [(min(k, step), max(k, step)) for step in steps.tolist()]
     for first, second in sorted(pairs):
@@ -208,7 +210,7 @@ def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolera
     return [anchor_of[k] for k in anchor_of]
 
 
-def circles_that_are_outlines(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
+def outline_circles(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
     """Return the circles that are outlines of parts and not holes.
 
     Such a circle encloses an off-centre hole, or several off-centre contours that lie apart. Concentric circles are
@@ -218,7 +220,7 @@ def circles_that_are_outlines(holes: Sequence[Hole], paths: Sequence[Polyline], 
     table = np.array([(hole.x, hole.y, 0.5 * hole.diameter) for hole in holes]).reshape(-1, 3)
     radius = table[:, 2]
     outlines = set()
-    for k, neighbours, distances in _neighbours(table, radius):
+    for k, neighbours, distances in _nearby_smaller_circles(table, radius):
         off_centre = distances > _concentric_tolerance(radius[k], radius[neighbours], tolerance)
         if (off_centre & (distances + radius[neighbours] <= radius[k])).any():
             outlines.add(k)
@@ -248,7 +250,7 @@ def _concentric_tolerance(radius: float, inner: Any, tolerance: float) -> Any:
     return np.maximum(tolerance, np.minimum(_CONCENTRIC * radius, inner))
 
 
-def _neighbours(
+def _nearby_smaller_circles(
     table: NDArray[np.float64], reach: NDArray[np.float64]
 ) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.float64]]]:
     """Yield each circle with the smaller circles near it.
@@ -266,7 +268,7 @@ def _neighbours(
         yield k, neighbours, np.hypot(x[neighbours] - x[k], y[neighbours] - y[k])
 
 
-def anchor_points(points: NDArray[np.float64], tolerance: float) -> list[int]:
+def anchors_of_points(points: NDArray[np.float64], tolerance: float) -> list[int]:
     """Return the first anchor within `tolerance` of each point.
 
     A point without an earlier anchor nearby becomes an anchor.
@@ -280,9 +282,9 @@ def anchor_points(points: NDArray[np.float64], tolerance: float) -> list[int]:
     anchor_rows = list(range(len(points)))
     cells: dict[tuple[float, float, float], list[int]] = {}
     rows = points.tolist()
-    for i in np.flatnonzero(_has_neighbours(points, tolerance)).tolist():
+    for i in np.flatnonzero(_is_near_another_point(points, tolerance)).tolist():
         x, y, w = rows[i]
-        cell = _cell(x, y, w, tolerance)
+        cell = _grid_cell(x, y, w, tolerance)
         best = i
         for key in _neighbour_cells(cell, tolerance):
             for j in cells.get(key, ()):
@@ -295,7 +297,7 @@ def anchor_points(points: NDArray[np.float64], tolerance: float) -> list[int]:
     return anchor_rows
 
 
-def _cell(x: float, y: float, w: float, tolerance: float) -> tuple[float, float, float]:
+def _grid_cell(x: float, y: float, w: float, tolerance: float) -> tuple[float, float, float]:
     if tolerance <= 0:
         return (x, y, w)
     # Cells are slightly wider than the tolerance, so that rounding cannot put neighbours two cells apart.
@@ -310,7 +312,7 @@ def _neighbour_cells(cell: tuple[float, float, float], tolerance: float) -> list
     return [(x + i, y + j, w + k) for i, j, k in product((-1.0, 0.0, 1.0), repeat=3)]
 
 
-def _has_neighbours(points: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
+def _is_near_another_point(points: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
     """Return a mask, bool[n], of the points that share their cell or an adjacent cell with another point.
 
     All other points are anchors.
@@ -346,7 +348,7 @@ class ArcPiece(NamedTuple):
     z: float = 0.0
 
 
-def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]:
+def join_arcs_to_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]:
     """Find the circles that arcs close, in O(n log n).
 
     Returns
@@ -358,7 +360,7 @@ def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]
     """
     table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
     groups: dict[int, list[ArcPiece]] = {}
-    for piece, anchor in zip(pieces, anchor_points(table, SAME_CIRCLE), strict=True):
+    for piece, anchor in zip(pieces, anchors_of_points(table, SAME_CIRCLE), strict=True):
         groups.setdefault(anchor, []).append(piece)
     circles: list[ArcPiece] = []
     used: set[int] = set()

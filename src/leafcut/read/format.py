@@ -97,7 +97,7 @@ class Source:
 
 
 @contextmanager
-def parsing_xml(path: str, advice: str) -> Iterator[None]:
+def convert_xml_errors(path: str, advice: str) -> Iterator[None]:
     """Convert exceptions of XML parsers to a `ReadError` with the line number.
 
     If a file declares entities, the message contains `advice`. No supported format needs entities.
@@ -149,11 +149,11 @@ class ReadBudget:
             raise ReadError(self.path, self.reason)
 
 
-def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
+def expansion_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
     """Return the budget for the elements that the blocks or uses of a drawing expand to."""
     limit = free + COPIES_PER_BYTE * len(source.data)
     reason = Message(
-        "the {} of this drawing, which has {}, expand to more than {:,} elements", noun, size_text(source), limit
+        "the {} of this drawing, which has {}, expand to more than {:,} elements", noun, file_size_text(source), limit
     )
     return ReadBudget(source.path, limit, Message("{}; explode fewer blocks", reason))
 
@@ -161,16 +161,18 @@ def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudge
 def point_budget(source: Source) -> ReadBudget:
     """Return the budget for the points along the curves of a drawing."""
     limit = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
-    reason = Message("the curves of this drawing, which has {}, need more than {:,} points", size_text(source), limit)
+    reason = Message(
+        "the curves of this drawing, which has {}, need more than {:,} points", file_size_text(source), limit
+    )
     return ReadBudget(source.path, limit, Message("{}; check its units", reason))
 
 
-def size_text(source: Source) -> str:
+def file_size_text(source: Source) -> str:
     """Format the size of a file in kB."""
     return f"{max(len(source.data) // 1000, 1):,} kB"
 
 
-def _no_match(_: bytes) -> Match:
+def _never_match(_: bytes) -> Match:
     return Match.NO
 
 
@@ -205,7 +207,7 @@ class Format:
     extensions: tuple[str, ...]
     help: str
     read: Callable[[Source, ReadOptions], Part]
-    sniff: Callable[[bytes], Match] = _no_match
+    sniff: Callable[[bytes], Match] = _never_match
     prefix: tuple[str, ...] = ()
     error: str = ""
     contours: Callable[[Source, ReadOptions], Part] | None = None
@@ -214,7 +216,7 @@ class Format:
     processes: tuple[str, ...] = ("drill",)
 
 
-def load(path: str | Path) -> Source:
+def load_source(path: str | Path) -> Source:
     """Read a regular file as the input of a reader.
 
     Raises
@@ -251,10 +253,10 @@ def load_json(path: str | Path) -> Any:
     Raises
     ------
     ReadError
-        The file cannot be read (`load`), or is not JSON.
+        The file cannot be read (`load_source`), or is not JSON.
     """
     try:
-        return parse_json(load(path).text())
+        return parse_json(load_source(path).text())
     except (ValueError, RecursionError) as problem:
         raise ReadError(path, Message("is not valid JSON ({})", printable(str(problem), 100))) from None
 
@@ -268,12 +270,12 @@ def parse_json(text: str) -> Any:
         The text is not JSON, or contains a lone surrogate (``\\ud800``), which cannot be encoded.
     """
     value = json.loads(text)
-    if "\\ud" in text.lower() and has_half_letter(value):
+    if "\\ud" in text.lower() and has_lone_surrogate(value):
         raise ValueError(Message("a text with an unpaired surrogate, \\ud800 to \\udfff"))
     return value
 
 
-def has_half_letter(value: Any) -> bool:
+def has_lone_surrogate(value: Any) -> bool:
     """Return whether a string in a JSON value contains a lone surrogate, which cannot be encoded."""
     try:
         json.dumps(value, ensure_ascii=False).encode()
@@ -282,13 +284,13 @@ def has_half_letter(value: Any) -> bool:
     return False
 
 
-def places_text(points: list[tuple[float, float]], number: int) -> Message:
+def first_positions_text(points: list[tuple[float, float]], number: int) -> Message:
     """Format the first positions in `points` for `Issue.place`. `number` is the total number of positions."""
     first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
     return Message("at {}", first) + (" …" if number > 3 else "")
 
 
-def factor_of(options: ReadOptions, own_units: str | None) -> float:
+def drawing_unit_mm(options: ReadOptions, own_units: str | None) -> float:
     """Return the length of the drawing unit, mm.
 
     The user's unit overrides the unit of the file. If neither is known, the unit is 1 mm.
@@ -301,7 +303,7 @@ def to_mm(value: float, factor: float) -> float:
     return value if factor == 1.0 else round(value * factor, 6)
 
 
-def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
+def unknown_units_issue(noun: str, part: Part, severity: Severity) -> Issue:
     """Create the issue L102, which states the size of the part in mm, so that the user notices a wrong unit."""
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
@@ -320,7 +322,7 @@ def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
     )
 
 
-def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
+def refuse_tiny_drawing(path: str, part: Part, options: ReadOptions) -> None:
     """Raise `ReadError` if a drawing is so small that its unit is probably wrong.
 
     The function does not check the size if the user states the unit or selects layers.
@@ -342,12 +344,12 @@ def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
         )
 
 
-def too_many_holes(path: str) -> ReadError:
+def too_many_holes_error(path: str) -> ReadError:
     """Create the error for a file with more holes than `MAX_HOLES`."""
     return ReadError(path, Message("more than {:,} holes; select some with --layers or split the file", MAX_HOLES))
 
 
-def too_many_segments(path: str) -> ReadError:
+def too_many_segments_error(path: str) -> ReadError:
     """Create the error for a file with more lines and arcs than `MAX_SEGMENTS`."""
     return ReadError(
         path, Message("more than {:,} lines and arcs; select some with --layers or split the file", MAX_SEGMENTS)

@@ -41,16 +41,16 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
         A key, section or number is missing, wrong, or of an unsupported kind.
     """
     path = source.path
-    keys, sections = tsplib.split_file(source)
+    keys, sections = tsplib.split_keys_and_sections(source)
     weight = keys.get("EDGE_WEIGHT_TYPE", ("EUC_2D", 0))[0].upper()
-    tsplib.check_kind(path, keys, weight, KINDS)
+    tsplib.check_problem_kind(path, keys, weight, KINDS)
     n = tsplib.node_count(path, keys)
     issues: list[Issue] = []
     matrix = tsplib.distance_matrix(path, keys, sections, n, symmetric=False) if weight == "EXPLICIT" else None
     if matrix is not None:
-        _check_costs(path, sections["EDGE_WEIGHT_SECTION"], matrix)
+        _refuse_negative_costs(path, sections["EDGE_WEIGHT_SECTION"], matrix)
     points = tsplib.node_positions(path, sections, n, matrix is not None, issues)
-    grouping = _grouping(path, keys, sections, n)
+    grouping = _parse_clusters(path, keys, sections, n)
     return Part(
         name=printable(keys.get("NAME", ("", 0))[0]).removesuffix(".pcglns") or source.name,
         holes=tuple([Hole(x, y, 0.0) for x, y in points.tolist()]),
@@ -63,7 +63,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
     )
 
 
-def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -> None:
+def _refuse_negative_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -> None:
     """Raise an error for negative costs. The value -1 is allowed, because it marks a forbidden edge."""
     wrong = np.argwhere((matrix < 0) & (matrix != -1))
     if len(wrong):
@@ -77,12 +77,12 @@ def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -
         )
 
 
-def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: int) -> Grouping:
+def _parse_clusters(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: int) -> Grouping:
     if "GTSP_SET_SECTION" not in sections:
         raise ReadError(path, "GTSP_SET_SECTION is missing")
     number: dict[int, int] = {}
     cluster = np.full(n, -1, dtype=np.int32)
-    for line, (name, *nodes) in _runs(path, sections["GTSP_SET_SECTION"]):
+    for line, (name, *nodes) in _split_number_lists(path, sections["GTSP_SET_SECTION"]):
         if name in number:
             raise ReadError(path, Message("set {} occurs twice", name), line)
         if not nodes:
@@ -104,39 +104,39 @@ def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: 
         raise ReadError(
             path, Message("GTSP_SETS is {}, but the section has {} sets", printable(text), len(number)), line
         )
-    first = _start(path, sections, number)
-    return Grouping(cluster, _ordering(path, sections, number), first)
+    first = _parse_start_cluster(path, sections, number)
+    return Grouping(cluster, _parse_precedence(path, sections, number), first)
 
 
-def _ordering(path: str, sections: Sections, number: dict[int, int]) -> Ints:
+def _parse_precedence(path: str, sections: Sections, number: dict[int, int]) -> Ints:
     """Return the precedence of the clusters as pairs (before, after), int32[k, 2]."""
     pairs = [
-        (_number_of(path, line, number, before), _number_of(path, line, number, after))
-        for line, (before, *successors) in _runs(path, sections.get("GTSP_SET_ORDERING", (0, [])))
+        (_cluster_number(path, line, number, before), _cluster_number(path, line, number, after))
+        for line, (before, *successors) in _split_number_lists(path, sections.get("GTSP_SET_ORDERING", (0, [])))
         for after in successors
     ]
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 
-def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
+def _parse_start_cluster(path: str, sections: Sections, number: dict[int, int]) -> int:
     if "START_GROUP_SECTION" not in sections:
         return -1
     section = sections["START_GROUP_SECTION"]
-    names = tsplib.section_numbers(path, section)
+    names = tsplib.parse_section_numbers(path, section)
     if not len(names) or (names[0] != int(names[0])):
         raise ReadError(path, "START_GROUP_SECTION names no set", section[0])
-    return _number_of(path, section[0], number, int(names[0]))
+    return _cluster_number(path, section[0], number, int(names[0]))
 
 
-def _number_of(path: str, line: int, number: dict[int, int], name: int) -> int:
+def _cluster_number(path: str, line: int, number: dict[int, int], name: int) -> int:
     if name not in number:
         raise ReadError(path, Message("unknown set {}", name), line)
     return number[name]
 
 
-def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
+def _split_number_lists(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     """Split a section into lists of numbers, each with its line number. In the file, each list ends with -1."""
-    values = tsplib.section_numbers(path, section)
+    values = tsplib.parse_section_numbers(path, section)
     if not len(values):
         return []
     lines = np.repeat(np.arange(section[0], section[0] + len(section[1])), [len(line.split()) for line in section[1]])

@@ -57,10 +57,10 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
         With `options.strict`, two files contain the same hole, or the files lie too far apart to belong to one board.
     """
     holes, selection_issues = select_holes([hole for part in parts for hole in part.holes], options)
-    files = Message.joined(", ", (Message("{} {}", part.source, _counts(part)) for part in parts))
+    files = Message.joined(", ", (Message("{} {}", part.source, _hole_and_slot_counts(part)) for part in parts))
     message = Message("drilled in one program: {}; one tool for each diameter, plated or not", files)
     issues = [Issue("L409", message, severity=Severity.NOTE)]
-    if far := _names_of_distant_parts(parts):
+    if far := _distant_part_names(parts):
         message = Message(
             "{} lie far apart; check that they belong to the same board and have the same origin and units", far
         )
@@ -75,12 +75,12 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
         source=" + ".join(part.source for part in parts),
         holes=holes,
         slots=tuple(slot for part in parts for slot in part.slots),
-        reference=_reference(parts),
+        reference=_joint_reference(parts),
         issues=(*issues, *(issue for part in parts for issue in part.issues)),
     )
 
 
-def _reference(parts: Sequence[Part]) -> Part | None:
+def _joint_reference(parts: Sequence[Part]) -> Part | None:
     """Return a part with the holes and slots of all files, for computing the origin.
 
     If no file has its own reference, all holes are selected anyway, so the function returns None.
@@ -95,12 +95,12 @@ def _reference(parts: Sequence[Part]) -> Part | None:
     return Part("", tuple(holes), tuple(slots))
 
 
-def _counts(part: Part) -> str:
+def _hole_and_slot_counts(part: Part) -> str:
     texts = [count_of(len(part.holes), "hole")] if part.holes else []
     return " and ".join([*texts, *([count_of(len(part.slots), "slot")] if part.slots else [])])
 
 
-def _names_of_distant_parts(parts: Sequence[Part]) -> str:
+def _distant_part_names(parts: Sequence[Part]) -> str:
     """Return the names of two parts that are farther apart than the sum of their sizes, or "" if none are."""
     boxes = [part.extents for part in parts]
     for k, (a, box_a) in enumerate(zip(parts, boxes, strict=True)):

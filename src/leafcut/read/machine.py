@@ -18,9 +18,9 @@ from leafcut.files.plugins import PluginKind, file_of
 from leafcut.files.schemas import MACHINE
 from leafcut.files.toml_table import TomlTable
 from leafcut.files.whole_files import parse_toml, read_toml
-from leafcut.gcode.dialects import DIALECTS, dialect, dialects
+from leafcut.gcode.dialects import DIALECTS, dialect_names, load_dialect
 from leafcut.message import Message
-from leafcut.model.kinds import Head, method_of
+from leafcut.model.kinds import Head, first_word_of_process
 from leafcut.model.machine import XYZ, Machine, Probe
 from leafcut.read.machine_keys import (
     CORNERS,
@@ -29,8 +29,8 @@ from leafcut.read.machine_keys import (
     SOURCE_KEYS,
     TOP_KEYS,
     UNKNOWN,
+    fill_in_defaults,
     profile_template,
-    with_defaults,
 )
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -44,14 +44,16 @@ _WIDEST_NOZZLE = 200.0
 
 def shipped_machines() -> list[str]:
     """Return the sorted names of the shipped machines."""
-    return sorted(file.name.removesuffix(".toml") for file in _folder().iterdir() if file.name.endswith(".toml"))
+    return sorted(
+        file.name.removesuffix(".toml") for file in _machine_folder().iterdir() if file.name.endswith(".toml")
+    )
 
 
-def _folder() -> Any:
+def _machine_folder() -> Any:
     return resources.files("leafcut") / "machines"
 
 
-def _path_of(name: str, entry: Any) -> Path:
+def _plugin_profile_path(name: str, entry: Any) -> Path:
     """Return the path of the profile that an entry point refers to, after checking that the profile can be loaded."""
     path = file_of(name, entry)
     load_machine(str(path))
@@ -60,7 +62,11 @@ def _path_of(name: str, entry: Any) -> Path:
 
 #: Machines from other packages, as TOML profiles.
 MACHINES = PluginKind(
-    "machine", "leafcut.machines", shipped_machines, _path_of, lambda path: load_machine(str(path)).description
+    "machine",
+    "leafcut.machines",
+    shipped_machines,
+    _plugin_profile_path,
+    lambda path: load_machine(str(path)).description,
 )
 
 
@@ -69,7 +75,7 @@ def machine_names() -> list[str]:
     return [*shipped_machines(), *(plugin.name for plugin in MACHINES.plugins() if plugin.adds is not None)]
 
 
-def machine_list() -> list[tuple[str, str]]:
+def machine_descriptions() -> list[tuple[str, str]]:
     """Return the name, description and controller of each machine. A broken plug-in has its name and error instead."""
     known = {name: load_machine(name) for name in machine_names()}
     # For a dialect given by path, only the file name is shown.
@@ -89,8 +95,8 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
     DataError
         The file cannot be read, or a key of the profile is unknown, missing, of the wrong kind or out of range.
     """
-    machine = _machine_of(*_profile(name_or_path))
-    return machine if work_offset is None else replace(machine, work_offset=_work_offset(work_offset))
+    machine = _machine_from_values(*_load_profile(name_or_path))
+    return machine if work_offset is None else replace(machine, work_offset=_checked_work_offset(work_offset))
 
 
 def machine_template(name_or_path: str) -> str:
@@ -98,12 +104,12 @@ def machine_template(name_or_path: str) -> str:
 
     Raises the same errors as `load_machine`.
     """
-    data, place = _profile(name_or_path)
-    machine = _machine_of(data, place)
+    data, place = _load_profile(name_or_path)
+    machine = _machine_from_values(data, place)
     return profile_template(data, machine.name)
 
 
-def machine_of_profile(text: str, place: str) -> Machine:
+def machine_from_profile_text(text: str, place: str) -> Machine:
     """Convert the text of a profile to a machine. Error messages start with `place`.
 
     Raises
@@ -111,20 +117,20 @@ def machine_of_profile(text: str, place: str) -> Machine:
     DataError
         A key is unknown, missing, of the wrong kind or out of range.
     """
-    return _machine_of(parse_toml(text, place, MACHINE), place)
+    return _machine_from_values(parse_toml(text, place, MACHINE), place)
 
 
-def profile_of(name_or_path: str) -> dict[str, Any]:
+def load_profile_values(name_or_path: str) -> dict[str, Any]:
     """Return the keys and values of a machine profile without any changes.
 
     Raises the same errors as `load_machine`.
     """
-    data, place = _profile(name_or_path)
-    _machine_of(data, place)
+    data, place = _load_profile(name_or_path)
+    _machine_from_values(data, place)
     return data
 
 
-def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
+def _load_profile(name_or_path: str) -> tuple[dict[str, Any], str]:
     if name_or_path.lower().endswith(".toml"):
         return read_toml(Path(name_or_path), MACHINE), name_or_path
     if name_or_path not in shipped_machines():
@@ -132,11 +138,11 @@ def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
             path = MACHINES.load(name_or_path)
             return {**read_toml(path, MACHINE), "name": name_or_path}, str(path)
         raise OptionError("unknown machine '{}'{}", name_or_path, name_suggestion(name_or_path, machine_names()))
-    file = _folder() / f"{name_or_path}.toml"
+    file = _machine_folder() / f"{name_or_path}.toml"
     return parse_toml(file.read_text(encoding="utf-8"), file.name, MACHINE), file.name
 
 
-def _work_offset(value: Sequence[float]) -> XYZ:
+def _checked_work_offset(value: Sequence[float]) -> XYZ:
     if len(value) != 3 or not all(math.isfinite(v) for v in value):
         raise OptionError(
             "the work offset needs x, y and z in machine coordinates, such as '-400,-200,-300', not {}", value
@@ -144,16 +150,16 @@ def _work_offset(value: Sequence[float]) -> XYZ:
     return (float(value[0]), float(value[1]), float(value[2]))
 
 
-def _machine_of(data: dict[str, Any], place: str) -> Machine:
+def _machine_from_values(data: dict[str, Any], place: str) -> Machine:
     given = TomlTable(data, place, TOP_KEYS)
-    filled, assumed = with_defaults(data)
+    filled, assumed = fill_in_defaults(data)
     top = TomlTable(filled, place, TOP_KEYS)
     rapid, corners, motors, travel, spindle, change = (
         top.table(name, KEYS[name]) for name in ("rapid", "corners", "motors", "travel", "spindle", "tool_change")
     )
-    velocity = _xyz(rapid.vector("velocity", "mm/s"))
+    velocity = _as_xyz(rapid.vector("velocity", "mm/s"))
     name = top.text("name", Path(place).stem)
-    controller, family = _controller(top, place)
+    controller, family = _controller_dialect(top, place)
     machine = Machine(
         name=name,
         description=top.text("description", name),
@@ -164,18 +170,18 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         units=top.text("units", choices=("mm", "in")),
         rapid_style=rapid.text("style", choices=RAPID_STYLES),
         rapid_velocity=velocity,
-        acceleration=_xyz(rapid.vector("acceleration", "mm/s²")),
+        acceleration=_as_xyz(rapid.vector("acceleration", "mm/s²")),
         acceleration_factor=top.number("acceleration_factor", 1.0),
         corners=corners.text("style", "", ("", *CORNERS)),
         corner_deviation=corners.quantity("deviation", "mm"),
         arc_tolerance=corners.quantity("arc_tolerance", "mm"),
-        steps_per_mm=_xyz(motors.vector("steps_per_mm", "steps/mm")),
+        steps_per_mm=_as_xyz(motors.vector("steps_per_mm", "steps/mm")),
         motor_lock_s=motors.quantity("lock_time", "s"),
         max_feed=top.quantity("max_feed", "mm/s", min(velocity[:2])),
-        travel_min=_limits(travel, "min", -math.inf),
-        travel_max=_limits(travel, "max", math.inf),
-        home=_xyz(top.vector("home", "mm")),
-        work_offset=top.optional("work_offset", lambda key: _xyz(top.vector(key, "mm"))),
+        travel_min=_travel_limits(travel, "min", -math.inf),
+        travel_max=_travel_limits(travel, "max", math.inf),
+        home=_as_xyz(top.vector("home", "mm")),
+        work_offset=top.optional("work_offset", lambda key: _as_xyz(top.vector(key, "mm"))),
         safe_z=top.optional("safe_z", lambda key: top.quantity(key, "mm")),
         spindle_min_rpm=spindle.quantity("min_speed", "rpm"),
         spindle_max_rpm=spindle.quantity("max_speed", "rpm"),
@@ -187,10 +193,10 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         preselect_tool=change.flag("preselect", False),
         optional_stop=change.flag("optional_stop", False),
         tool_change_s=change.quantity("time", "s"),
-        tool_change_position=change.optional("position", lambda key: _xy(change.vector(key, "mm", size=2))),
+        tool_change_position=change.optional("position", lambda key: _as_xy(change.vector(key, "mm", size=2))),
         nozzle_diameter=top.quantity("nozzle_diameter", "mm"),
-        probe=_probe(top) if "probe" in top else None,
-        sources=_sources(top),
+        probe=_parse_probe(top) if "probe" in top else None,
+        sources=_value_sources(top),
     )
     if "max_feed" not in given:
         assumed["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (the slower of the rapids of x and y)"
@@ -202,7 +208,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
     return machine
 
 
-def _controller(top: TomlTable, place: str) -> tuple[str, str]:
+def _controller_dialect(top: TomlTable, place: str) -> tuple[str, str]:
     """Return the dialect of a machine (a name or a path), and the shipped dialect that it extends, or "".
 
     A dialect file must be in the same folder as the profile or in a subfolder. This prevents a profile from reading
@@ -220,17 +226,17 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
             raise top.problem(
                 "controller", "names '{}', which does not exist in the folder of the profile", printable(str(file))
             )
-        return name, dialect(name).family
+        return name, load_dialect(name).family
     if name in DIALECTS.names():
         return name, DIALECTS.load(name).family
-    if name and name not in dialects():
+    if name and name not in dialect_names():
         raise top.problem(
-            "controller", "is '{}', which is not a dialect{}", printable(name), name_suggestion(name, dialects())
+            "controller", "is '{}', which is not a dialect{}", printable(name), name_suggestion(name, dialect_names())
         )
     return name, ""
 
 
-def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
+def _travel_limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
     """Return the travel limits of the axes. `unlimited` replaces an unknown limit."""
     if not travel.values:
         return (unlimited,) * 3
@@ -238,27 +244,27 @@ def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
     if value == UNKNOWN:
         return (unlimited,) * 3
     if not isinstance(value, list) or UNKNOWN not in value or len(value) != 3:
-        return _xyz(travel.vector(key, "mm"))
+        return _as_xyz(travel.vector(key, "mm"))
     known = travel.with_value(key, ["0 mm" if limit == UNKNOWN else limit for limit in value]).vector(key, "mm")
-    return _xyz(
+    return _as_xyz(
         tuple(unlimited if limit == UNKNOWN else position for limit, position in zip(value, known, strict=True))
     )
 
 
-def _probe(top: TomlTable) -> Probe:
+def _parse_probe(top: TomlTable) -> Probe:
     table = top.table("probe", KEYS["probe"])
     return Probe(table.quantity("feed", "mm/s"), table.quantity("depth", "mm"), table.quantity("switch_offset", "mm"))
 
 
-def _xyz(v: tuple[float, ...]) -> XYZ:
+def _as_xyz(v: tuple[float, ...]) -> XYZ:
     return (v[0], v[1], v[2])
 
 
-def _xy(v: tuple[float, ...]) -> tuple[float, float]:
+def _as_xy(v: tuple[float, ...]) -> tuple[float, float]:
     return (v[0], v[1])
 
 
-def _sources(top: TomlTable) -> dict[str, str]:
+def _value_sources(top: TomlTable) -> dict[str, str]:
     table = top.table("sources", SOURCE_KEYS)
     return {key: table.text(key) for key in table.values}
 
@@ -314,7 +320,7 @@ def _check_cut_process(machine: Machine, refuse: Callable[[str, Message], DataEr
         raise refuse(
             "cut_process", Message("is for a machine that cuts sheet, not for one with a spindle; leave it out")
         )
-    if name and method_of(name) != method:
+    if name and first_word_of_process(name) != method:
         raise refuse("cut_process", Message("is '{}', but its name must start with '{}'", printable(name), method))
 
 

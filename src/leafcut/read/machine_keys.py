@@ -346,7 +346,7 @@ TOP_KEYS: tuple[str, ...] = (*KEYS[""], *(table for table in KEYS if table), "so
 SOURCE_KEYS: tuple[str, ...] = tuple(key.name for key in PROFILE_KEYS if key.name not in ("name", "description"))
 
 
-def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
+def fill_in_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
     """Fill in the defaults of a profile. A missing table [probe] stays missing.
 
     Returns
@@ -381,7 +381,7 @@ def profile_template(data: Mapping[str, Any], name: str) -> str:
         "# A line such as '# key = value' is a key that is not set: the value is its default, or an example.",
         MACHINE.line,
     ]
-    for table, keys in _by_table().items():
+    for table, keys in _keys_by_table().items():
         values = data.get(table, {}) if table else data
         lines.append("")
         if table:
@@ -407,7 +407,7 @@ def _template_lines(key: ProfileKey, values: Mapping[str, Any], name: str | None
         yield f"# {key.key} = {toml_value(value)}"
 
 
-def _by_table() -> dict[str, list[ProfileKey]]:
+def _keys_by_table() -> dict[str, list[ProfileKey]]:
     return {table: [key for key in PROFILE_KEYS if key.table == table] for table in KEYS}
 
 

@@ -17,7 +17,7 @@ from leafcut.message import Message
 from leafcut.model.mesh import Mesh
 from leafcut.read.format import Match
 from leafcut.read.recognition import sniff_step
-from leafcut.read.step import AS_DRAWN, Pose, WhichSolid, step_mesh
+from leafcut.read.step import AS_DRAWN, Pose, WhichSolid, read_step_mesh
 from leafcut.read.step import LARGEST as LARGEST_STEP
 
 #: Maximum number of triangles. A triangle needs 72 bytes, and more memory while it is read.
@@ -62,7 +62,7 @@ def load_mesh(
     if sniff_step(head) == Match.YES:
         if unit != "mm":
             raise OptionError("--surface-unit: a STEP file defines its own unit; leave this option out")
-        triangles = step_mesh(str(file), _step_bytes(file, size), which, pose)
+        triangles = read_step_mesh(str(file), _read_step_bytes(file, size), which, pose)
     else:
         if which not in (None, "all"):
             raise OptionError("--solid: only STEP files have solids; leave it out")
@@ -71,17 +71,17 @@ def load_mesh(
                 "--up, --z-zero: these options turn and shift only STEP files; an STL file keeps its axes and Z0; "
                 "leave them out"
             )
-        triangles = _stl(file, head, size) * UNITS[unit]
+        triangles = _read_stl(file, head, size) * UNITS[unit]
     return _check_mesh(triangles, file, mend or Message("give its unit (--surface-unit {})", ", ".join(UNITS)))
 
 
-def _step_bytes(file: Path, size: int) -> bytes:
+def _read_step_bytes(file: Path, size: int) -> bytes:
     if size > LARGEST_STEP:
         raise ReadError(file, Message("has {} MiB; STEP files up to {} MiB are read", size >> 20, LARGEST_STEP >> 20))
     return file.read_bytes()
 
 
-def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
+def _read_stl(file: Path, head: bytes, size: int) -> np.ndarray:
     if size < _HEADER and not head.lstrip().startswith(b"solid"):
         raise ReadError(file, "not an STL file: too short")
     binary = size >= _HEADER and size == _HEADER + _TRIANGLE * int.from_bytes(head[80:84], "little")
@@ -129,10 +129,10 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
     if not SMALLEST <= longest <= LARGEST:
         length = f"{longest:.3g} mm" if math.isfinite(longest) else Message("infinitely")
         raise ReadError(file, Message("is {} long, too long for a part; {}", length, mend))
-    return Mesh(triangles, file.name, is_closed(triangles))
+    return Mesh(triangles, file.name, is_closed_mesh(triangles))
 
 
-def is_closed(triangles: np.ndarray) -> bool:
+def is_closed_mesh(triangles: np.ndarray) -> bool:
     """Return whether a mesh is closed.
 
     After equal vertices are merged, every edge of a closed mesh belongs to an even number of triangles.

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, parser_errors, printable
 from leafcut.message import Message
-from leafcut.read.format import load
+from leafcut.read.format import load_source
 from leafcut.units import parse_angles
 
 #: Words that mark the first line as a header.
@@ -41,7 +41,7 @@ class WantedDrawing:
             raise OptionError("{}: the quantity must be 1 or more", printable(self.file))
 
 
-def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
+def read_drawings_to_nest(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
     """Read the drawings and lists in the command-line arguments.
 
     The quantity of a list multiplies the quantities of its lines. `WantedDrawing` arguments are returned without
@@ -57,7 +57,7 @@ def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]
     drawings = [
         drawing
         for argument in arguments
-        for drawing in ([argument] if isinstance(argument, WantedDrawing) else _drawings_named(argument))
+        for drawing in ([argument] if isinstance(argument, WantedDrawing) else _drawings_of_argument(argument))
     ]
     if not drawings:
         raise OptionError("no parts given; name drawings with quantities, such as bracket.dxf:10, or a list.csv")
@@ -66,18 +66,18 @@ def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]
     return drawings
 
 
-def file_and_quantity(argument: str) -> tuple[str, int]:
+def split_file_and_quantity(argument: str) -> tuple[str, int]:
     """Split an argument such as ``bracket.dxf:10`` into the file and the quantity."""
     match = _NUMBERED.fullmatch(argument)
     return (match[1], int(match[2])) if match else (argument, 1)
 
 
-def _drawings_named(argument: str) -> Iterator[WantedDrawing]:
+def _drawings_of_argument(argument: str) -> Iterator[WantedDrawing]:
     if re.fullmatch(r"x?[0-9]{1,9}x?", argument, re.IGNORECASE) and not Path(argument).exists():
         raise OptionError(
             "{}: file not found; add a quantity to its drawing, such as bracket.dxf:{}", argument, argument.strip("xX")
         )
-    file, quantity = file_and_quantity(argument)
+    file, quantity = split_file_and_quantity(argument)
     if quantity < 1:
         raise OptionError("{}: the quantity must be 1 or more", printable(argument))
     if not file.lower().endswith(".csv"):
@@ -88,7 +88,7 @@ def _drawings_named(argument: str) -> Iterator[WantedDrawing]:
 
 
 def _drawings_in_list(file: str) -> Iterator[WantedDrawing]:
-    source = load(file)
+    source = load_source(file)
     lines = source.text().splitlines()
     delimiter = next((d for d in (";", "\t") if any(d in line for line in lines)), ",")
     n_drawings = 0
@@ -102,12 +102,12 @@ def _drawings_in_list(file: str) -> Iterator[WantedDrawing]:
         n_drawings += 1
         if n_drawings > MAX_DRAWINGS:
             raise ReadError(file, Message("more than {:,} drawings; nest them in several runs", MAX_DRAWINGS), number)
-        yield _line(file, number, fields)
+        yield _parse_list_line(file, number, fields)
     if not n_drawings:
         raise ReadError(file, "names no drawing; a line is: file, quantity, rotations")
 
 
-def _line(file: str, number: int, fields: list[str]) -> WantedDrawing:
+def _parse_list_line(file: str, number: int, fields: list[str]) -> WantedDrawing:
     name, quantity, rotations = [*fields, "", "", ""][:3]
     if not name:
         raise ReadError(file, "names no drawing; a line is: file, quantity, rotations", number)

@@ -54,7 +54,7 @@ class OrderFile:
     drawing: Drawing | None
 
 
-def drawing_of(positions: PlacesInOrder) -> Drawing:
+def identify_drawing(positions: PlacesInOrder) -> Drawing:
     """Compute the identity of a drawing from the positions of its holes in file order, mm.
 
     The identity does not change when the whole drawing is moved.
@@ -65,7 +65,7 @@ def drawing_of(positions: PlacesInOrder) -> Drawing:
     return Drawing(len(xy), hashlib.sha256(json.dumps(cells).encode()).hexdigest()[:_DIGITS])
 
 
-def order_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None = None) -> str:
+def order_file_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None = None) -> str:
     """Write the text of an order file.
 
     `operations` lists the holes of each operation. Operations and holes are numbered from 0.
@@ -100,26 +100,26 @@ def load_order(path: Path) -> OrderFile:
     for k, row in enumerate(rows, 1):
         if not isinstance(row, dict) or set(row) != {"operation", "holes"} or not isinstance(row["holes"], list):
             raise ReadError(place, Message('row {}: {{"operation": number, "holes": [numbers]}} was expected', k))
-        number = _number(place, row["operation"], Message("row {}: 'operation'", k))
+        number = _parse_number_from_1(place, row["operation"], Message("row {}: 'operation'", k))
         if number in operations:
             raise ReadError(place, Message("operation {} is listed twice", number + 1))
         operations[number] = tuple(
-            _number(place, hole, Message("operation {}: hole", number + 1)) for hole in row["holes"]
+            _parse_number_from_1(place, hole, Message("operation {}: hole", number + 1)) for hole in row["holes"]
         )
-    return OrderFile(operations, _drawing(place, data.get("drawing")))
+    return OrderFile(operations, _parse_drawing(place, data.get("drawing")))
 
 
-def _drawing(place: str, data: Any) -> Drawing | None:
+def _parse_drawing(place: str, data: Any) -> Drawing | None:
     if data is None:
         return None
     if not isinstance(data, dict) or set(data) != {"holes", "print"} or not isinstance(data["print"], str):
         raise ReadError(
             place, '\'drawing\': {"holes": number, "print": text} was expected; leave it out to accept any drawing'
         )
-    return Drawing(_number(place, data["holes"], "'drawing': 'holes'") + 1, data["print"])
+    return Drawing(_parse_number_from_1(place, data["holes"], "'drawing': 'holes'") + 1, data["print"])
 
 
-def _number(place: str, value: Any, label: str) -> int:
+def _parse_number_from_1(place: str, value: Any, label: str) -> int:
     """Check a number from a file, and convert it from 1-based to 0-based."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
         raise ReadError(

@@ -23,7 +23,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.part import Part
 from leafcut.model.pocket import EITHER
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.read.format import MAX_COORDINATE, Source, places_text
+from leafcut.read.format import MAX_COORDINATE, Source, first_positions_text
 from leafcut.read.recognition import picture_kind
 
 #: Maximum number of pixels. Tracing needs about 30 bytes per pixel.
@@ -60,7 +60,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     OptionError
         `pixel_size` is missing.
     """
-    from leafcut.geometry.tracing import fitted_outline, level_lines, smoothed_outline  # start-up
+    from leafcut.geometry.tracing import fit_traced_outline, smooth_outline, trace_level_lines  # start-up
 
     image = _open_picture(source)
     if options.pixel_size is None:
@@ -72,10 +72,10 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
         raise ReadError(
             source.path, Message("with pixels of {:g} mm the picture is {:g} mm long", size, max(image.size) * size)
         )
-    grey = _brightness(source, image, options.invert)
+    grey = _pixel_brightness(source, image, options.invert)
     issues: list[Issue] = []
     if options.threshold is None:
-        grey = _level_light(grey, options.invert, issues)
+        grey = _level_uneven_light(grey, options.invert, issues)
     level = _threshold_level(source, grey, options)
     grey = _relative_to_level(grey, level)
     steps = _count_transitions(grey < 0.0)
@@ -84,25 +84,25 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
             source.path,
             Message("{:,} steps between dark and bright: this is noise, not an outline; blur or scale it down", steps),
         )
-    fit = fitted_outline if steps <= MAX_FITTED else smoothed_outline
+    fit = fit_traced_outline if steps <= MAX_FITTED else smooth_outline
     height = grey.shape[0]
-    lines = _without_dirt(source, level_lines(grey), options.speckle / size, (size, height), issues)
-    _check_edges(lines, grey.shape, issues)
+    lines = _drop_dirt_spots(source, trace_level_lines(grey), options.speckle / size, (size, height), issues)
+    _warn_of_edge_walls(lines, grey.shape, issues)
     part = Part(source.name, source=source.file_name, format="picture", issues=tuple(issues))
     try:
-        return _pockets(part, [fit(line) for line in lines], (size, height), joining, source)
+        return _add_pockets(part, [fit(line) for line in lines], (size, height), joining, source)
     except ReadError:
         # Walls a pixel apart can meet after smoothing. The unsmoothed outlines do not meet.
-        return _pockets(
+        return _add_pockets(
             part, [Polyline.of_points(line, closed=True) for line in lines], (size, height), joining, source
         )
 
 
-def _pockets(
+def _add_pockets(
     part: Part, outlines: list[Polyline], frame: tuple[float, int], joining: SheetOptions, source: Source
 ) -> Part:
     """Add the outlines to the part as pockets, in mm. `frame` contains the pixel size and the number of rows."""
-    from leafcut.read.pocket_outlines import as_pockets  # start-up
+    from leafcut.read.pocket_outlines import contours_to_pockets  # start-up
 
     size, rows = frame
     contours = []
@@ -110,13 +110,13 @@ def _pockets(
         vertices = outline.vertices * np.array([size, -size, -1.0]) + np.array([0.0, size * rows, 0.0])
         contours.append(Contour(Polyline(vertices, closed=True)))
     kinds = [EITHER] * len(contours)
-    return as_pockets(replace(part, contours=tuple(contours)), kinds, joining, source.path, picture=True)
+    return contours_to_pockets(replace(part, contours=tuple(contours)), kinds, joining, source.path, picture=True)
 
 
 # -- the file --------------------------------------------------------------------------------------------------------
 
 
-def size_in_pixels(source: Source) -> tuple[int, int]:
+def picture_size(source: Source) -> tuple[int, int]:
     """Return the width and height of a picture, px.
 
     Raises
@@ -142,7 +142,7 @@ def _open_picture(source: Source) -> Any:
             width, height = image.size
             animated = kind == "PNG" and image.n_frames > 1
     except Image.DecompressionBombError:
-        raise ReadError(source.path, _too_large(Message("too many pixels"))) from None
+        raise ReadError(source.path, _too_large_message(Message("too many pixels"))) from None
     except UnidentifiedImageError:
         raise ReadError(source.path, Message("a damaged {} picture (invalid header); save it again", kind)) from None
     except Exception as problem:  # decoders raise unrelated exceptions on damaged files
@@ -150,7 +150,7 @@ def _open_picture(source: Source) -> Any:
             source.path, Message("a damaged {} picture ({}); save it again", kind, printable(str(problem), 80))
         ) from None
     if width * height > MAX_PIXELS:
-        raise ReadError(source.path, _too_large(Message("{} × {} pixels", width, height)))
+        raise ReadError(source.path, _too_large_message(Message("{} × {} pixels", width, height)))
     if kind == "JPEG" and (scans := source.data.count(_SCAN)) > MAX_SCANS:
         raise ReadError(
             source.path, Message("the picture has {:,} scans; the limit is {}: save it as PNG", scans, MAX_SCANS)
@@ -160,7 +160,7 @@ def _open_picture(source: Source) -> Any:
     return image
 
 
-def _too_large(size_text: str) -> Message:
+def _too_large_message(size_text: str) -> Message:
     return Message(
         "the picture has {}; the limit is {:,}: crop it to the pocket or scale it down", size_text, MAX_PIXELS
     )
@@ -174,7 +174,7 @@ def _pixel_size_hint(image: Any) -> Message:
         return Message(", such as --pixel-size 0.1")
 
 
-def _brightness(source: Source, image: Any, invert: bool) -> Grey:
+def _pixel_brightness(source: Source, image: Any, invert: bool) -> Grey:
     """Return the brightness of each pixel, float32[rows, columns], from 0 to 1. Dark pixels are milled."""
     from PIL import Image, ImageOps
 
@@ -219,7 +219,7 @@ def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) 
             )
             raise ReadError(source.path, message)
         return level
-    split = otsu(grey)
+    split = otsu_threshold(grey)
     dark, bright = float(np.median(grey[grey < split])) if low < split else low, high
     bright = float(np.median(grey[grey >= split])) if high >= split else high
     if bright - dark < LEAST_CONTRAST:
@@ -234,7 +234,7 @@ def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) 
     return 0.5 * (dark + bright)
 
 
-def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
+def _level_uneven_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     """Level the brightness of an unevenly lit photo.
 
     The code models the light as a quadratic surface, and fits it so that all bright areas become equally bright, and
@@ -247,11 +247,11 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
         return grey
     step = max(max(grey.shape) // 200, 1)
     thin = light[::step, ::step].astype(np.float64)
-    terms, samples = _polynomial_terms(thin.shape), thin.ravel()
+    terms, samples = _quadratic_terms_of_pixels(thin.shape), thin.ravel()
     surface: NDArray[np.float64] = np.ones_like(samples)
     for _ in range(LIGHT_ROUNDS):
         flat = samples / surface
-        bright = flat >= otsu(flat.astype(np.float32))
+        bright = flat >= otsu_threshold(flat.astype(np.float32))
         shade = np.where(bright, 1.0, flat[~bright].mean() / flat[bright].mean())
         weights = np.linalg.lstsq(terms * shade[:, None], samples, rcond=None)[0]
         surface = np.maximum(terms @ weights, 0.02)
@@ -263,18 +263,18 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     levelled: Grey = np.empty_like(light)
     y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
     for row, dark in enumerate(light):  # row by row: the whole surface would take gigabytes
-        flat = np.clip(dark / np.maximum(_terms_at(x, y[row]) @ weights, 0.02), 0.0, 1.2)
+        flat = np.clip(dark / np.maximum(_quadratic_terms(x, y[row]) @ weights, 0.02), 0.0, 1.2)
         levelled[row] = 1.2 - flat if invert else flat
     return levelled
 
 
-def _polynomial_terms(shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _quadratic_terms_of_pixels(shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Compute the terms 1, x, y, x², xy, y² for every pixel, float64[n, 6]. x and y range from −1 to 1."""
     y, x = (a.ravel() for a in np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in shape), indexing="ij"))
-    return _terms_at(x, y)
+    return _quadratic_terms(x, y)
 
 
-def _terms_at(x: NDArray[np.float64], y: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def _quadratic_terms(x: NDArray[np.float64], y: NDArray[np.float64] | float) -> NDArray[np.float64]:
     """Compute the terms 1, x, y, x², xy, y² for points, float64[n, 6]."""
     y = np.broadcast_to(y, x.shape)
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
@@ -292,7 +292,7 @@ def _relative_to_level(grey: Grey, level: float) -> Grey:
     return np.clip(np.where(dark, moved / below, moved / above), -1.0, 1.0).astype(np.float32)
 
 
-def otsu(grey: Grey) -> float:
+def otsu_threshold(grey: Grey) -> float:
     """Find the brightness that best separates dark from bright pixels.
 
     The result maximizes the variance between the two classes. If several brightness values share the maximum, because
@@ -319,7 +319,7 @@ def _count_transitions(dark: NDArray[np.bool_]) -> int:
     return int((dark[1:] != dark[:-1]).sum()) + int((dark[:, 1:] != dark[:, :-1]).sum())
 
 
-def _without_dirt(
+def _drop_dirt_spots(
     source: Source, lines: list[Points], narrow: float, frame: tuple[float, int], issues: list[Issue]
 ) -> list[Points]:
     """Drop the outlines of spots that are at most `narrow` pixels wide. Report these spots as dirt (L214)."""
@@ -349,11 +349,11 @@ def _without_dirt(
             count_of(n_dirt, "spot"),
             narrow * size,
         )
-        issues.append(Issue("L214", message, places_text(positions, n_dirt)))
+        issues.append(Issue("L214", message, first_positions_text(positions, n_dirt)))
     return kept
 
 
-def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue]) -> None:
+def _warn_of_edge_walls(lines: list[Points], shape: tuple[int, ...], issues: list[Issue]) -> None:
     """Warn that the milled region has walls along the edges of the picture (L425)."""
     points = np.concatenate(lines)
     (left, upper), (right, lower) = points.min(axis=0), points.max(axis=0)

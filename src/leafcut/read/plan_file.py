@@ -25,7 +25,7 @@ _LEAD_KEYS = ("style", "length", "angle", "run_in")
 _CUT_KEYS = ("contours", "start", "direction", "lead_in", "lead_out", "bridge", "fixed")
 
 
-def plan_text(plan: PlanFile) -> str:
+def plan_file_text(plan: PlanFile) -> str:
     """Write the text of a plan file, with one line per contour and cut."""
     contours = [
         {
@@ -43,7 +43,7 @@ def plan_text(plan: PlanFile) -> str:
             "contours": [number + 1 for number in c.contours],
             **({"start": list(c.start)} if c.start is not None else {}),
             **({"direction": c.direction} if c.direction else {}),
-            **{key: _lead(lead) for key, lead in (("lead_in", c.lead_in), ("lead_out", c.lead_out)) if lead},
+            **{key: _lead_as_json(lead) for key, lead in (("lead_in", c.lead_in), ("lead_out", c.lead_out)) if lead},
             **({"bridge": True} if c.bridge else {}),
             "fixed": list(c.fixed),
         }
@@ -63,7 +63,7 @@ def plan_text(plan: PlanFile) -> str:
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def _lead(lead: Lead) -> dict[str, Any]:
+def _lead_as_json(lead: Lead) -> dict[str, Any]:
     if lead.style == "none":
         return {"style": "none"}
     run_in = {"run_in": round(lead.run_in, 4)} if lead.run_in else {}

@@ -18,10 +18,10 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, ReadError, count_of, printable
-from leafcut.geometry.cleaning import cleaned_path, counter_clockwise
-from leafcut.geometry.containment import Conflict, find_conflicts, nesting_depths
+from leafcut.geometry.cleaning import clean_path, counter_clockwise
+from leafcut.geometry.containment import Conflict, find_outline_conflicts, nesting_depths_and_parents
 from leafcut.geometry.polyline import COINCIDENT
-from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
+from leafcut.geometry.tidying import advice_for_open_path, chord_polygons, tidy_outlines
 from leafcut.message import Message
 from leafcut.model.contour import Contour, layer_filter
 from leafcut.model.heights import HeightCount
@@ -30,7 +30,7 @@ from leafcut.model.part import Part
 from leafcut.model.pocket import EDGE, EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketDrawingOptions, SheetOptions
 from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
-from leafcut.read.format import places_text
+from leafcut.read.format import first_positions_text
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class PocketOutline:
         return Message("{} on layer {}", message, printable(layer, 30)) if layer else message
 
 
-def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: SheetOptions, path: str) -> Part:
+def drawing_to_pockets(part: Part, options: PocketDrawingOptions, joining: SheetOptions, path: str) -> Part:
     """Convert the contours of a part to pockets. Layers or `options.outline` determine which contours are islands.
 
     Raises
@@ -68,7 +68,7 @@ def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: Sheet
         outline is unknown. The message then describes both interpretations with their sizes.
     """
     issues = list(part.issues)
-    kinds, named = _kinds(part.contours, options, issues, path)
+    kinds, named = _outline_kinds(part.contours, options, issues, path)
     outermost = options.outline or (POCKET if named else EITHER)
     if outermost == EDGE and {POCKET, ISLAND} & set(kinds):
         raise ReadError(path, "--outline edge: layers already distinguish pockets and islands; leave out --outline")
@@ -84,10 +84,10 @@ def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: Sheet
             ),
         )
     issues = [i for i in issues if i.code != "L406"] + heights.notes(Message("outlines of pockets and islands"))
-    return as_pockets(replace(part, issues=tuple(issues)), kinds, joining, path, outermost)
+    return contours_to_pockets(replace(part, issues=tuple(issues)), kinds, joining, path, outermost)
 
 
-def as_pockets(
+def contours_to_pockets(
     part: Part,
     kinds: Sequence[str | None],
     joining: SheetOptions,
@@ -99,7 +99,7 @@ def as_pockets(
     """Convert the contours of a part to pockets.
 
     If `outermost` is `EDGE`, the outermost outlines become the edges of plates (`Part.edge`). Raises the same errors as
-    `pockets_of_drawing`.
+    `drawing_to_pockets`.
 
     Parameters
     ----------
@@ -112,10 +112,10 @@ def as_pockets(
     """
     issues = list(part.issues)
     try:
-        outlines = _outlines(part.contours, kinds, joining, issues)
-        shapes = polygons([o.contour.path for o in outlines])
+        outlines = _join_to_outlines(part.contours, kinds, joining, issues)
+        shapes = chord_polygons([o.contour.path for o in outlines])
         _check_simple(outlines, shapes, picture)
-        contacts = find_conflicts(shapes)
+        contacts = find_outline_conflicts(shapes)
         kept = _without_duplicates(outlines, contacts, issues)
         new_index = {k: index for index, k in enumerate(kept)}
         contacts = [
@@ -124,16 +124,16 @@ def as_pockets(
             if c.first in new_index and c.second in new_index
         ]
         outlines, shapes = [outlines[k] for k in kept], shapes[kept]
-        depth, parent = nesting_depths(shapes)
+        depth, parent = nesting_depths_and_parents(shapes)
         _check_interpretation(outlines, depth, outermost)
-        _check_kinds(outlines, depth, parent)
+        _check_layers_match_nesting(outlines, depth, parent)
         level = depth - (outermost == EDGE)
-        _check_apart(outlines, contacts, level, issues, picture)
+        _check_contacts(outlines, contacts, level, issues, picture)
     except ReadError:
         raise
     except LeafcutError as problem:
         raise ReadError(path, str(problem)) from None
-    pockets = _pockets(outlines, level, parent, part.name)
+    pockets = _build_pockets(outlines, level, parent, part.name)
     edge = tuple(replace(outlines[k].contour, kind="sheet") for k in np.flatnonzero(level < 0).tolist())
     return replace(part, contours=(), pockets=pockets, edge=edge, issues=tuple(issues))
 
@@ -141,7 +141,7 @@ def as_pockets(
 # -- layers ----------------------------------------------------------------------------------------------------------
 
 
-def _kinds(
+def _outline_kinds(
     contours: Sequence[Contour], options: PocketDrawingOptions, issues: list[Issue], path: str
 ) -> tuple[list[str | None], bool]:
     """Return the kind of every contour, and whether layers determine the kinds.
@@ -149,8 +149,8 @@ def _kinds(
     The function reports kinds that it derives from layer names (L421).
     """
     names = sorted({c.layer for c in contours})
-    pocket_names = _matching_names(names, options.pocket_layers, POCKET_NAMES)
-    island_names = _matching_names(names, options.island_layers, ISLAND_NAMES) - pocket_names
+    pocket_names = _matching_layers(names, options.pocket_layers, POCKET_NAMES)
+    island_names = _matching_layers(names, options.island_layers, ISLAND_NAMES) - pocket_names
     for given, matching, flag in (
         (options.pocket_layers, pocket_names, "--pocket-layers"),
         (options.island_layers, island_names, "--island-layers"),
@@ -183,7 +183,7 @@ def _kinds(
     return kinds, bool(pocket_names or island_names)
 
 
-def _matching_names(names: Sequence[str], given: tuple[str, ...], usual: tuple[str, ...]) -> set[str]:
+def _matching_layers(names: Sequence[str], given: tuple[str, ...], usual: tuple[str, ...]) -> set[str]:
     fits = layer_filter(given or usual)
     return {name for name in names if fits(name)}
 
@@ -191,21 +191,21 @@ def _matching_names(names: Sequence[str], given: tuple[str, ...], usual: tuple[s
 # -- outlines --------------------------------------------------------------------------------------------------------
 
 
-def _outlines(
+def _join_to_outlines(
     contours: Sequence[Contour], kinds: Sequence[str | None], joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
     """Join strokes of the same kind, and return the closed outlines in file order."""
     strokes: dict[str, list[tuple[int, Contour]]] = {}
     zero_length = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
-        path = cleaned_path(contour.path) if kind is not None else None
+        path = clean_path(contour.path) if kind is not None else None
         if kind is not None and path is not None:
             strokes.setdefault(kind, []).append((k, replace(contour, path=path)))
         elif kind is not None:
             zero_length.append(contour.path.start)
     if zero_length:
         message = Message("left out {} of zero length", count_of(len(zero_length), "line"))
-        issues.append(Issue("L313", message, places_text(zero_length, len(zero_length)), Severity.NOTE))
+        issues.append(Issue("L313", message, first_positions_text(zero_length, len(zero_length)), Severity.NOTE))
     joined = [outline for kind, members in strokes.items() for outline in _join_strokes(members, kind, joining, issues)]
     opened = [o for o in joined if not o.contour.path.closed]
     if opened and joining.open_paths != "drop":
@@ -214,10 +214,10 @@ def _outlines(
         raise LeafcutError(
             "{}, {}; the first ends at ({:.6g}, {:.6g}){}; close the outline, or use --open-paths drop",
             count_of(len(opened), "open path"),
-            places_text([p.start for p in paths], len(paths)),
+            first_positions_text([p.start for p in paths], len(paths)),
             x,
             y,
-            join_advice(0, paths),
+            advice_for_open_path(0, paths),
         )
     if opened:
         positions = [o.contour.path.start for o in opened]
@@ -225,7 +225,7 @@ def _outlines(
             Issue(
                 "L212",
                 Message("the program leaves out {}", count_of(len(opened), "open path")),
-                places_text(positions, len(opened)),
+                first_positions_text(positions, len(opened)),
             )
         )
     closed = sorted((o for o in joined if o.contour.path.closed), key=lambda o: o.order)
@@ -244,20 +244,20 @@ def _join_strokes(
         message = Message(
             "closed {}; the widest was {:.3g} mm", count_of(len(gaps), "gap"), max(width for _, width in gaps)
         )
-        issues.append(Issue("L311", message, places_text([point for point, _ in gaps], len(gaps))))
+        issues.append(Issue("L311", message, first_positions_text([point for point, _ in gaps], len(gaps))))
     if tidied.branches:
         number = count_of(len(tidied.branches), "place")
         message = Message("more than two line ends meet at {}; check the outlines", number)
-        issues.append(Issue("L314", message, places_text(tidied.branches, len(tidied.branches))))
+        issues.append(Issue("L314", message, first_positions_text(tidied.branches, len(tidied.branches))))
     if tidied.doubles:
         message = Message("merged {} drawn on top of other lines", count_of(len(tidied.doubles), "line"))
-        issues.append(Issue("L312", message, places_text(tidied.doubles, len(tidied.doubles))))
+        issues.append(Issue("L312", message, first_positions_text(tidied.doubles, len(tidied.doubles))))
     outlines = []
     for path, members, _ in tidied.paths:
         order, stroke = strokes[min(members)]
-        clean_path = cleaned_path(path)
-        if clean_path is not None:
-            outlines.append(PocketOutline(replace(stroke, path=counter_clockwise(clean_path)), order, kind))
+        cleaned = clean_path(path)
+        if cleaned is not None:
+            outlines.append(PocketOutline(replace(stroke, path=counter_clockwise(cleaned)), order, kind))
     return outlines
 
 
@@ -296,14 +296,16 @@ def _without_duplicates(
         if c.kind == "same" and first.kind != second.kind:
             raise LeafcutError("{} and {} coincide; an island must leave material to mill", first, second)
         if c.kind == "overlap" and not {c.first, c.second} & duplicates:
-            raise LeafcutError("{} and {} overlap, {}; outlines must not cross", first, second, _location(c))
+            raise LeafcutError(
+                "{} and {} overlap, {}; outlines must not cross", first, second, _conflict_location_text(c)
+            )
     if duplicates:
         positions = [outlines[k].contour.path.start for k in sorted(duplicates)]
         issues.append(
             Issue(
                 "L312",
                 Message("merged {} drawn twice", count_of(len(duplicates), "outline")),
-                places_text(positions, len(positions)),
+                first_positions_text(positions, len(positions)),
             )
         )
     return [k for k in range(len(outlines)) if k not in duplicates]
@@ -345,7 +347,9 @@ def _describe_sizes(outlines: Sequence[PocketOutline], noun: str) -> str:
     return f"{count_of(len(outlines), noun)} ({size if len(outlines) == 1 else Message('at most {}', size)})"
 
 
-def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
+def _check_layers_match_nesting(
+    outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]
+) -> None:
     """Raise an error if layers contradict the nesting, such as an island outside all pockets."""
     for outline, level, enclosing in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
         if outline.kind == ISLAND and enclosing < 0:
@@ -358,7 +362,7 @@ def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], pa
             )
 
 
-def _check_apart(
+def _check_contacts(
     outlines: Sequence[PocketOutline],
     contacts: Sequence[Conflict],
     level: NDArray[np.int64],
@@ -386,29 +390,29 @@ def _check_apart(
                 "{} touches {}, {}: blur the picture, or set a larger --speckle",
                 island.named(island.kind or "island"),
                 neighbour,
-                _location(c),
+                _conflict_location_text(c),
             )
         raise LeafcutError(
             "{} touches {}, {}; islands must stand clear, or be drawn as part of the wall",
             island.named(island.kind or "island"),
             neighbour,
-            _location(c),
+            _conflict_location_text(c),
         )
     if touching:
         message = Message(
             "{} of pockets touch each other, so no wall remains between them", count_of(len(touching), "pair")
         )
-        issues.append(Issue("L423", message, places_text(touching, len(touching))))
+        issues.append(Issue("L423", message, first_positions_text(touching, len(touching))))
     if at_edge:
         message = Message("no wall remains at the edge of the plate for {}", count_of(len(at_edge), "pocket"))
-        issues.append(Issue("L423", message, places_text(at_edge, len(at_edge))))
+        issues.append(Issue("L423", message, first_positions_text(at_edge, len(at_edge))))
 
 
-def _location(conflict: Conflict) -> Message:
+def _conflict_location_text(conflict: Conflict) -> Message:
     return Message("at ({:.6g}, {:.6g})", conflict.place[0], conflict.place[1])
 
 
-def _pockets(
+def _build_pockets(
     outlines: Sequence[PocketOutline], level: NDArray[np.int64], parent: NDArray[np.int64], name: str
 ) -> tuple[Pocket, ...]:
     """Create the pockets. A single pocket has the name of the drawing, and several pockets are numbered."""

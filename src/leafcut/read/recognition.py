@@ -123,12 +123,12 @@ def sniff_xml(head: bytes) -> Match:
 
 def sniff_csv(head: bytes) -> Match:
     """Recognise a table if most lines start with two numbers. The match is never certain."""
-    from leafcut.read.table_rows import is_number, separator_of, split_row
+    from leafcut.read.table_rows import detect_separator, is_number, split_row
 
     if b"\0" in head:
         return Match.NO
     lines = [line for line in head.decode("latin-1").splitlines()[:50] if line.strip() and not line.startswith("#")]
-    separator = separator_of(lines)
+    separator = detect_separator(lines)
     rows = [split_row(line, separator) for line in lines]
     numeric = sum(len(r) >= 2 and is_number(r[0], separator) and is_number(r[1], separator) for r in rows)
     return Match.MAYBE if rows and numeric >= max(1, len(rows) // 2) else Match.NO
@@ -160,7 +160,7 @@ def sniff_gcode(head: bytes) -> Match:
     codes = sum(re.search(_CODE, line) is not None for line in lines)
     if lines and codes and blocks >= _SHARE * len(lines):
         return Match.MAYBE
-    from leafcut.gcode.languages import other_language
+    from leafcut.gcode.languages import describe_unsupported_language
 
     # Programs in other languages are recognised too, so that messages can name them.
-    return Match.MAYBE if other_language(head.decode("latin-1")) else Match.NO
+    return Match.MAYBE if describe_unsupported_language(head.decode("latin-1")) else Match.NO

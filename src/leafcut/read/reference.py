@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
-from leafcut.model.contour import Contour, is_aside
+from leafcut.model.contour import Contour, is_annotation_layer
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.format import Format, Source
@@ -32,7 +32,7 @@ def read_whole_drawing(format_: Format, loaded: Source, options: ReadOptions) ->
     return run_reader(replace(format_, read=reader), loaded, everything)
 
 
-def reference_geometry(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
+def read_reference_geometry(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
     """Return the closed outlines of a drawing, or its complete geometry if no outline is closed.
 
     Return None if the program machines everything in the drawing, as for drill files, point maps and pictures. The
@@ -41,10 +41,10 @@ def reference_geometry(format_: Format, loaded: Source, options: ReadOptions) ->
     if format_.whole is None and format_.contours is None:
         filtered = options.layers or options.min_diameter is not None or options.max_diameter is not None
         return read_whole_drawing(format_, loaded, options) if filtered else None
-    return outline_of(read_whole_drawing(format_, loaded, options))
+    return closed_outlines(read_whole_drawing(format_, loaded, options))
 
 
-def outline_of(whole: Part) -> Part:
+def closed_outlines(whole: Part) -> Part:
     """Return the closed outlines, circles and points of a drawing.
 
     The outermost closed outline determines the bounding box. An open path around all closed outlines is an outline with
@@ -53,22 +53,22 @@ def outline_of(whole: Part) -> Part:
     from leafcut.geometry.tidying import tidy_outlines  # start-up: it needs shapely
 
     drawn = [c for c in whole.contours if c.kind != "text"]
-    kept = [c.path for c in drawn if not is_aside(c.layer)]
-    holes = [h for h in whole.holes if not is_aside(h.layer)]
+    kept = [c.path for c in drawn if not is_annotation_layer(c.layer)]
+    holes = [h for h in whole.holes if not is_annotation_layer(h.layer)]
     if not kept and not holes:
         kept, holes = [c.path for c in drawn], list(whole.holes)
     try:
         paths = [joined.path for joined in tidy_outlines(kept, JOINED).paths]
     except PlanError:  # hundreds of ends in one point: the outline is unknown
         paths = kept
-    closed = _bounds([path for path in paths if path.closed], holes)
+    closed = _geometry_as_part([path for path in paths if path.closed], holes)
     opened = [path for path in paths if not path.closed]
     if _is_empty(closed) or any(_surrounds(path.extents, closed.extents) for path in opened):
-        return _bounds(paths, holes)
+        return _geometry_as_part(paths, holes)
     return closed
 
 
-def _bounds(paths: Sequence[Polyline], holes: Sequence[Hole]) -> Part:
+def _geometry_as_part(paths: Sequence[Polyline], holes: Sequence[Hole]) -> Part:
     circles = [Polyline.circle(h.x, h.y, 0.5 * h.diameter) for h in holes if h.diameter]
     points = tuple(h for h in holes if not h.diameter)
     return Part("", points, contours=tuple(Contour(path) for path in (*paths, *circles)))

@@ -15,17 +15,17 @@ from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions, flag_name
 from leafcut.read import recognition
-from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
+from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load_source
 
 #: Input of a reader: a file, the name of an example, standard input, or a source that is already loaded.
 Input = str | Path | StandardInput | Source
 
 
-def _reader(place: str) -> Callable[..., Part]:
+def _lazy_reader(place: str) -> Callable[..., Part]:
     return lazy_function(f"leafcut.read.{place}")
 
 
-def _refusal(text: Message) -> Callable[..., Part]:
+def _refusing_reader(text: Message) -> Callable[..., Part]:
     """Return a reader that always raises `ReadError`, for a format without holes."""
 
     def refuse(source: Source, options: ReadOptions) -> Part:
@@ -39,105 +39,105 @@ BUILT_IN = (
         "dxf",
         (".dxf",),
         "drawing (AutoCAD DXF, text or binary): circles are holes, lines and curves are contours or pockets",
-        _reader("dxf:read_dxf"),
+        _lazy_reader("dxf:read_dxf"),
         recognition.sniff_dxf,
-        contours=_reader("dxf_contours:read_dxf_contours"),
-        pockets=_reader("dxf_contours:read_dxf_pockets"),
-        whole=_reader("dxf_whole:read_dxf_whole"),
+        contours=_lazy_reader("dxf_contours:read_dxf_contours"),
+        pockets=_lazy_reader("dxf_contours:read_dxf_pockets"),
+        whole=_lazy_reader("dxf_whole:read_dxf_whole"),
         processes=("drill", "cut", "pocket", "part"),
     ),
     Format(
         "svg",
         (".svg",),
         "drawing (Inkscape, Illustrator, laser programs): paths and shapes are contours or pockets, not holes",
-        _refusal(
+        _refusing_reader(
             Message(
                 "an SVG drawing is read for cutting from sheet and for pockets only; for drilling use DXF or Excellon"
             )
         ),
         recognition.sniff_svg,
-        contours=_reader("svg:read_svg_contours"),
-        pockets=_reader("svg:read_svg_pockets"),
+        contours=_lazy_reader("svg:read_svg_contours"),
+        pockets=_lazy_reader("svg:read_svg_pockets"),
         processes=("cut", "pocket", "part"),
     ),
     Format(
         "step",
         (".step", ".stp"),
         "solids of CAD (extra step): holes and pockets with their depths, outlines of flat sheets",
-        _reader("step:read_step"),
+        _lazy_reader("step:read_step"),
         recognition.sniff_step,
-        contours=_reader("step:read_outlines_of_step"),
-        pockets=_reader("step:read_pockets_of_step"),
-        whole=_reader("step:read_step"),
+        contours=_lazy_reader("step:read_outlines_of_step"),
+        pockets=_lazy_reader("step:read_pockets_of_step"),
+        whole=_lazy_reader("step:read_step"),
         processes=("drill", "pocket", "cut", "part"),
     ),
     Format(
         "sirius",
         (".dbs.json",),
         "nested sheet of the Sirius CAM (JSON): parts and the sheet, for cutting only",
-        _refusal(Message("a sheet of a CAM system is read for cutting only; for drilling use DXF or Excellon")),
+        _refusing_reader(Message("a sheet of a CAM system is read for cutting only; for drilling use DXF or Excellon")),
         recognition.sniff_sirius,
-        contours=_reader("sirius:read_sirius_contours"),
+        contours=_lazy_reader("sirius:read_sirius_contours"),
         processes=("cut",),
     ),
     Format(
         "wkt",
         (".wkt",),
         "well-known text: polygons with holes are pockets with islands, for pockets only",
-        _refusal(Message("well-known text (WKT) is read for pockets only; use --process pocket")),
+        _refusing_reader(Message("well-known text (WKT) is read for pockets only; use --process pocket")),
         recognition.sniff_wkt,
-        pockets=_reader("wkt:read_wkt_pockets"),
+        pockets=_lazy_reader("wkt:read_wkt_pockets"),
         processes=("pocket",),
     ),
     Format(
         "picture",
         (".png", ".jpg", ".jpeg", ".bmp"),
         "picture: dark areas are pockets, with --pixel-size; for pockets only",
-        _refusal(Message("pictures are read for pockets only; use --process pocket")),
+        _refusing_reader(Message("pictures are read for pockets only; use --process pocket")),
         recognition.sniff_picture,
-        pockets=_reader("picture:read_picture_pockets"),
+        pockets=_lazy_reader("picture:read_picture_pockets"),
         processes=("pocket",),
     ),
     Format(
         "excellon",
         (".drl", ".xln", ".exc", ".ncd", ".drd"),
         "drill file of a circuit board: holes by tool, straight slots",
-        _reader("excellon:read_excellon"),
+        _lazy_reader("excellon:read_excellon"),
         recognition.sniff_excellon,
     ),
     Format(
         "xml",
         (".xml", ".map"),
         "point map in XML: <city>, <point>, <hole> or <node>, or their Spanish names, with x and y",
-        _reader("xmlmap:read_xml"),
+        _lazy_reader("xmlmap:read_xml"),
         recognition.sniff_xml,
     ),
     Format(
         "csv",
         (".csv", ".tsv", ".xy"),
         "table of points: x, y[, diameter][, name]",
-        _reader("csvmap:read_csv"),
+        _lazy_reader("csvmap:read_csv"),
         recognition.sniff_csv,
     ),
     Format(
         "tsplib",
         (".tsp",),
         "TSPLIB problem (symmetric), nodes as points",
-        _reader("tsplib:read_tsp"),
+        _lazy_reader("tsplib:read_tsplib"),
         recognition.sniff_tsplib,
     ),
     Format(
         "gtsp",
         (".gtsp", ".pcglns"),
         "sets of nodes: a tour visits one node per set, with or without precedence",
-        _reader("gtsp:read_gtsp"),
+        _lazy_reader("gtsp:read_gtsp"),
         recognition.sniff_gtsp,
     ),
     Format(
         "gcode",
         (".nc", ".ngc", ".gcode", ".gc", ".tap", ".cnc", ".min", ".eia", ".pim"),
         "G-code program of any CAM, to be reordered",
-        _refusal(Message("this is a program, not a drawing; give it to leafcut optimize, simulate or verify")),
+        _refusing_reader(Message("this is a program, not a drawing; give it to leafcut optimize, simulate or verify")),
         recognition.sniff_gcode,
         processes=("program",),
     ),
@@ -147,29 +147,29 @@ BUILT_IN = (
         "built in: example:{ten-points, plate-10, plate-27, plate-45, plate-65, plate-70, plate-8x8-10, plate-8x8-21, "
         "plate-8x8-35, plate-8x8-70, plate-15x15-10, plate-15x15-21, plate-15x15-35, plate-15x15-70, board-97, "
         "board-121, board-200} and random:N[:SEED]",
-        _reader("examples:read_example"),
+        _lazy_reader("examples:read_example"),
         prefix=("example:", "random:"),
     ),
 )
 
 
-def _own_names() -> set[str]:
+def _built_in_names() -> set[str]:
     return {format_.name for format_ in BUILT_IN}
 
 
-def _format_of(name: str, entry: Any) -> Format:
+def _checked_plugin_format(name: str, entry: Any) -> Format:
     if not isinstance(entry, Format):
         raise TypeError(f"a leafcut.read.Format was expected, not {type(entry).__name__}")
     texts = (entry.name, entry.help, *entry.extensions, *entry.prefix, *entry.processes)
     if not all(isinstance(text, str) and text.isprintable() and text for text in texts):
         raise ValueError("a format's name, help, extensions, prefixes and processes are texts of one line")
-    if entry.name in _own_names():
+    if entry.name in _built_in_names():
         raise ValueError(f"leafcut already has a format '{entry.name}'")
     return entry
 
 
 #: Plug-in formats. A package adds a format with an entry point that refers to a `Format`.
-READERS = PluginKind("reader", "leafcut.readers", _own_names, _format_of, lambda format_: format_.help)
+READERS = PluginKind("reader", "leafcut.readers", _built_in_names, _checked_plugin_format, lambda format_: format_.help)
 
 
 def formats() -> tuple[Format, ...]:
@@ -178,7 +178,7 @@ def formats() -> tuple[Format, ...]:
 
 
 def _unusable_format(plugin: Plugin[Format]) -> Format:
-    refuse = _refusal(Message("the reader '{}' is a {}", plugin.name, plugin.refusal))
+    refuse = _refusing_reader(Message("the reader '{}' is a {}", plugin.name, plugin.refusal))
     return Format(plugin.name, (), plugin.refusal, refuse, error=plugin.error)
 
 
@@ -199,7 +199,7 @@ def read_source(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tup
             return format_, Source(str(source), on_progress=on_progress)
     if isinstance(source, StandardInput):
         source = Source(str(source), source.data)
-    loaded = source if isinstance(source, Source) else load(source)
+    loaded = source if isinstance(source, Source) else load_source(source)
     if on_progress is not ignore_heartbeat:
         loaded = replace(loaded, on_progress=on_progress)
     return choose_format(known, loaded), loaded
@@ -214,7 +214,7 @@ def read_once(source: Input) -> Source:
     return loaded if loaded.cache is not None else replace(loaded, cache={})
 
 
-def format_name(path: str | Path) -> str:
+def detect_format_name(path: str | Path) -> str:
     """Return the name of the format of a file, based on its first bytes.
 
     Return "" if the file is unreadable or has an unknown format.
@@ -233,11 +233,11 @@ def choose_format(known: tuple[Format, ...], source: Source) -> Format:
     """
     extension = Path(source.path).suffix.lower()
     head = source.data[:SNIFF_BYTES]
-    by_extension = [(_sniff(format_, head), format_) for format_ in known if extension in format_.extensions]
+    by_extension = [(_sniff_safely(format_, head), format_) for format_ in known if extension in format_.extensions]
     for match, format_ in by_extension:
         if match == Match.YES:  # the other tests, some of them slow, are not needed
             return format_
-    by_content = [(_sniff(format_, head), format_) for format_ in known if extension not in format_.extensions]
+    by_content = [(_sniff_safely(format_, head), format_) for format_ in known if extension not in format_.extensions]
     for required, candidates in (
         (Match.YES, by_content),
         (Match.MAYBE, by_extension),
@@ -251,7 +251,7 @@ def choose_format(known: tuple[Format, ...], source: Source) -> Format:
     raise ReadError(source.path, Message("unknown file format; leafcut reads {}", known_formats))
 
 
-def _sniff(format_: Format, head: bytes) -> Match:
+def _sniff_safely(format_: Format, head: bytes) -> Match:
     try:
         return Match(format_.sniff(head))
     except Exception:  # an error in the sniff function of a plug-in must not stop the others

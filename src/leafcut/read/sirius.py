@@ -25,7 +25,7 @@ from leafcut.read.format import (
     Source,
     parse_json,
     to_mm,
-    too_many_segments,
+    too_many_segments_error,
 )
 from leafcut.units import MM_PER_UNIT
 
@@ -43,7 +43,7 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
     ReadError
         The file does not have this JSON format, or contains no paths.
     """
-    entries = _entries(source)
+    entries = _load_entries(source)
     factor = MM_PER_UNIT[options.units or "mm"]
     issues: list[Issue] = []
     contours: list[Contour] = []
@@ -51,7 +51,7 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
     for number, (name, paths) in enumerate(entries):
         for k, rows in enumerate(paths):
             try:
-                path = _path(rows, factor)
+                path = _parse_path(rows, factor)
             except (ValueError, TypeError, LookupError, OverflowError):
                 message = Message(
                     "path {} of part {} was skipped, because it is not a list of (x, y, bulge)", k + 1, number
@@ -60,11 +60,11 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
                 continue
             count += path.n_segments
             if count > MAX_SEGMENTS:
-                raise too_many_segments(source.path)
+                raise too_many_segments_error(source.path)
             contours.append(Contour(path, layer=name, handle=f"{number}.{k}", part=number + 1))
     if not contours:
         raise ReadError(source.path, "nothing to cut: the file has no paths")
-    if _is_sheet(contours, entries[0][0]):
+    if _is_sheet_outline(contours, entries[0][0]):
         contours = [replace(c, kind="sheet", part=0) if c.part == 1 else replace(c, part=c.part - 1) for c in contours]
     return Part(
         source.name,
@@ -76,16 +76,16 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
     )
 
 
-def _entries(source: Source) -> list[tuple[str, list[Any]]]:
+def _load_entries(source: Source) -> list[tuple[str, list[Any]]]:
     try:
         data = parse_json(source.text())
     except (ValueError, RecursionError) as problem:
         line = getattr(problem, "lineno", None)
         raise ReadError(source.path, Message("not valid JSON: {}", printable(str(problem), 80)), line) from None
-    return list(_check_entries(source, data))
+    return list(_checked_entries(source, data))
 
 
-def _check_entries(source: Source, data: Any) -> Iterator[tuple[str, list[Any]]]:
+def _checked_entries(source: Source, data: Any) -> Iterator[tuple[str, list[Any]]]:
     if not isinstance(data, list) or not data:
         raise ReadError(source.path, "no sheet: a list of parts was expected")
     for number, entry in enumerate(data):
@@ -95,7 +95,7 @@ def _check_entries(source: Source, data: Any) -> Iterator[tuple[str, list[Any]]]
         yield printable(str(entry.get("partid", "")), 60), paths
 
 
-def _path(rows: Any, factor: float) -> Polyline:
+def _parse_path(rows: Any, factor: float) -> Polyline:
     table = [[float(row[0]), float(row[1]), float(row[2]) if len(row) > 2 else 0.0] for row in rows]
     vertices = np.array([[to_mm(x, factor), to_mm(y, factor), bulge] for x, y, bulge in table])
     if len(vertices) < 2 or not np.abs(vertices).max() <= MAX_COORDINATE:
@@ -111,7 +111,7 @@ def _path(rows: Any, factor: float) -> Polyline:
     return path
 
 
-def _is_sheet(contours: list[Contour], name: str) -> bool:
+def _is_sheet_outline(contours: list[Contour], name: str) -> bool:
     first = [c for c in contours if c.part == 1]
     others = np.array([c.path.extents for c in contours if c.part != 1]).reshape(-1, 4)
     if len(first) != 1 or not first[0].path.closed:

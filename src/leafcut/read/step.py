@@ -28,7 +28,7 @@ from leafcut.model.part import TURNS, Hole, HoleStep, Opening, Part, ProgramZero
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import select_holes
-from leafcut.read.format import Source, places_text
+from leafcut.read.format import Source, first_positions_text
 from leafcut.read.step_shapes import ONLY
 
 #: Maximum size of a file, bytes. OpenCASCADE needs about twenty times as much memory.
@@ -89,7 +89,7 @@ def read_step(source: Source, options: ReadOptions) -> Part:
     OptionError
         OpenCASCADE is not installed, or the options state a unit although the file already states a unit.
     """
-    _check_units(options)
+    _refuse_units_option(options)
     data = _read_solid(source, options, "holes")
     holes = tuple(
         Hole(
@@ -105,8 +105,8 @@ def read_step(source: Source, options: ReadOptions) -> Part:
         for hole in data["holes"]
     )
     kept, selection_issues = select_holes(holes, options)
-    issues = (*_issues(data, options.up or "z"), *selection_issues)
-    return _with_zero(Part(source.name, kept, issues=issues, source=source.path, format="step"), data, options)
+    issues = (*_hole_issues(data, options.up or "z"), *selection_issues)
+    return _with_program_zero(Part(source.name, kept, issues=issues, source=source.path, format="step"), data, options)
 
 
 def read_pockets_of_step(
@@ -124,11 +124,11 @@ def read_pockets_of_step(
     OptionError
         As in `read_step`, or the options choose layers, which solids do not have.
     """
-    _check_units(options)
+    _refuse_units_option(options)
     if options.layers or drawing.pocket_layers or drawing.island_layers:
         raise OptionError("--layers, --pocket-layers, --island-layers: a STEP file has no layers; leave them out")
     data = _read_solid(source, options, "pockets")
-    issues, pocket_data = _issues_of_pockets(data), data["pockets"]
+    issues, pocket_data = _pocket_issues(data), data["pockets"]
     if not pocket_data:
         reasons = Message.joined("; ", (issue.message for issue in issues)) or Message(
             "the level faces of the solid are all at the top"
@@ -140,14 +140,14 @@ def read_pockets_of_step(
         for opening in data["openings"]
         if opening["diameter"]
     )
-    pockets = _pockets(data, source.name)
+    pockets = _build_pockets(data, source.name)
     part = Part(
         source.name, issues=tuple(issues), source=source.path, format="step", pockets=pockets, openings=openings
     )
-    return _with_zero(part, data, options)
+    return _with_program_zero(part, data, options)
 
 
-def _pockets(data: dict[str, Any], name: str) -> tuple[Pocket, ...]:
+def _build_pockets(data: dict[str, Any], name: str) -> tuple[Pocket, ...]:
     return tuple(
         Pocket(
             _oriented_path(pocket["outline"], clockwise=False),
@@ -171,7 +171,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     ReadError, OptionError
         As in `read_step`, or the solid is not a flat sheet.
     """
-    _check_units(options)
+    _refuse_units_option(options)
     if options.layers:
         raise OptionError("--layers: a STEP file has no layers; leave it out")
     data = _read_solid(source, options, "outlines")
@@ -180,8 +180,8 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in data["outlines"])
     part = Part(source.name, issues=issues, source=source.path, format="step", contours=contours)
     if data["uneven"]:
-        part = replace(part, pockets=_pockets(data, source.name), besides=_issues_of_plate(data))
-    part = _with_zero(part, data, options)
+        part = replace(part, pockets=_build_pockets(data, source.name), besides=_plate_issues(data))
+    part = _with_program_zero(part, data, options)
     # The program of a sheet has its own Z0, the surface of the sheet.
     return replace(part, zero=ProgramZero(up=Pose.of(options).up))
 
@@ -192,20 +192,20 @@ def _read_solid(source: Source, options: ReadOptions, features: str) -> dict[str
     )[0]
 
 
-def _with_zero(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
+def _with_program_zero(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
     pose = Pose.of(options)
-    outline = np.array(data["box"] if data["box"] and _is_quarter(options.rotate) else data["hull"])
+    outline = np.array(data["box"] if data["box"] and _is_quarter_turn(options.rotate) else data["hull"])
     reference = Part(part.name, contours=(Contour(Polyline.of_points(outline, closed=True)),))
     zero = ProgramZero(up=pose.up, level=pose.level, z=round(data["z"], 6))
     return replace(part, reference=reference, zero=zero, height=round(data["height"], 6))
 
 
-def _is_quarter(angle: float) -> bool:
+def _is_quarter_turn(angle: float) -> bool:
     """Return whether an angle, rad, is a multiple of 90°. Such a rotation keeps a bounding box exact."""
     return abs(math.remainder(angle, 0.5 * math.pi)) < 1e-9
 
 
-def _check_units(options: ReadOptions) -> None:
+def _refuse_units_option(options: ReadOptions) -> None:
     if options.units:
         raise OptionError("--units: a STEP file defines its own unit; leave this option out")
 
@@ -215,7 +215,7 @@ def _oriented_path(vertices: list[list[float]], clockwise: bool) -> Polyline:
     return path.reversed() if (path.area < 0.0) != clockwise else path
 
 
-def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_DRAWN) -> NDArray[np.float64]:
+def read_step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_DRAWN) -> NDArray[np.float64]:
     """Return the surface of a solid as triangles, float64[n, 3, 3], mm, accurate to 0.05 mm.
 
     Raises the same errors as `read_step`.
@@ -223,7 +223,7 @@ def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_
     return _run_step_reader(path, data, "mesh", which, pose)[1]
 
 
-def _issues(data: dict[str, Any], up: str) -> list[Issue]:
+def _hole_issues(data: dict[str, Any], up: str) -> list[Issue]:
     issues = []
     opposite = up.removeprefix("-") if up.startswith("-") else f"-{up}"
     if data["below"]:
@@ -280,9 +280,9 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
     return issues
 
 
-def _issues_of_plate(data: dict[str, Any]) -> tuple[Issue, ...]:
+def _plate_issues(data: dict[str, Any]) -> tuple[Issue, ...]:
     """Report the features of a plate that are neither openings nor pockets."""
-    issues = tuple(_issues_of_pockets({**data, "openings": []}))
+    issues = tuple(_pocket_issues({**data, "openings": []}))
     if issues or not data["other"]:
         return issues
     message = Message(
@@ -291,7 +291,7 @@ def _issues_of_plate(data: dict[str, Any]) -> tuple[Issue, ...]:
     return (Issue("L219", message, missing=MissingWork("feature")),)
 
 
-def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
+def _pocket_issues(data: dict[str, Any]) -> list[Issue]:
     issues = []
     if data["open"]:
         issues.append(
@@ -342,7 +342,7 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
         _oriented_path(opening["outline"], clockwise=False) for opening in data["openings"] if not opening["diameter"]
     ]
     if openings:
-        positions = tuple(_centre(outline) for outline in openings)
+        positions = tuple(_box_centre(outline) for outline in openings)
         issues.append(
             Issue(
                 "L219",
@@ -350,33 +350,33 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
                     "the program does not mill {} through the part, because a pocket has a floor",
                     count_of(len(openings), "opening"),
                 ),
-                places_text([*positions], len(positions)),
+                first_positions_text([*positions], len(positions)),
                 missing=MissingWork("opening", len(openings), positions, tuple(openings)),
             )
         )
     return issues
 
 
-def _centre(outline: Polyline) -> tuple[float, float]:
+def _box_centre(outline: Polyline) -> tuple[float, float]:
     x0, y0, x1, y1 = outline.extents
     return round(0.5 * (x0 + x1), 3), round(0.5 * (y0 + y1), 3)
 
 
-def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
+def report_work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
     """Report the features of a solid that drills cannot make, such as pockets and openings, as missing work (L219).
 
     Raises the same errors as `read_step`.
     """
     data = _read_solid(source, options, "pockets")
-    issues = _issues_of_pockets(data)
+    issues = _pocket_issues(data)
     outlines = [
         _oriented_path(pocket["outline"], clockwise=False) for pocket in data["pockets"] if not pocket["diameter"]
     ]
     if outlines:
-        positions = tuple(_centre(outline) for outline in outlines)
+        positions = tuple(_box_centre(outline) for outline in outlines)
         message = Message("{} will not be milled; use leafcut pocket", count_of(len(outlines), "pocket"))
         missing = MissingWork("pocket", len(outlines), positions, tuple(outlines))
-        issues.append(Issue("L219", message, places_text([*positions], len(positions)), missing=missing))
+        issues.append(Issue("L219", message, first_positions_text([*positions], len(positions)), missing=missing))
     return issues
 
 

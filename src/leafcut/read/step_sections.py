@@ -16,13 +16,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.containment import nesting_depths
-from leafcut.geometry.joining import join
+from leafcut.geometry.containment import nesting_depths_and_parents
+from leafcut.geometry.joining import join_paths
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons as polygons_of
-from leafcut.geometry.tidying import polygons
+from leafcut.geometry.tidying import chord_polygons
 from leafcut.message import Message
-from leafcut.read.step_shapes import PARALLEL, clip_above, edge_of, face_of, parts_of, triangles_of
+from leafcut.read.step_shapes import PARALLEL, as_edge, as_face, clip_above, face_triangles, subshapes
 
 #: Height of a section above its floor, mm.
 OVER = 0.01
@@ -99,7 +99,7 @@ class LevelFace(NamedTuple):
     z: float
 
 
-def pockets_of(
+def find_pockets(
     shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
 ) -> dict[str, Any]:
     """Return the closed pockets with level floors and vertical walls, and the numbers of other pockets by reason.
@@ -109,7 +109,7 @@ def pockets_of(
     highest = float(triangles[:, :, 2].max())
     floors = [face for face in _level_faces(faces) if face.z < highest - OVER]
     result: dict[str, Any] = {"pockets": [], "highest": highest, "open": 0, "leaning": 0, "covered": 0}
-    result["openings"] = _openings(triangles)
+    result["openings"] = _find_through_openings(triangles)
     result["sloping"] = _count_sloping(faces, seen)
     by_height: dict[float, list[LevelFace]] = {}
     for floor in floors:
@@ -136,18 +136,18 @@ def pockets_of(
             elif any(section.rings[k].leans for k in (ring, *section.rings_within(ring))):
                 result["leaning"] += 1
             else:
-                result["pockets"].append(_pocket(section, ring, height))
+                result["pockets"].append(_pocket_as_dict(section, ring, height))
     return result
 
 
-def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
+def _find_through_openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
     """Return the outline of each through-opening in top view, with its diameter, or 0 if the opening is not round.
 
     An opening at any height is a hole in the shadow of the solid.
     """
     film, openings = 0.5 * NARROWEST, []
     rings = shapely.MultiPolygon(
-        [shapely.Polygon(ring) for piece in polygons_of(_area_from_above(triangles)) for ring in piece.interiors]
+        [shapely.Polygon(ring) for piece in polygons_of(_shadow_area(triangles)) for ring in piece.interiors]
     )
     for shape in polygons_of(rings.buffer(-film).buffer(film, join_style="mitre")):
         round_ = 4.0 * math.pi * shape.area > ROUND * shape.length**2
@@ -157,7 +157,7 @@ def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
     return openings
 
 
-def outlines_of(
+def find_outlines(
     shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
 ) -> dict[str, Any]:
     """Find the outlines of a solid in top view, using a level section that equals the shadow of the solid.
@@ -176,7 +176,7 @@ def outlines_of(
     heights = [middle] if min(abs(z - middle) for z in (*steps, lowest)) > OVER else []
     heights += [lowest + OVER, highest - OVER]
     heights += [z + offset for z in steps for offset in (OVER, -OVER) if lowest < z + offset < highest]
-    shadow = _area_from_above(triangles)
+    shadow = _shadow_area(triangles)
     allowed = SAME_EDGE * shadow.length
     sections = [section_at(shape, z) for z in heights]
     missing = [float(shapely.area(shadow.symmetric_difference(section.material))) for section in sections]
@@ -196,14 +196,14 @@ def outlines_of(
     }
     if not uneven:
         return result
-    result |= pockets_of(shape, triangles, faces, seen)
-    pockets = [(pocket["z"], _region_of(pocket)) for pocket in result["pockets"]]
+    result |= find_pockets(shape, triangles, faces, seen)
+    pockets = [(pocket["z"], _pocket_region(pocket)) for pocket in result["pockets"]]
     cut_at = [shapely.union_all([region for floor, region in pockets if floor < z]) for z in heights]
     rests = [material - section.material - cut for section, cut in zip(sections, cut_at, strict=True)]
     return result | {"other": any(shapely.area(rest) > allowed for rest in rests)}
 
 
-def _region_of(pocket: dict[str, Any]) -> Any:
+def _pocket_region(pocket: dict[str, Any]) -> Any:
     outline, *islands = [
         Polyline(np.array(path), True).flattened(CHORD) for path in (pocket["outline"], *pocket["islands"])
     ]
@@ -222,8 +222,8 @@ def section_at(shape: Any, z: float) -> LevelSection:
     cutting.Build()
     strokes: list[Polyline] = []
     leaning: list[tuple[float, float]] = []
-    for edge in parts_of(cutting.Shape(), TopAbs_EDGE):
-        vertices = _curve(edge)
+    for edge in subshapes(cutting.Shape(), TopAbs_EDGE):
+        vertices = _edge_vertices(edge)
         if vertices is None:
             continue
         face = TopoDS_Shape()
@@ -232,9 +232,13 @@ def section_at(shape: Any, z: float) -> LevelSection:
             leaning += [tuple(middle[len(middle) // 2, :2].tolist()), tuple(middle[0, :2].tolist())]
         closed = len(vertices) > 2 and math.dist(vertices[0, :2], vertices[-1, :2]) < ENDS
         strokes.append(Polyline(vertices[:-1], True) if closed else Polyline(vertices))
-    paths = [joined.path for joined in join(strokes, ENDS).paths if joined.path.closed and abs(joined.path.area) > 1e-6]
-    shapes = np.array(list(polygons(paths)), dtype=object)
-    depth, parent = nesting_depths(shapes) if paths else (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+    paths = [
+        joined.path for joined in join_paths(strokes, ENDS).paths if joined.path.closed and abs(joined.path.area) > 1e-6
+    ]
+    shapes = np.array(list(chord_polygons(paths)), dtype=object)
+    depth, parent = (
+        nesting_depths_and_parents(shapes) if paths else (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+    )
     points: Any = shapely.points(leaning) if leaning else []
     edges = shapely.boundary(shapes)
     leans = [bool(len(points)) and bool(shapely.dwithin(edge, points, 0.02).any()) for edge in edges]
@@ -257,7 +261,7 @@ def is_overhung(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
     return False
 
 
-def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
+def _pocket_as_dict(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
     outline, islands = section.rings[ring], [section.rings[k] for k in section.rings_within(ring)]
     return {
         "z": z,
@@ -267,7 +271,7 @@ def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
     }
 
 
-def _area_from_above(triangles: NDArray[np.float64]) -> Any:
+def _shadow_area(triangles: NDArray[np.float64]) -> Any:
     a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
     up = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) > (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     flat: Any = shapely.polygons(triangles[up, :, :2])  # every triangle that faces down has one above it that faces up
@@ -287,12 +291,12 @@ def _level_faces(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace
         up = position.Direction().Z() * (1.0 if position.Direct() else -1.0)
         up *= -1.0 if face.Orientation() == TopAbs_REVERSED else 1.0
         if abs(up - (-1.0 if down else 1.0)) < PARALLEL:
-            x, y, z = _middle(face)
+            x, y, z = _face_centre(face)
             yield LevelFace(x, y, z)
 
 
-def _middle(face: Any) -> tuple[float, float, float]:
-    corners = triangles_of(face)
+def _face_centre(face: Any) -> tuple[float, float, float]:
+    corners = face_triangles(face)
     if not len(corners):
         return math.nan, math.nan, math.nan
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
@@ -311,7 +315,7 @@ def _count_sloping(faces: Sequence[Any], seen: Callable[[float, float, float], b
         surface = BRepAdaptor_Surface(face)
         if surface.GetType() == GeomAbs_Cone and abs(abs(surface.Cone().Axis().Direction().Z()) - 1.0) < PARALLEL:
             continue
-        corners = triangles_of(face)
+        corners = face_triangles(face)
         if not len(corners) or np.ptp(corners[:, :, 2]) < 1e-6 or _is_vertical(face):
             continue
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -328,7 +332,7 @@ def _is_vertical(face: Any) -> bool:
     from OCP.BRepTools import BRepTools
     from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Plane
 
-    face = face_of(face)
+    face = as_face(face)
     surface = BRepAdaptor_Surface(face)
     if surface.GetType() == GeomAbs_Plane:
         return bool(abs(surface.Plane().Axis().Direction().Z()) < UPRIGHT)
@@ -343,13 +347,13 @@ def _is_vertical(face: Any) -> bool:
     return True
 
 
-def _curve(edge: Any) -> NDArray[np.float64] | None:
+def _edge_vertices(edge: Any) -> NDArray[np.float64] | None:
     """Return the vertices of an edge as x, y and bulge, float64[n, 3], or None if the edge has no length."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GCPnts import GCPnts_QuasiUniformDeflection
     from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line
 
-    curve = BRepAdaptor_Curve(edge_of(edge))
+    curve = BRepAdaptor_Curve(as_edge(edge))
     first, last = curve.FirstParameter(), curve.LastParameter()
     kind, bulge = curve.GetType(), 0.0
     if kind == GeomAbs_Line:

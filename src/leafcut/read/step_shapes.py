@@ -15,7 +15,7 @@ ONLY, ALL = "only", "all"
 PARALLEL = 1e-6
 
 
-def parts_of(shape: Any, kind: Any) -> Iterator[Any]:
+def subshapes(shape: Any, kind: Any) -> Iterator[Any]:
     """Yield the subshapes of one kind, such as faces or edges."""
     from OCP.TopExp import TopExp_Explorer
 
@@ -25,21 +25,21 @@ def parts_of(shape: Any, kind: Any) -> Iterator[Any]:
         explorer.Next()
 
 
-def face_of(shape: Any) -> Any:
+def as_face(shape: Any) -> Any:
     """Cast a shape to a face."""
     from OCP.TopoDS import TopoDS
 
     return TopoDS.Face(shape) if hasattr(TopoDS, "Face") else TopoDS.Face_s(shape)
 
 
-def edge_of(shape: Any) -> Any:
+def as_edge(shape: Any) -> Any:
     """Cast a shape to an edge."""
     from OCP.TopoDS import TopoDS
 
     return TopoDS.Edge(shape) if hasattr(TopoDS, "Edge") else TopoDS.Edge_s(shape)
 
 
-def triangles_of(face: Any) -> NDArray[np.float64]:
+def face_triangles(face: Any) -> NDArray[np.float64]:
     """Return the triangles of a meshed face, float64[n, 3, 3]. They are counter-clockwise when seen from outside."""
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_REVERSED

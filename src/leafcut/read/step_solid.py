@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of
 from leafcut.message import Message
 from leafcut.model.part import TURNS, HoleStep
-from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, clip_above, face_of, parts_of, triangles_of
+from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, as_face, clip_above, face_triangles, subshapes
 
 #: Memory limit of this process, bytes.
 MEMORY = 8 * 1024**3
@@ -89,7 +89,7 @@ class SolidHole:
     steps: tuple[HoleStep, ...] = ()
 
 
-def cluster_labels(values: list[float]) -> list[int]:
+def labels_of_close_values(values: list[float]) -> list[int]:
     """Return a label for each value.
 
     Two values have the same label if they differ by at most `SAME`, or if a chain of such differences connects them.
@@ -101,7 +101,7 @@ def cluster_labels(values: list[float]) -> list[int]:
     return [int(label) for label in number]
 
 
-def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
+def join_wall_pieces(walls: list[RoundWall]) -> list[RoundWall]:
     """Join the pieces of each wall, and return the walls that cover a full turn. Other walls do not belong to holes.
 
     The pieces of a wall lie on the same cylinder or cone, and overlap or touch in height. Under a sloping surface, the
@@ -109,10 +109,10 @@ def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
     """
     level = [wall.low_radius - wall.taper * wall.low for wall in walls]
     keys = zip(
-        cluster_labels([wall.x for wall in walls]),
-        cluster_labels([wall.y for wall in walls]),
-        cluster_labels([w.taper for w in walls]),
-        cluster_labels(level),
+        labels_of_close_values([wall.x for wall in walls]),
+        labels_of_close_values([wall.y for wall in walls]),
+        labels_of_close_values([w.taper for w in walls]),
+        labels_of_close_values(level),
         strict=True,
     )
     by_surface: dict[tuple[int, ...], list[RoundWall]] = {}
@@ -123,14 +123,14 @@ def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
         group: list[RoundWall] = []
         for piece in sorted(pieces, key=lambda w: -w.high):
             if group and piece.high < min(w.low for w in group) + SAME:
-                merged.append(_merge(group))
+                merged.append(_merge_wall_pieces(group))
                 group = []
             group.append(piece)
-        merged.append(_merge(group))
+        merged.append(_merge_wall_pieces(group))
     return [wall for wall in merged if len(wall.covers) >= 360 - WHOLE]
 
 
-def _merge(pieces: list[RoundWall]) -> RoundWall:
+def _merge_wall_pieces(pieces: list[RoundWall]) -> RoundWall:
     low, high = min(pieces, key=lambda w: w.low), max(pieces, key=lambda w: w.high)
     covers = frozenset[int]().union(*(w.covers for w in pieces))
     return high._replace(low=low.low, low_radius=low.low_radius, covers=covers)
@@ -144,7 +144,7 @@ def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall],
     """
     by_axis: dict[tuple[int, int], list[RoundWall]] = {}
     for x, y, wall in zip(
-        cluster_labels([w.x for w in walls]), cluster_labels([w.y for w in walls]), walls, strict=True
+        labels_of_close_values([w.x for w in walls]), labels_of_close_values([w.y for w in walls]), walls, strict=True
     ):
         by_axis.setdefault((x, y), []).append(wall)
     for axis_walls in by_axis.values():
@@ -157,7 +157,7 @@ def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall],
         yield column
 
 
-def hole_of(column: list[RoundWall]) -> SolidHole | None:
+def column_to_hole(column: list[RoundWall]) -> SolidHole | None:
     """Convert a column of walls to a hole, or return None if the column contains no cylinder.
 
     The function assumes that the hole is open at the bottom.
@@ -171,11 +171,11 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
     pointed = last.low < narrow.low - SAME and last.low_radius < SAME
     wider = [wall for wall in column if max(wall.low_radius, wall.high_radius) > radius + SAME and wall.taper >= 0.0]
     wider += [wall for wall in column if wall.taper < 0.0]
-    steps = tuple(_step_of(w, column, top) for w in wider if w.low_radius > SAME)
+    steps = tuple(_wall_to_hole_step(w, column, top) for w in wider if w.low_radius > SAME)
     return SolidHole(narrow.x, narrow.y, top, 2.0 * radius, top - narrow.low, True, pointed, steps)
 
 
-def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
+def _wall_to_hole_step(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
     """Convert a wide wall to a step of a hole, such as a counterbore.
 
     The step is `open` if a tool can reach it from above, with clearance below the point of the tool.
@@ -268,7 +268,7 @@ def _read_solid(
     if not reader.NbShapes():
         return {"problem": Message("the STEP file has no solid")}, none
     shape = reader.OneShape()
-    solids = list(parts_of(shape, TopAbs_SOLID))
+    solids = list(subshapes(shape, TopAbs_SOLID))
     if not solids:
         return {"problem": Message("the STEP file has no solid")}, none
     if which not in (ONLY, ALL) and int(which) > len(solids):
@@ -279,8 +279,8 @@ def _read_solid(
         shape = solids[0 if which == ONLY else int(which) - 1]
     shape = _transform(shape, TURNS[up], 0.0)
     BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
-    faces = [face_of(face) for face in parts_of(shape, TopAbs_FACE)]
-    triangles = _triangles(faces)
+    faces = [as_face(face) for face in subshapes(shape, TopAbs_FACE)]
+    triangles = _all_triangles(faces)
     if len(triangles) > max_triangles:
         return {
             "problem": Message("the solid has {:,} triangles; at most {:,} are read", len(triangles), max_triangles)
@@ -291,25 +291,32 @@ def _read_solid(
     if z:
         shape = _transform(shape, TURNS["z"], -z)
         triangles = triangles - (0.0, 0.0, z)
-        faces = [face_of(face) for face in parts_of(shape, TopAbs_FACE)]
+        faces = [as_face(face) for face in subshapes(shape, TopAbs_FACE)]
     result: dict[str, Any] = {}
     if features != "mesh":
         height = float(np.ptp(triangles[:, :, 2])) if len(triangles) else 0.0
-        result = {"z": z, "height": height, "hull": _hull(triangles), "box": _box_of(shape) if boxed else []}
-    return result | _features_of(features, shape, triangles, faces), triangles
+        result = {
+            "z": z,
+            "height": height,
+            "hull": _convex_hull(triangles),
+            "box": _box_corners(shape) if boxed else [],
+        }
+    return result | _extract_features(features, shape, triangles, faces), triangles
 
 
-def _features_of(features: str, shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
+def _extract_features(
+    features: str, shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]
+) -> dict[str, Any]:
     if features == "mesh":
         return {}
     if features == "holes":
-        return _hole_data(shape, triangles)
-    from leafcut.read.step_sections import outlines_of, pockets_of
+        return _holes_as_dict(shape, triangles)
+    from leafcut.read.step_sections import find_outlines, find_pockets
 
-    def seen(x: float, y: float, z: float) -> bool:
-        return not _line_meets(shape, x, y, z + DEFLECTION, float(triangles[:, :, 2].max()) + 1.0)
+    def is_visible_from_above(x: float, y: float, z: float) -> bool:
+        return not _vertical_line_meets(shape, x, y, z + DEFLECTION, float(triangles[:, :, 2].max()) + 1.0)
 
-    return (outlines_of if features == "outlines" else pockets_of)(shape, triangles, faces, seen)
+    return (find_outlines if features == "outlines" else find_pockets)(shape, triangles, faces, is_visible_from_above)
 
 
 def _transform(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
@@ -322,30 +329,30 @@ def _transform(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
     return shape.Moved(TopLoc_Location(move))
 
 
-def _hull(triangles: NDArray[np.float64]) -> list[list[float]]:
+def _convex_hull(triangles: NDArray[np.float64]) -> list[list[float]]:
     hull: Any = shapely.MultiPoint(triangles[:, :, :2].reshape(-1, 2)).convex_hull
     return [list(corner) for corner in shapely.get_coordinates(hull).tolist()]
 
 
-def _box_of(shape: Any) -> list[list[float]]:
-    x0, y0, _, x1, y1, _ = _box(shape)
+def _box_corners(shape: Any) -> list[list[float]]:
+    x0, y0, _, x1, y1, _ = _bounding_box(shape)
     return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
 
 
-def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
+def _bounding_box(shape: Any) -> tuple[float, float, float, float, float, float]:
     """Return the lowest and the highest corner of a shape's bounding box, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box, False, False)
-    return (*_xyz(box.CornerMin()), *_xyz(box.CornerMax()))
+    return (*_point_coordinates(box.CornerMin()), *_point_coordinates(box.CornerMax()))
 
 
 def _describe_solids(solids: Sequence[Any]) -> Message:
     texts = []
     for number, solid in enumerate(solids[:MOST_NAMED], 1):
-        box = _box(solid)
+        box = _bounding_box(solid)
         size = " × ".join(f"{b - a:.4g}" for a, b in zip(box[:3], box[3:], strict=True))
         x, y, z = (round(value, 3) + 0.0 for value in box[:3])
         texts.append(Message("{}: {} mm at {:g}, {:g}, Z{:g}", number, size, x, y, z))
@@ -353,36 +360,36 @@ def _describe_solids(solids: Sequence[Any]) -> Message:
     return Message("{} ({}{})", count_of(len(solids), "solid"), Message.joined("; ", texts), more)
 
 
-def _xyz(point: Any) -> tuple[float, float, float]:
+def _point_coordinates(point: Any) -> tuple[float, float, float]:
     return point.X(), point.Y(), point.Z()
 
 
-def _hole_data(shape: Any, triangles: NDArray[np.float64]) -> dict[str, Any]:
-    holes, excluded, aside = _holes(shape, triangles)
+def _holes_as_dict(shape: Any, triangles: NDArray[np.float64]) -> dict[str, Any]:
+    holes, excluded, aside = _find_holes(shape, triangles)
     return {"holes": [asdict(hole) for hole in holes], **excluded, "aside": aside}
 
 
-def _triangles(faces: Sequence[Any]) -> NDArray[np.float64]:
-    parts = [triangles_of(face) for face in faces]
+def _all_triangles(faces: Sequence[Any]) -> NDArray[np.float64]:
+    parts = [face_triangles(face) for face in faces]
     return np.concatenate(parts) if parts else np.zeros((0, 3, 3))
 
 
-def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole], dict[str, int], dict[str, int]]:
+def _find_holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole], dict[str, int], dict[str, int]]:
     """Return the holes that are open at the top.
 
     The other two results are the numbers of all other holes, by reason and by direction.
     """
-    walls, aside, free = _walls(shape)
+    walls, aside, free = _find_round_walls(shape)
     surface = Surface.of(triangles)
 
-    def apart(upper: RoundWall, lower: RoundWall) -> bool:
+    def is_material_between(upper: RoundWall, lower: RoundWall) -> bool:
         if upper.low < lower.high:
             return False
-        return _line_meets(shape, upper.x, upper.y, lower.high - SAME, upper.low + SAME)
+        return _vertical_line_meets(shape, upper.x, upper.y, lower.high - SAME, upper.low + SAME)
 
     holes, excluded = [], {"below": 0, "obstructed": 0, "free": free}
-    for column in hole_columns(join_walls(walls), apart):
-        hole = hole_of(column)
+    for column in hole_columns(join_wall_pieces(walls), is_material_between):
+        hole = column_to_hole(column)
         if hole is None:
             continue
         # The triangles are chords of the wall, so they come nearer to the axis, by at most the factor cos(ANGLE).
@@ -400,20 +407,20 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         clearance = hole.diameter / 2.0 / math.tan(math.radians(59.0)) + 1.0
         closed = hole.pointed or meets(bottom - clearance, bottom + SAME)
         steps = tuple(
-            replace(step, open=step.open and not _is_covered(surface, hole, step)) if step.open else step
+            replace(step, open=step.open and not _is_step_covered(surface, hole, step)) if step.open else step
             for step in hole.steps
         )
         holes.append(replace(hole, through=not closed, steps=steps))
     return sorted(holes, key=lambda h: (h.y, h.x, -h.top)), excluded, aside
 
 
-def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
+def _is_step_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
     cone = 0.5 * (step.diameter - step.narrow) / math.tan(0.5 * step.angle) if step.angle < math.pi else 0.0
     start = hole.top - step.depth + cone + SAME
     return enters_cylinder(surface, hole.x, hole.y, 0.5 * step.diameter * math.cos(ANGLE), start, math.inf)
 
 
-def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
+def _find_round_walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
     """Find the round walls of a solid.
 
     Returns
@@ -439,8 +446,8 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
 
     forms = (GeomAbs_BezierSurface, GeomAbs_BSplineSurface, GeomAbs_SurfaceOfExtrusion, GeomAbs_SurfaceOfRevolution)
     walls, aside, free = [], dict[tuple[float, ...], float](), 0
-    for subshape in parts_of(shape, TopAbs_FACE):
-        face = face_of(subshape)
+    for subshape in subshapes(shape, TopAbs_FACE):
+        face = as_face(subshape)
         surface = BRepAdaptor_Surface(face)
         kind = surface.GetType()
         free += kind in forms
@@ -496,7 +503,7 @@ def _axis_foot(axis: Any, location: Any) -> tuple[float, float, float]:
     return location.X() - along * axis.X(), location.Y() - along * axis.Y(), location.Z() - along * axis.Z()
 
 
-def _line_meets(shape: Any, x: float, y: float, low: float, high: float) -> bool:
+def _vertical_line_meets(shape: Any, x: float, y: float, low: float, high: float) -> bool:
     from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
     from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 

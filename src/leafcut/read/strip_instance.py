@@ -53,10 +53,10 @@ def read_strip_instance(
         raise ReadError(file, Message("a strip instance has a list 'items' of 1 to {:,} items", MAX_ITEMS))
     name = printable(str(data.get("name") or "strip"))
     given = (angles,) if turned else ()
-    return [_item(file, name, number, item, quantity, given, unit) for number, item in enumerate(items)]
+    return [_parse_item(file, name, number, item, quantity, given, unit) for number, item in enumerate(items)]
 
 
-def _item(
+def _parse_item(
     file: str,
     name: str,
     number: int,

@@ -27,22 +27,22 @@ from leafcut.read.format import (
     OUT_OF_RANGE,
     ReadBudget,
     Source,
-    copy_budget,
-    parsing_xml,
+    convert_xml_errors,
+    expansion_budget,
     point_budget,
-    too_many_segments,
+    too_many_segments_error,
 )
-from leafcut.read.svg_shapes import SHAPES, SvgSubpath, ViewSize, outlines_of, placed_outline
+from leafcut.read.svg_shapes import SHAPES, SvgSubpath, ViewSize, place_outline, shape_subpaths
 from leafcut.read.svg_transform import (
     PHYSICAL,
     PX_PER_UNIT,
     Affine,
-    class_rules,
-    declarations,
-    length,
+    parse_class_rules,
+    parse_length,
+    parse_style,
     parse_transform,
-    parts_of_length,
-    view_box,
+    parse_view_box,
+    split_length,
     viewport_transform,
 )
 from leafcut.units import MM_PER_UNIT
@@ -71,15 +71,15 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     ReadError
         The file is not well-formed, declares entities, or contains nothing to cut.
     """
-    root = _root(source)
+    root = _parse_root(source)
     issues: list[Issue] = []
-    page, has_size = _page(root, options, source.path)
+    page, has_size = _parse_page(root, options, source.path)
     walk = _Walk(
         source.path,
         page,
         layer_filter(options.layers),
         point_budget(source),
-        copy_budget(source, "uses"),
+        expansion_budget(source, "uses"),
         source.on_progress,
     )
     walk.index_elements(root)
@@ -105,11 +105,11 @@ def read_svg_pockets(
 ) -> Part:
     """Read the outlines of an SVG drawing as pockets with islands, in mm.
 
-    Raises the same errors as `read_svg_contours` and `pockets_of_drawing`.
+    Raises the same errors as `read_svg_contours` and `drawing_to_pockets`.
     """
-    from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
+    from leafcut.read.pocket_outlines import drawing_to_pockets  # start-up
 
-    return pockets_of_drawing(read_svg_contours(source, options), pocket_options, joining, source.path)
+    return drawing_to_pockets(read_svg_contours(source, options), pocket_options, joining, source.path)
 
 
 class _Page(NamedTuple):
@@ -119,28 +119,30 @@ class _Page(NamedTuple):
     frame: ViewSize
 
 
-def _root(source: Source) -> Any:
+def _parse_root(source: Source) -> Any:
     from defusedxml.ElementTree import fromstring
 
     if len(source.data) > MAX_BYTES:
         raise ReadError(source.path, Message("the drawing has more than {} MiB; split it", MAX_BYTES >> 20))
-    with parsing_xml(source.path, Message("which it does not need; save it as plain SVG")):
+    with convert_xml_errors(source.path, Message("which it does not need; save it as plain SVG")):
         root = fromstring(source.data, forbid_dtd=False, forbid_entities=True, forbid_external=True)
-    if _tag(root) != "svg":
-        raise ReadError(source.path, Message("this is not an SVG drawing: its root is <{}>", printable(_tag(root), 30)))
+    if _tag_name(root) != "svg":
+        raise ReadError(
+            source.path, Message("this is not an SVG drawing: its root is <{}>", printable(_tag_name(root), 30))
+        )
     return root
 
 
-def _tag(element: Any) -> str:
+def _tag_name(element: Any) -> str:
     tag = element.tag
     return tag.rpartition("}")[2].lower() if isinstance(tag, str) else ""
 
 
-def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
+def _parse_page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
     """Return the page of a drawing, and whether the file states a physical size."""
     try:
-        box = view_box(root.get("viewBox", ""))
-        sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
+        box = parse_view_box(root.get("viewBox", ""))
+        sizes = [split_length(root.get(name, "100%")) for name in ("width", "height")]
         if box and len(box) != 4:
             raise ValueError(Message("a view box needs four numbers"))
         view_size = [box[2] if box else 0.0, box[3] if box else 0.0]
@@ -213,8 +215,8 @@ class _Walk:
                 raise ReadError(self.path, Message("groups nested more than {} deep; ungroup them", MAX_DEPTH))
             if name := element.get("id"):
                 self._by_id.setdefault(name, element)
-            if _tag(element) == "style":
-                rules = class_rules("".join(element.itertext()))
+            if _tag_name(element) == "style":
+                rules = parse_class_rules("".join(element.itertext()))
                 self._rules.update({name: {n: rule[n] for n in _STYLED if n in rule} for name, rule in rules.items()})
             waiting.extend((child, depth + 1) for child in element)
 
@@ -225,7 +227,7 @@ class _Walk:
     def _visit(self, element: Any, outer: _Context, depth: int, trail: tuple[str, ...]) -> None:
         self.copies(1)
         self.on_progress()
-        tag = _tag(element)
+        tag = _tag_name(element)
         if not tag or tag in UNDRAWN or tag in SILENT:
             return
         try:
@@ -235,11 +237,13 @@ class _Walk:
                 self.hidden[Message("not shown")] += 1
                 return
             if tag in GROUPS:
-                self.children(element, self._viewport(element, context) if tag == "svg" else context, depth, trail)
+                self.children(
+                    element, self._viewport_context(element, context) if tag == "svg" else context, depth, trail
+                )
             elif tag == "use":
-                self._use(element, attributes.href, context, depth, trail)
+                self._visit_use(element, attributes.href, context, depth, trail)
             elif tag in SHAPES:
-                self._draw(tag, element, context, trail)
+                self._draw_shape(tag, element, context, trail)
             else:
                 self.others[tag] += 1
         except (ValueError, ArithmeticError, LeafcutError) as problem:
@@ -253,7 +257,7 @@ class _Walk:
         properties = {n: element.get(n) for n in _STYLED if element.get(n)}
         for name in element.get("class", "").split():
             properties.update(self._rules.get(name, {}))
-        return {**properties, **declarations(element.get("style", ""))}
+        return {**properties, **parse_style(element.get("style", ""))}
 
     def _cached(self, what: str, element: Any, make: Callable[[Any], Any], trail: tuple[str, ...]) -> Any:
         """Return `make(element)`, and cache the result if a `use` draws the element.
@@ -302,60 +306,62 @@ class _Walk:
             attributes.visibility or outer.visibility,
         )
 
-    def _viewport(self, element: Any, context: _Context) -> _Context:
+    def _viewport_context(self, element: Any, context: _Context) -> _Context:
         """Return the context inside a nested drawing or a symbol, which has its own origin and view box."""
         frame = self.page.frame
-        x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
-        w = length(element.get("width", "100%"), frame.width)
-        h = length(element.get("height", "100%"), frame.height)
-        box = view_box(element.get("viewBox", ""))
+        x, y = parse_length(element.get("x", "0"), frame.width), parse_length(element.get("y", "0"), frame.height)
+        w = parse_length(element.get("width", "100%"), frame.width)
+        h = parse_length(element.get("height", "100%"), frame.height)
+        box = parse_view_box(element.get("viewBox", ""))
         inner = viewport_transform(box, w, h, element.get("preserveAspectRatio", "")) if len(box) == 4 else Affine()
         return context._replace(matrix=context.matrix.of(Affine(e=x, f=y)).of(inner))
 
-    def _use(self, element: Any, name: str, context: _Context, depth: int, trail: tuple[str, ...]) -> None:
+    def _visit_use(self, element: Any, name: str, context: _Context, depth: int, trail: tuple[str, ...]) -> None:
         target = self._by_id.get(name[1:]) if name.startswith("#") else None
         if target is None or name in trail or depth > MAX_DEPTH:
             self.unfollowed[name or "without a name"] += 1
             return
         frame = self.page.frame
-        x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
+        x, y = parse_length(element.get("x", "0"), frame.width), parse_length(element.get("y", "0"), frame.height)
         context = context._replace(matrix=context.matrix.of(Affine(e=x, f=y)))
-        if _tag(target) == "symbol":
+        if _tag_name(target) == "symbol":
             if target.get("viewBox"):
                 size = {n: element.get(n) or target.get(n) or "100%" for n in ("width", "height")}
-                w, h = length(size["width"], frame.width), length(size["height"], frame.height)
-                inner = viewport_transform(view_box(target.get("viewBox")), w, h, target.get("preserveAspectRatio", ""))
+                w, h = parse_length(size["width"], frame.width), parse_length(size["height"], frame.height)
+                inner = viewport_transform(
+                    parse_view_box(target.get("viewBox")), w, h, target.get("preserveAspectRatio", "")
+                )
                 context = context._replace(matrix=context.matrix.of(inner))
             self.children(target, context, depth, (*trail, name))
         else:
             self._visit(target, context, depth + 1, (*trail, name))
 
-    def _draw(self, tag: str, element: Any, context: _Context, trail: tuple[str, ...]) -> None:
+    def _draw_shape(self, tag: str, element: Any, context: _Context, trail: tuple[str, ...]) -> None:
         layer = context.layer or context.css or context.stroke
         if not self.chosen(layer):
             self.hidden[Message("on layer {}", printable(layer))] += 1
             return
-        outlines = self._cached("outlines", element, lambda e: outlines_of(tag, e.attrib, self.page.frame), trail)
+        outlines = self._cached("outlines", element, lambda e: shape_subpaths(tag, e.attrib, self.page.frame), trail)
         self.n_clipped += context.clipped
         for outline in outlines:
             self._add_contour(outline, context, layer, element.get("id", ""))
 
     def _add_contour(self, outline: SvgSubpath, context: _Context, layer: str, name: str) -> None:
-        self._spend(len(outline.pieces))  # before placing: some pieces may have no length
+        self._count_segments(len(outline.pieces))  # before placing: some pieces may have no length
         with np.errstate(all="ignore"):
-            path = placed_outline(outline, context.matrix, CURVE_TOLERANCE, self.points)
+            path = place_outline(outline, context.matrix, CURVE_TOLERANCE, self.points)
             reach = 0.0 if path is None else np.abs(path.extents).max()
         if not reach <= MAX_COORDINATE:
             raise ValueError(OUT_OF_RANGE if np.isfinite(reach) else Message("coordinates out of range"))
         if path is None:
             return
-        self._spend(max(path.n_segments - len(outline.pieces), 0))
+        self._count_segments(max(path.n_segments - len(outline.pieces), 0))
         self.contours.append(Contour(path, layer=layer, handle=name[:100]))
 
-    def _spend(self, segments: int) -> None:
+    def _count_segments(self, segments: int) -> None:
         self._segments += segments
         if self._segments > MAX_SEGMENTS:
-            raise too_many_segments(self.path)
+            raise too_many_segments_error(self.path)
 
     def issues(self) -> list[Issue]:
         issues = []

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leafcut.geometry.arrays import Point
-from leafcut.geometry.curves import Spend, allow_any_number, bezier_points, ellipse_path, fit_arcs_to_curve
+from leafcut.geometry.curves import Spend, accept_any_point_count, bezier_points, ellipse_path, fit_arcs_to_curve
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
-from leafcut.read.svg_transform import Affine, length, numbers
+from leafcut.read.svg_transform import Affine, parse_length, parse_numbers
 
 #: Characters that path data may contain. svgelements silently skips unknown characters.
 _PATH_DATA = re.compile(r"[MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]*")
@@ -44,27 +44,27 @@ class ViewSize(NamedTuple):
     height: float
 
 
-def outlines_of(tag: str, attributes: Mapping[str, str], frame: ViewSize) -> list[SvgSubpath]:
+def shape_subpaths(tag: str, attributes: Mapping[str, str], frame: ViewSize) -> list[SvgSubpath]:
     """Return the subpaths of a shape. Raise ValueError if the shape is invalid."""
     return list(SHAPES[tag](attributes, frame))
 
 
-def _length(attributes: Mapping[str, str], name: str, reference: float, default: float = 0.0) -> float:
+def _length_attribute(attributes: Mapping[str, str], name: str, reference: float, default: float = 0.0) -> float:
     text = attributes.get(name, "").strip()
-    return default if text in ("", "auto") else length(text, reference)
+    return default if text in ("", "auto") else parse_length(text, reference)
 
 
-def _line(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
+def _line_subpath(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
     ends = [
-        (_length(a, "x1", frame.width), _length(a, "y1", frame.height)),
-        (_length(a, "x2", frame.width), _length(a, "y2", frame.height)),
+        (_length_attribute(a, "x1", frame.width), _length_attribute(a, "y1", frame.height)),
+        (_length_attribute(a, "x2", frame.width), _length_attribute(a, "y2", frame.height)),
     ]
     yield SvgSubpath([ends], closed=False)
 
 
-def _corners(closed: bool) -> Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]:
+def _polygon_reader(closed: bool) -> Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]:
     def read(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
-        values = numbers(a.get("points", ""))
+        values = parse_numbers(a.get("points", ""))
         if len(values) % 2:
             raise ValueError(Message("points with an odd number of coordinates"))
         points = list(zip(values[::2], values[1::2], strict=True))
@@ -79,10 +79,10 @@ def _polygon_sides(points: list[Point], closed: bool) -> list[list[Point] | Elli
     return [[p, q] for p, q in zip(points, after, strict=False)]
 
 
-def _rectangle(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
-    x, y = _length(a, "x", frame.width), _length(a, "y", frame.height)
-    w, h = _length(a, "width", frame.width), _length(a, "height", frame.height)
-    rx, ry = _length(a, "rx", frame.width, -1.0), _length(a, "ry", frame.height, -1.0)
+def _rectangle_subpath(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
+    x, y = _length_attribute(a, "x", frame.width), _length_attribute(a, "y", frame.height)
+    w, h = _length_attribute(a, "width", frame.width), _length_attribute(a, "height", frame.height)
+    rx, ry = _length_attribute(a, "rx", frame.width, -1.0), _length_attribute(a, "ry", frame.height, -1.0)
     rx, ry = (ry if rx < 0.0 else rx), (rx if ry < 0.0 else ry)
     rx, ry = min(max(rx, 0.0), 0.5 * w), min(max(ry, 0.0), 0.5 * h)
     if not (w > 0.0 and h > 0.0):
@@ -102,24 +102,24 @@ def _rectangle(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
     yield SvgSubpath([piece for pair in zip(sides, pieces, strict=True) for piece in pair], closed=True)
 
 
-def _ellipse(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
+def _ellipse_subpath(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
     diagonal = math.hypot(frame.width, frame.height) / math.sqrt(2.0)
-    rx = ry = _length(a, "r", diagonal)
+    rx = ry = _length_attribute(a, "r", diagonal)
     if "r" not in a:
-        rx, ry = _length(a, "rx", frame.width), _length(a, "ry", frame.height)
+        rx, ry = _length_attribute(a, "rx", frame.width), _length_attribute(a, "ry", frame.height)
     if rx > 0.0 and ry > 0.0:
-        center = (_length(a, "cx", frame.width), _length(a, "cy", frame.height))
+        center = (_length_attribute(a, "cx", frame.width), _length_attribute(a, "cy", frame.height))
         yield SvgSubpath([EllipseArc(center, (rx, 0.0), (0.0, ry), 0.0, _FULL)], closed=True)
 
 
-def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
+def _path_subpaths(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
     text = a.get("d", "")
     if not _PATH_DATA.fullmatch(text):
         raise ValueError(Message("path data with unknown commands"))
     if text.strip() and text.strip()[0] not in "Mm":
         raise ValueError(Message("path data that does not start with M"))
     try:
-        return iter(list(_subpaths(text)))
+        return iter(list(_split_path_data(text)))
     except (RecursionError, MemoryError):
         raise
     except Exception as problem:  # svgelements computes with the missing numbers
@@ -127,7 +127,7 @@ def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
         raise ValueError(words or Message("path data in which numbers are missing")) from None
 
 
-def _subpaths(text: str) -> Iterator[SvgSubpath]:
+def _split_path_data(text: str) -> Iterator[SvgSubpath]:
     from svgelements import Close, Move, Path
 
     pieces: list[list[Point] | EllipseArc] = []
@@ -138,33 +138,33 @@ def _subpaths(text: str) -> Iterator[SvgSubpath]:
             pieces = []
         elif isinstance(segment, Close):
             if pieces:
-                side = [_pair(segment.start), _pair(segment.end)]
+                side = [_finite_point(segment.start), _finite_point(segment.end)]
                 yield SvgSubpath([*pieces, *([side] if side[0] != side[1] else [])], closed=True)
             pieces = []
         else:
-            pieces.append(_piece(segment))
+            pieces.append(_convert_path_segment(segment))
     if pieces:
         yield SvgSubpath(pieces, closed=False)
 
 
-def _piece(segment: Any) -> list[Point] | EllipseArc:
+def _convert_path_segment(segment: Any) -> list[Point] | EllipseArc:
     from svgelements import Arc, CubicBezier, QuadraticBezier
 
     if isinstance(segment, Arc):
         center, u, v = segment.center, segment.prx, segment.pry
         if segment.sweep == 0 or center is None or u is None or v is None:
-            return [_pair(segment.start), _pair(segment.end)]
-        cx, cy = _pair(center)
+            return [_finite_point(segment.start), _finite_point(segment.end)]
+        cx, cy = _finite_point(center)
         axes = [(float(p.x) - cx, float(p.y) - cy) for p in (u, v)]
         return EllipseArc((cx, cy), axes[0], axes[1], float(segment.get_start_t()), float(segment.sweep))
     if isinstance(segment, CubicBezier):
-        return [_pair(p) for p in (segment.start, segment.control1, segment.control2, segment.end)]
+        return [_finite_point(p) for p in (segment.start, segment.control1, segment.control2, segment.end)]
     if isinstance(segment, QuadraticBezier):
-        return [_pair(p) for p in (segment.start, segment.control, segment.end)]
-    return [_pair(segment.start), _pair(segment.end)]
+        return [_finite_point(p) for p in (segment.start, segment.control, segment.end)]
+    return [_finite_point(segment.start), _finite_point(segment.end)]
 
 
-def _pair(point: Any) -> Point:
+def _finite_point(point: Any) -> Point:
     if point is None:
         raise ValueError(Message("path data without a start point"))
     x, y = float(point.x), float(point.y)
@@ -175,18 +175,18 @@ def _pair(point: Any) -> Point:
 
 #: Maps the tag of each shape element to the function that returns its subpaths.
 SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]] = {
-    "path": _path,
-    "rect": _rectangle,
-    "circle": _ellipse,
-    "ellipse": _ellipse,
-    "line": _line,
-    "polyline": _corners(closed=False),
-    "polygon": _corners(closed=True),
+    "path": _path_subpaths,
+    "rect": _rectangle_subpath,
+    "circle": _ellipse_subpath,
+    "ellipse": _ellipse_subpath,
+    "line": _line_subpath,
+    "polyline": _polygon_reader(closed=False),
+    "polygon": _polygon_reader(closed=True),
 }
 
 
-def placed_outline(
-    outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = allow_any_number
+def place_outline(
+    outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = accept_any_point_count
 ) -> Polyline | None:
     """Place an outline, and approximate curves by arcs to within `tolerance` mm.
 
@@ -194,7 +194,7 @@ def placed_outline(
     """
     first = outline.pieces[0]
     if len(outline.pieces) == 1 and isinstance(first, EllipseArc):
-        return _bend_path(first, matrix, tolerance, spend)
+        return _place_arc(first, matrix, tolerance, spend)
     rows, curve = [], [np.zeros((0, 2))]
 
     def flush_curve() -> None:
@@ -207,7 +207,7 @@ def placed_outline(
     for piece in outline.pieces:
         if isinstance(piece, EllipseArc):
             flush_curve()
-            bend = _bend_path(piece, matrix, tolerance, spend)
+            bend = _place_arc(piece, matrix, tolerance, spend)
             rows.append(bend.vertices[: None if bend.closed else -1])
             last = bend.end
             continue
@@ -228,6 +228,6 @@ def placed_outline(
     return Polyline(table, outline.closed) if len(table) > 1 else None
 
 
-def _bend_path(bend: EllipseArc, matrix: Affine, tolerance: float, spend: Spend) -> Polyline:
+def _place_arc(bend: EllipseArc, matrix: Affine, tolerance: float, spend: Spend) -> Polyline:
     center, u, v = matrix.place(*bend.center), matrix.turn(*bend.u), matrix.turn(*bend.v)
     return ellipse_path(center, u, v, bend.start, bend.sweep, tolerance, spend)

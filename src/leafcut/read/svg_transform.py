@@ -48,7 +48,7 @@ class Affine(NamedTuple):
         return (self.a * x + self.c * y + self.e, self.b * x + self.d * y + self.f)
 
 
-def numbers(text: str) -> list[float]:
+def parse_numbers(text: str) -> list[float]:
     """Parse a list of numbers that are separated by commas or spaces. Raise ValueError for anything else."""
     values, position, text = [], 0, text.strip()
     while position < len(text):
@@ -62,15 +62,15 @@ def numbers(text: str) -> list[float]:
     return values
 
 
-def length(text: str, reference: float) -> float:
+def parse_length(text: str, reference: float) -> float:
     """Parse a length, and return it in user units. Percentages refer to the length `reference`."""
-    value, unit = parts_of_length(text)
+    value, unit = split_length(text)
     if unit == "%":
         return 0.01 * value * reference
     return value * PX_PER_UNIT[unit]
 
 
-def parts_of_length(text: str) -> tuple[float, str]:
+def split_length(text: str) -> tuple[float, str]:
     """Split a length into its number and its unit.
 
     Raise ValueError for invalid text, and for units that depend on a font.
@@ -89,12 +89,12 @@ def parse_transform(text: str) -> Affine:
         match = _FUNCTION.match(text, position)
         if match is None:
             raise ValueError(Message("invalid transform '{}'", text[:40]))
-        name, values = match.group(1), numbers(match.group(2))
-        result, position = result.of(_function(name, values)), match.end()
+        name, values = match.group(1), parse_numbers(match.group(2))
+        result, position = result.of(_parse_transform_function(name, values)), match.end()
     return result
 
 
-def _function(name: str, v: list[float]) -> Affine:
+def _parse_transform_function(name: str, v: list[float]) -> Affine:
     count = len(v)
     if name == "matrix" and count == 6:
         return Affine(*v)
@@ -112,11 +112,11 @@ def _function(name: str, v: list[float]) -> Affine:
     raise ValueError(Message("invalid transform '{}' with {} numbers", name, count))
 
 
-def view_box(text: str) -> list[float]:
+def parse_view_box(text: str) -> list[float]:
     """Parse a view box. Raise ValueError if it is invalid."""
     if len(text) > _LONGEST:
         raise ValueError(Message("view box '{}'", f"{text[:20]} …"))
-    return numbers(text)
+    return parse_numbers(text)
 
 
 def viewport_transform(box: list[float], width: float, height: float, aspect: str) -> Affine:
@@ -137,13 +137,13 @@ def viewport_transform(box: list[float], width: float, height: float, aspect: st
     )
 
 
-def declarations(style: str) -> dict[str, str]:
+def parse_style(style: str) -> dict[str, str]:
     """Parse the properties in a style attribute or a style rule. Names are converted to lower case."""
     pairs = (item.partition(":") for item in style.split(";"))
     return {name.strip().lower(): value.replace("!important", "").strip() for name, _, value in pairs if name.strip()}
 
 
-def class_rules(sheet: str) -> dict[str, dict[str, str]]:
+def parse_class_rules(sheet: str) -> dict[str, dict[str, str]]:
     """Parse the rules of a style sheet that apply to a single class (``.cut { stroke: red }``), ignoring imports."""
     first, *others = sheet.split("/*")
     plain = first + "".join(text.partition("*/")[2] for text in others)
@@ -152,5 +152,5 @@ def class_rules(sheet: str) -> dict[str, dict[str, str]]:
         selectors, _, body = rule.partition("{")
         for selector in selectors.split(","):
             if name := _CLASS.fullmatch(selector.strip()):
-                rules.setdefault(name.group(1), {}).update(declarations(body))
+                rules.setdefault(name.group(1), {}).update(parse_style(body))
     return rules

@@ -9,7 +9,7 @@ from leafcut.errors import printable
 from leafcut.message import Message
 
 
-def separator_of(lines: list[str]) -> str | None:
+def detect_separator(lines: list[str]) -> str | None:
     """Detect the field separator of a table.
 
     The separator is the first of ``;``, tab and ``,`` that occurs in at least half of the lines. The function returns
@@ -33,7 +33,7 @@ def split_row(line: str, separator: str | None) -> list[str]:
         return [line]
 
 
-def cell_number(text: str, separator: str | None) -> float:
+def parse_cell_number(text: str, separator: str | None) -> float:
     """Parse the number in a field.
 
     If semicolons or tabs separate the fields, a comma in the number is a decimal comma.
@@ -56,6 +56,6 @@ def cell_number(text: str, separator: str | None) -> float:
 def is_number(text: str, separator: str | None) -> bool:
     """Return whether a field contains a finite number."""
     try:
-        return math.isfinite(cell_number(text, separator))
+        return math.isfinite(parse_cell_number(text, separator))
     except ValueError:
         return False

@@ -23,8 +23,16 @@ from leafcut.errors import DataError, printable
 from leafcut.message import Message
 from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
-from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, cone_in, kind_in, tap_in
-from leafcut.read.tool_table import rows_of_table
+from leafcut.read.tool_kinds import (
+    FUSION_KINDS,
+    Preset,
+    RawRow,
+    ToolRow,
+    cone_in_comment,
+    tap_pitch_in_comment,
+    tool_kind_in_comment,
+)
+from leafcut.read.tool_table import read_tool_table
 
 #: Maximum size of a library, bytes, before and after unpacking.
 MAX_BYTES = 16 * 1024 * 1024
@@ -85,13 +93,13 @@ def read_foreign_library(path: Path, units: str, material: str = "") -> tuple[li
         data = path.read_bytes()
         if len(data) > MAX_BYTES:
             raise DataError("{}: a tool library of {} MiB; the limit is {} MiB", path, len(data) >> 20, MAX_BYTES >> 20)
-        rows = [(name, _for_material(values, material)) for name, values in reader(path, data, units)]
+        rows = [(name, _choose_preset(values, material)) for name, values in reader(path, data, units)]
         return rows, not any("feed" in row for _, row in rows if isinstance(row, dict))
     except OSError as problem:
         raise DataError("{}: cannot be read ({})", path, problem.strerror) from None
 
 
-def _for_material(values: dict[str, Any] | str | list[Preset], material: str) -> dict[str, Any] | str:
+def _choose_preset(values: dict[str, Any] | str | list[Preset], material: str) -> dict[str, Any] | str:
     """Choose the preset of a tool for a material, and return the values of the tool.
 
     If no preset fits, the function returns the reason instead. A preset fits if its words contain all words of the
@@ -123,7 +131,7 @@ def _material_words(text: str) -> frozenset[str]:
     return frozenset(re.findall(r"\w+", text.lower().replace("_", " ").replace("aluminum", "aluminium")))
 
 
-def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
+def _read_linuxcnc_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
     if not units:
         raise DataError("{}: a LinuxCNC tool table does not state its unit; give it with --units", path)
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
@@ -135,11 +143,11 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
             raise DataError(
                 "{}: line {}: '{}' is not a line of a LinuxCNC tool table", path, number, printable(line, 40)
             )
-        yield f"T{values['T']}", _linuxcnc_row(values, comment.strip(), units)
+        yield f"T{values['T']}", _linuxcnc_tool(values, comment.strip(), units)
 
 
-def _linuxcnc_row(values: dict[str, str], comment: str, units: str) -> dict[str, Any] | str:
-    kind, cone, pitch = kind_in(comment), cone_in(comment), tap_in(comment)
+def _linuxcnc_tool(values: dict[str, str], comment: str, units: str) -> dict[str, Any] | str:
+    kind, cone, pitch = tool_kind_in_comment(comment), cone_in_comment(comment), tap_pitch_in_comment(comment)
     if kind is None and cone is not None:
         kind = cone[0]
     elif kind is None and pitch is not None:
@@ -155,7 +163,12 @@ def _linuxcnc_row(values: dict[str, str], comment: str, units: str) -> dict[str,
         return Message("{} does not state the pitch of the thread, such as M6x1 or 1/4-20", remark)
     if "D" not in values:
         return Message("the tool has no diameter (D)")
-    row = {"number": int(values["T"]), "kind": kind, "diameter": f"{values['D']} {units}", "name": _name(comment)}
+    row = {
+        "number": int(values["T"]),
+        "kind": kind,
+        "diameter": f"{values['D']} {units}",
+        "name": _printable_name(comment),
+    }
     if cone is not None:
         row["point_angle"] = cone[1]
     elif kind == "tap":
@@ -163,8 +176,8 @@ def _linuxcnc_row(values: dict[str, str], comment: str, units: str) -> dict[str,
     return row
 
 
-def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
-    library = _json(path, _unzip_json(path, data) if path.suffix.lower() == ".tools" else data)
+def _read_fusion_library(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
+    library = _parse_library_json(path, _unzip_json(path, data) if path.suffix.lower() == ".tools" else data)
     tools = library.get("data") if isinstance(library, dict) else None
     if not isinstance(tools, list):
         raise DataError("{}: is not a tool library of Fusion: it has no list 'data'", path)
@@ -186,7 +199,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
             yield name, Message("the unit '{}' is not millimeters or inches", printable(str(tool["unit"]), 20))
         else:
             presets = list(_fusion_presets(tool)) or [("", {})]
-            yield name, [(name, _fusion_row(tool, kind, unit, number, preset)) for name, preset in presets]
+            yield name, [(name, _fusion_tool(tool, kind, unit, number, preset)) for name, preset in presets]
 
 
 def _fusion_presets(tool: dict[str, Any]) -> Iterator[Preset]:
@@ -199,26 +212,26 @@ def _fusion_presets(tool: dict[str, Any]) -> Iterator[Preset]:
             yield str(preset.get("name") or material.get("query") or material.get("category") or ""), preset
 
 
-def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object, preset: dict[str, Any]) -> dict[str, Any]:
+def _fusion_tool(tool: dict[str, Any], kind: str, unit: str, number: object, preset: dict[str, Any]) -> dict[str, Any]:
     geometry = _subtable(tool, "geometry")
     mill = kind in _MILLS
-    angle = _with_unit(geometry.get("SIG"), "deg") if kind in ("drill", "centre-drill") else None
+    angle = _format_with_unit(geometry.get("SIG"), "deg") if kind in ("drill", "centre-drill") else None
     if kind in _CONES and isinstance(geometry.get("TA"), int | float):
         angle = f"{2 * geometry['TA']} deg"  # Fusion states the angle of one side
     plunge = preset.get("v_f_plunge") or preset.get("v_f")
     fields = {
         "number": number,
         "kind": kind,
-        "name": _name(str(tool.get("description", ""))),
-        "diameter": _with_unit(geometry.get("DC"), unit),
-        "flute_length": _with_unit(geometry.get("LCF"), unit),
+        "name": _printable_name(str(tool.get("description", ""))),
+        "diameter": _format_with_unit(geometry.get("DC"), unit),
+        "flute_length": _format_with_unit(geometry.get("LCF"), unit),
         "point_angle": angle,
-        "corner_radius": _with_unit(geometry.get("RE") or None, unit) if kind == "end-mill" else None,
-        "tip_diameter": _with_unit(geometry.get("tip-diameter") or None, unit) if kind in _CONES else None,
-        "pitch": _with_unit(geometry.get("TP"), unit) if kind == "tap" else None,
-        "spindle_speed": _with_unit(preset.get("n"), "rpm"),
-        "feed": None if kind == "tap" else _with_unit(preset.get("v_f") if mill else plunge, f"{unit}/min"),
-        "plunge_feed": _with_unit(preset.get("v_f_plunge"), f"{unit}/min") if mill else None,
+        "corner_radius": _format_with_unit(geometry.get("RE") or None, unit) if kind == "end-mill" else None,
+        "tip_diameter": _format_with_unit(geometry.get("tip-diameter") or None, unit) if kind in _CONES else None,
+        "pitch": _format_with_unit(geometry.get("TP"), unit) if kind == "tap" else None,
+        "spindle_speed": _format_with_unit(preset.get("n"), "rpm"),
+        "feed": None if kind == "tap" else _format_with_unit(preset.get("v_f") if mill else plunge, f"{unit}/min"),
+        "plunge_feed": _format_with_unit(preset.get("v_f_plunge"), f"{unit}/min") if mill else None,
         "teeth": geometry.get("NOF") if mill else None,
         **_fusion_body(tool, geometry, unit),
     }
@@ -233,22 +246,22 @@ def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> d
     flutes, shoulder, wide, stickout = (
         _positive_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB")
     )
-    pieces = _segments(_subtable(tool, "shaft"), unit)
+    pieces = _body_segment_texts(_subtable(tool, "shaft"), unit)
     wide = wide or _positive_length(geometry.get("DC"))
     if 0 < flutes < shoulder and wide:
         neck = dict(zip(_SEGMENT, (shoulder - flutes, wide, wide), strict=True))
-        pieces = [*_segments({"segments": [neck]}, unit), *pieces]
+        pieces = [*_body_segment_texts({"segments": [neck]}, unit), *pieces]
     holder = _subtable(tool, "holder")
     holder_unit = _FUSION_UNITS.get(str(holder.get("unit", "")), unit)
     return {
-        "shank_diameter": _with_unit(geometry.get("SFDM"), unit) if flutes else None,
-        "stickout": _with_unit(stickout, unit),
+        "shank_diameter": _format_with_unit(geometry.get("SFDM"), unit) if flutes else None,
+        "stickout": _format_with_unit(stickout, unit),
         "shaft": ", ".join(pieces) or None if flutes else None,
-        "holder": ", ".join(_segments(holder, holder_unit)) or None if stickout else None,
+        "holder": ", ".join(_body_segment_texts(holder, holder_unit)) or None if stickout else None,
     }
 
 
-def _segments(body: dict[str, Any], unit: str) -> list[str]:
+def _body_segment_texts(body: dict[str, Any], unit: str) -> list[str]:
     """Format the segments of a tool body as texts. Return no segments if any segment is invalid."""
     segments = body.get("segments")
     texts = []
@@ -268,10 +281,10 @@ def _positive_length(value: object) -> float:
     return float(value) if plain and isinstance(value, int | float) else 0.0
 
 
-def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
-    library = _json(path, data)
+def _read_freecad_library(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
+    library = _parse_library_json(path, data)
     if path.suffix.lower() == ".fctb":
-        yield "T1", _freecad_row(path, library, 1)
+        yield "T1", _freecad_tool(path, library, 1)
         return
     tools = library.get("tools") if isinstance(library, dict) else None
     if not isinstance(tools, list):
@@ -292,10 +305,10 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
                 ),
             )
             continue
-        yield f"T{number}", _freecad_row(bit, _json(bit, bit.read_bytes()[:MAX_BYTES]), number)
+        yield f"T{number}", _freecad_tool(bit, _parse_library_json(bit, bit.read_bytes()[:MAX_BYTES]), number)
 
 
-def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
+def _freecad_tool(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     if not isinstance(bit, dict):
         return Message("the file is not a FreeCAD tool")
     shape = Path(str(bit.get("shape", ""))).stem.lower()
@@ -312,25 +325,27 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     fields = {
         "number": number,
         "kind": kind,
-        "name": _name(str(bit.get("name", path.stem))),
+        "name": _printable_name(str(bit.get("name", path.stem))),
         "diameter": values.get("Diameter"),
         "flute_length": values.get("CuttingEdgeHeight"),
         "point_angle": None if angle is None else str(angle).replace("°", "deg"),
         "corner_radius": values.get("FlatRadius", values.get("CornerRadius")) if shape == "bullnose" else None,
-        "tip_diameter": values.get("TipDiameter") if kind in _CONES and _above_0(values.get("TipDiameter")) else None,
+        "tip_diameter": values.get("TipDiameter")
+        if kind in _CONES and _is_positive_length(values.get("TipDiameter"))
+        else None,
         "pitch": values.get("Pitch") if kind == "tap" else None,
         "teeth": int(flutes) if kind in _MILLS and re.fullmatch(r"[0-9]{1,9}", flutes) else None,
-        "shank_diameter": values.get("ShankDiameter") if _above_0(values.get("CuttingEdgeHeight")) else None,
+        "shank_diameter": values.get("ShankDiameter") if _is_positive_length(values.get("CuttingEdgeHeight")) else None,
     }
     return {key: value for key, value in fields.items() if value is not None}
 
 
-def _above_0(text: object) -> bool:
+def _is_positive_length(text: object) -> bool:
     """Return whether a length is above 0. FreeCAD stores the tip of a sharp V-bit as ``0.00 mm``."""
     return bool(re.search(r"[1-9]", str(text or "")))
 
 
-def _json(path: Path, data: bytes) -> Any:
+def _parse_library_json(path: Path, data: bytes) -> Any:
     try:
         return parse_json(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as problem:
@@ -356,21 +371,21 @@ def _subtable(table: dict[str, Any], key: str) -> dict[str, Any]:
     return subtable if isinstance(subtable, dict) else {}
 
 
-def _with_unit(value: Any, unit: str) -> str | None:
+def _format_with_unit(value: Any, unit: str) -> str | None:
     """Format a value with its unit. Return None for 0 and for values that are not numbers."""
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{value!r} {unit}" if plain and value else None
 
 
-def _name(text: str) -> str:
+def _printable_name(text: str) -> str:
     return printable(text.strip(), 40)
 
 
 READERS = {
-    ".csv": rows_of_table,
-    ".tbl": _linuxcnc,
-    ".json": _fusion,
-    ".tools": _fusion,
-    ".fctl": _freecad,
-    ".fctb": _freecad,
+    ".csv": read_tool_table,
+    ".tbl": _read_linuxcnc_table,
+    ".json": _read_fusion_library,
+    ".tools": _read_fusion_library,
+    ".fctl": _read_freecad_library,
+    ".fctb": _read_freecad_library,
 }

@@ -55,14 +55,14 @@ FUSION_KINDS = {
 }  # fmt: skip
 
 
-def kind_in(comment: str) -> str | None:
+def tool_kind_in_comment(comment: str) -> str | None:
     """Return the kind of tool that a comment mentions, or None."""
     if _OTHER_WORDS.search(comment):
         return None
     return next((kind for kind, pattern in _IN_WORDS if re.search(pattern, comment, re.IGNORECASE)), None)
 
 
-def tap_in(comment: str) -> str | None:
+def tap_pitch_in_comment(comment: str) -> str | None:
     """Return the pitch of the right-hand tap that a comment mentions, as text.
 
     Return "" if the comment does not state the pitch, and None if the tool is not a right-hand tap.
@@ -76,7 +76,7 @@ def tap_in(comment: str) -> str | None:
     return "" if pitch is None else f"{pitch} mm"
 
 
-def cone_in(comment: str) -> tuple[str, str] | None:
+def cone_in_comment(comment: str) -> tuple[str, str] | None:
     """Return the kind of conical tool that a comment mentions, and its full angle as text.
 
     The angle is "" if the comment does not state it. A small angle of a chamfer mill is usually the half angle, so the

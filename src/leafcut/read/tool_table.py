@@ -19,7 +19,7 @@ from leafcut.errors import DataError, printable
 from leafcut.files.whole_files import decode_text
 from leafcut.message import Message
 from leafcut.model.tool import CONES, MILLS, ToolKind
-from leafcut.read.tool_kinds import FUSION_KINDS, RawRow, kind_in
+from leafcut.read.tool_kinds import FUSION_KINDS, RawRow, tool_kind_in_comment
 
 #: Maximum number of rows of a table.
 _MOST_ROWS = 10_000
@@ -53,7 +53,7 @@ _HEAD = re.compile(r"^(.*?)\s*[\(\[]\s*([^\)\]]*?)\s*[\)\]]\s*$")
 _PLAIN = re.compile(r"[-+]?[0-9.,]+(e[-+]?[0-9]+)?", re.IGNORECASE)
 
 
-def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
+def read_tool_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
     """Yield the name of each tool in a table, with its values, its presets, or the reason why the tool is left out.
 
     Raises
@@ -73,7 +73,7 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
         raise DataError("{}: is not a table ({})", path, printable(str(problem), 60)) from None
     if len(rows) > _MOST_ROWS:
         raise DataError("{}: has more than {} rows", path, _MOST_ROWS)
-    columns = [_column(cell) for cell in rows[0]] if rows else []
+    columns = [_parse_column_header(cell) for cell in rows[0]] if rows else []
     keys = [key for key, _ in columns]
     if "number" not in keys or "diameter" not in keys:
         missing = " or ".join(key for key in ("number", "diameter") if key not in keys)
@@ -89,7 +89,7 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
         number = cells.get("number", ("", ""))[0].upper().removeprefix("T").strip()
         name = f"T{number}" if number.isdigit() else Message("line {}", count)
         try:
-            tools_read.append((name, cells.get("preset", ("", ""))[0], _tool(cells, number, units)))
+            tools_read.append((name, cells.get("preset", ("", ""))[0], _parse_tool(cells, number, units)))
         except DataError as problem:
             raise DataError("{}: line {}: {}", path, count, problem) from None
     for (name, with_preset), group in groupby(tools_read, lambda row: (row[0], bool(row[1]))):
@@ -101,7 +101,7 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
             yield from ((name, values) for _, values in tools)
 
 
-def _column(cell: str) -> tuple[str, str]:
+def _parse_column_header(cell: str) -> tuple[str, str]:
     """Return the key of a column, or "" if it is unknown, and the unit in the header of the column."""
     head, unit = cell.strip(), ""
     match = _HEAD.match(head)
@@ -114,7 +114,7 @@ def _column(cell: str) -> tuple[str, str]:
     return _COLUMNS.get(re.sub(r"[^a-z0-9ø]", "", head.lower()), ""), unit
 
 
-def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[str, Any] | str:
+def _parse_tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[str, Any] | str:
     if not re.fullmatch(r"[0-9]{1,9}", number):
         return Message("the tool number '{}' is not a whole number", printable(number, 20))
     unit = units
@@ -125,18 +125,18 @@ def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict
         unit = _UNIT_WORDS[word]
     name = cells.get("name", ("", ""))[0]
     word = cells.get("kind", ("", ""))[0]
-    kind = _kind(word, name)
+    kind = _tool_kind(word, name)
     if kind is None:
         return Message("'{}' is not a kind of tool", printable(word or name, 30))
     row: dict[str, Any] = {"number": int(number), "kind": kind}
     if name:
         row["name"] = printable(name, 40)
     for key in _LENGTHS:
-        _set_quantity(row, cells, key, unit)
+        _store_quantity(row, cells, key, unit)
     for key in _FEEDS:
-        _set_quantity(row, cells, key, f"{unit}/min")
+        _store_quantity(row, cells, key, f"{unit}/min")
     for key, default_unit in (("spindle_speed", "rpm"), ("point_angle", "deg"), ("dwell", "s")):
-        _set_quantity(row, cells, key, default_unit)
+        _store_quantity(row, cells, key, default_unit)
     if "cycle" in cells:
         row["cycle"] = cells["cycle"][0].upper()
     teeth = cells.get("teeth", ("", ""))[0].partition(".")[0]
@@ -148,7 +148,7 @@ def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict
     return _without_foreign_keys(row, ToolKind(kind))
 
 
-def _set_quantity(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
+def _store_quantity(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
     """Store a quantity of a tool.
 
     A number without a unit uses the unit in the header, or else `unit`. The value 0 means that the quantity is missing.
@@ -164,12 +164,12 @@ def _set_quantity(row: dict[str, Any], cells: Mapping[str, tuple[str, str]], key
         row[key] = cell
 
 
-def _kind(word: str, name: str) -> str | None:
+def _tool_kind(word: str, name: str) -> str | None:
     plain = word.strip().lower()
     kind_name = re.sub(r"[\s_]+", "-", plain)
     if kind_name in tuple(ToolKind):
         return kind_name
-    return FUSION_KINDS.get(plain) or kind_in(word) or (kind_in(name) if not plain else None)
+    return FUSION_KINDS.get(plain) or tool_kind_in_comment(word) or (tool_kind_in_comment(name) if not plain else None)
 
 
 def _without_foreign_keys(row: dict[str, Any], kind: ToolKind) -> dict[str, Any]:

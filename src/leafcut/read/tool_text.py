@@ -12,10 +12,10 @@ from leafcut.model.tool import ToolLibrary
 from leafcut.read.machine_keys import toml_value
 from leafcut.read.tool_formats import READERS
 from leafcut.read.tool_keys import TOOL_KEYS
-from leafcut.read.tools import foreign_rows
+from leafcut.read.tools import load_foreign_library
 
 
-def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str, ToolLibrary]:
+def convert_library_to_toml(file: str, units: str = "", material: str = "") -> tuple[str, ToolLibrary]:
     """Convert the tool library of another program to TOML, and return the TOML text and the tools.
 
     `units` (``mm`` or ``in``) applies to lengths without a unit. `material` selects a preset of each tool.
@@ -31,7 +31,7 @@ def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str,
         problem = "is a library of leafcut's own" if path.suffix.lower() == ".toml" else "not a tool library"
         raise OptionError(f"{file}: {problem}; leafcut imports {known}")
     check_file_exists("FILE", path)
-    rows, library = foreign_rows(path, units, material)
+    rows, library = load_foreign_library(path, units, material)
     lines = [
         f"# Tool library from {printable(path.name, 60)}: {count_of(len(library.tools), 'tool')}.",
         *(f"# left out: {printable(line, 110)}" for line in library.left_out),
@@ -40,9 +40,9 @@ def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str,
         lines.append("# The file has no feeds and speeds: add 'feed' and 'spindle_speed', else leafcut assumes them.")
     lines.append(TOOLS.line)
     for row in rows:
-        lines += ["", "[[tool]]", *_lines(row)]
+        lines += ["", "[[tool]]", *_toml_lines(row)]
     return "\n".join(lines) + "\n", library
 
 
-def _lines(row: dict[str, Any]) -> list[str]:
+def _toml_lines(row: dict[str, Any]) -> list[str]:
     return [f"{key.name} = {toml_value(row[key.name])}" for key in TOOL_KEYS if key.name in row]

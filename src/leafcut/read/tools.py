@@ -59,28 +59,28 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
     place = str(path)
     foreign = read_foreign_library(Path(path), units, material)
     if foreign is not None:
-        return _foreign_library(*foreign, place)[1]
+        return _build_foreign_library(*foreign, place)[1]
     top = TomlTable(read_toml(Path(path), TOOLS), place, ("tool", "hole"))
     tools: dict[int, Tool] = {}
-    for count, values in enumerate(_tables(top, "tool"), start=1):
+    for count, values in enumerate(_array_of_tables(top, "tool"), start=1):
         table = TomlTable(values, f"{place}: [[tool]] {count}", _TOOL_KEYS, ("tool", count))
-        tool = _tool(table)
+        tool = _parse_tool(table)
         if tool.number in tools:
             raise table.problem("number", "{} is used twice; every tool needs its own", tool.number)
         tools[tool.number] = tool
     if not tools:
         raise DataError("{}: this library has no [[tool]]", place)
     recipes: dict[tuple[float, str], Recipe] = {}
-    for count, values in enumerate(_tables(top, "hole"), start=1):
+    for count, values in enumerate(_array_of_tables(top, "hole"), start=1):
         table = TomlTable(values, f"{place}: [[hole]] {count}", _HOLE_KEYS, ("hole", count))
-        recipe = _recipe(table, tools)
+        recipe = _parse_recipe(table, tools)
         if (recipe.diameter, recipe.layer) in recipes:
             raise table.problem("diameter", "{:g} mm on layer '{}' already has a recipe", recipe.diameter, recipe.layer)
         recipes[recipe.diameter, recipe.layer] = recipe
     return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
 
 
-def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
+def load_foreign_library(path: Path, units: str, material: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
     """Read the usable tools in the library of another program, both as values of ``[[tool]]`` and as a library.
 
     Raises
@@ -91,10 +91,12 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
     foreign = read_foreign_library(path, units, material)
     if foreign is None:
         raise DataError("{}: not a tool library of another program", path)
-    return _foreign_library(*foreign, str(path))
+    return _build_foreign_library(*foreign, str(path))
 
 
-def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
+def _build_foreign_library(
+    rows: list[ToolRow], without_feeds: bool, place: str
+) -> tuple[list[dict[str, Any]], ToolLibrary]:
     """Return the rows of the usable tools, and the library. The library lists unusable tools with the reasons."""
     tools: dict[int, Tool] = {}
     kept: list[dict[str, Any]] = []
@@ -103,7 +105,7 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tu
         try:
             if isinstance(values, str):
                 raise DataError(values)
-            tool = _tool(TomlTable(values, "", _TOOL_KEYS))
+            tool = _parse_tool(TomlTable(values, "", _TOOL_KEYS))
             if tool.number in tools:
                 raise DataError("another tool has the same number")
         except DataError as problem:
@@ -117,42 +119,42 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tu
     return kept, ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
 
 
-def _tables(top: TomlTable, key: str) -> list[Any]:
+def _array_of_tables(top: TomlTable, key: str) -> list[Any]:
     tables = top.values.get(key, [])
     if not isinstance(tables, list):
         raise DataError("{}: '{}' must be written as [[{}]], once for each entry", top.place, key, key).at(key=key)
     return tables
 
 
-def _tool(table: TomlTable) -> Tool:
+def _parse_tool(table: TomlTable) -> Tool:
     kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind if k not in NO_TOOLS]))
     angle = table.quantity("point_angle", "rad", _POINT_ANGLE.get(kind, math.pi))
     if not 0 < angle <= math.pi + 1e-9:
         raise table.problem("point_angle", "must be above 0° and at most 180°")
     tool = Tool(
         number=table.whole("number", 1, _HIGHEST_NUMBER),
-        diameter=_positive(table, "diameter", "mm"),
+        diameter=_positive_quantity(table, "diameter", "mm"),
         kind=kind,
         name=table.text("name", ""),
         point_angle=min(angle, math.pi),
-        feed=_positive(table, "feed", "mm/s") if "feed" in table else 0.0,
-        spindle_rpm=_positive(table, "spindle_speed", "rpm") if "spindle_speed" in table else 0.0,
+        feed=_positive_quantity(table, "feed", "mm/s") if "feed" in table else 0.0,
+        spindle_rpm=_positive_quantity(table, "spindle_speed", "rpm") if "spindle_speed" in table else 0.0,
         cycle=table.optional("cycle", lambda key: table.text(key, choices=CYCLES)),
-        peck=table.optional("peck", lambda key: _positive(table, key, "mm")),
-        dwell=table.optional("dwell", lambda key: _seconds(table, key)),
-        pitch=table.optional("pitch", lambda key: _positive(table, key, "mm")),
-        flute_length=table.optional("flute_length", lambda key: _positive(table, key, "mm")),
-        depth=table.optional("depth", lambda key: _positive(table, key, "mm")),
-        plunge_feed=_positive(table, "plunge_feed", "mm/s") if "plunge_feed" in table else 0.0,
+        peck=table.optional("peck", lambda key: _positive_quantity(table, key, "mm")),
+        dwell=table.optional("dwell", lambda key: _parse_seconds(table, key)),
+        pitch=table.optional("pitch", lambda key: _positive_quantity(table, key, "mm")),
+        flute_length=table.optional("flute_length", lambda key: _positive_quantity(table, key, "mm")),
+        depth=table.optional("depth", lambda key: _positive_quantity(table, key, "mm")),
+        plunge_feed=_positive_quantity(table, "plunge_feed", "mm/s") if "plunge_feed" in table else 0.0,
         teeth=table.optional("teeth", lambda key: table.whole(key, 1, _MOST_TEETH)),
-        corner_radius=_positive(table, "corner_radius", "mm") if "corner_radius" in table else 0.0,
-        tip_diameter=_positive(table, "tip_diameter", "mm") if "tip_diameter" in table else 0.0,
+        corner_radius=_positive_quantity(table, "corner_radius", "mm") if "corner_radius" in table else 0.0,
+        tip_diameter=_positive_quantity(table, "tip_diameter", "mm") if "tip_diameter" in table else 0.0,
         material=table.optional("material", lambda key: ToolMaterial(table.text(key, choices=tuple(ToolMaterial)))),
-        life_cost=table.optional("life_cost", lambda key: _cost(table, key)),
-        shank_diameter=table.optional("shank_diameter", lambda key: _positive(table, key, "mm")),
-        stickout=table.optional("stickout", lambda key: _positive(table, key, "mm")),
-        shaft=_segments(table, "shaft"),
-        holder=_segments(table, "holder"),
+        life_cost=table.optional("life_cost", lambda key: _parse_cost(table, key)),
+        shank_diameter=table.optional("shank_diameter", lambda key: _positive_quantity(table, key, "mm")),
+        stickout=table.optional("stickout", lambda key: _positive_quantity(table, key, "mm")),
+        shaft=_parse_body_segments(table, "shaft"),
+        holder=_parse_body_segments(table, "holder"),
     )
     _check_mill(tool, table)
     for key, needs in (("shank_diameter", "flute_length"), ("shaft", "flute_length"), ("holder", "stickout")):
@@ -162,7 +164,7 @@ def _tool(table: TomlTable) -> Tool:
     return _with_tapping_cycle(tool, table) if kind is ToolKind.TAP else tool
 
 
-def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
+def _parse_body_segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
     """Parse the segments of a tool body, such as ``20-28 x 5, 28 x 40``."""
     pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
     if len(pieces) > _MOST_SEGMENTS:
@@ -185,7 +187,7 @@ def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
     return tuple(segments)
 
 
-def _positive(table: TomlTable, key: str, unit: str) -> float:
+def _positive_quantity(table: TomlTable, key: str, unit: str) -> float:
     value = table.quantity(key, unit)
     if not value > 0 or (unit == "mm" and value > _LARGEST):
         limit = Message(" and at most {:g} mm", _LARGEST) if unit == "mm" else ""
@@ -193,14 +195,14 @@ def _positive(table: TomlTable, key: str, unit: str) -> float:
     return value
 
 
-def _seconds(table: TomlTable, key: str) -> float:
+def _parse_seconds(table: TomlTable, key: str) -> float:
     value = table.quantity(key, "s")
     if not 0 <= value <= 100:
         raise table.problem(key, "is {}, but must be from 0 to 100 s", table.typed(key))
     return value
 
 
-def _cost(table: TomlTable, key: str) -> float:
+def _parse_cost(table: TomlTable, key: str) -> float:
     value = table.number(key, 0.0)
     if not 0 <= value <= 1e6:
         raise table.problem(key, "is {:g}, but must be from 0 to 1000000", value)
@@ -262,7 +264,7 @@ def _with_tapping_cycle(tool: Tool, table: TomlTable) -> Tool:
     return replace(tool, cycle="G84", feed=feed or tool.feed)
 
 
-def _recipe(table: TomlTable, tools: dict[int, Tool]) -> Recipe:
+def _parse_recipe(table: TomlTable, tools: dict[int, Tool]) -> Recipe:
     steps = table.wholes("steps", 1, _HIGHEST_NUMBER)
     for number in steps:
         if number not in tools:
@@ -271,4 +273,4 @@ def _recipe(table: TomlTable, tools: dict[int, Tool]) -> Recipe:
             raise table.problem("steps", "names tool {}, a mill; a step needs a drilling tool", number)
     if len(set(steps)) < len(steps):
         raise table.problem("steps", "names a tool twice")
-    return Recipe(_positive(table, "diameter", "mm"), steps, table.text("layer", "*"))
+    return Recipe(_positive_quantity(table, "diameter", "mm"), steps, table.text("layer", "*"))

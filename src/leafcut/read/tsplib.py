@@ -22,7 +22,7 @@ from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.format import MAX_HOLES, Source, load, too_many_holes
+from leafcut.read.format import MAX_HOLES, Source, load_source, too_many_holes_error
 
 WEIGHT_TYPES = ("EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D", "EXPLICIT")
 #: Maps each matrix format to the number of entries for n nodes.
@@ -46,7 +46,7 @@ OPTIMA_FILE = "optima.csv"
 _KEY = re.compile(r"\s*([A-Za-z][A-Za-z_0-9]*)\s*(?::\s*(.*))?\Z")
 
 
-def read_tsp(source: Source, options: ReadOptions) -> Part:
+def read_tsplib(source: Source, options: ReadOptions) -> Part:
     """Read the nodes of a TSPLIB problem as holes of diameter 0, with the distance function of the problem.
 
     If the file only gives distances (EXPLICIT), the nodes are placed on a circle for display.
@@ -56,9 +56,9 @@ def read_tsp(source: Source, options: ReadOptions) -> Part:
     ReadError
         A key, section or number is missing, wrong, or of an unsupported kind.
     """
-    keys, sections = split_file(source)
+    keys, sections = split_keys_and_sections(source)
     weight = keys.get("EDGE_WEIGHT_TYPE", ("EUC_2D", 0))[0].upper()
-    check_kind(source.path, keys, weight, ("TSP",))
+    check_problem_kind(source.path, keys, weight, ("TSP",))
     n = node_count(source.path, keys)
     issues: list[Issue] = []
     costs = distance_matrix(source.path, keys, sections, n) if weight == "EXPLICIT" else None
@@ -72,7 +72,7 @@ def read_tsp(source: Source, options: ReadOptions) -> Part:
         format="tsplib",
         edge_weight_type=weight,
         matrix=costs,
-        optimum=_optimum(source, name, n),
+        optimum=_listed_optimum(source, name, n),
     )
 
 
@@ -82,7 +82,7 @@ Sections = dict[str, DataSection]
 SpecificationKeys = dict[str, tuple[str, int]]
 
 
-def split_file(source: Source) -> tuple[SpecificationKeys, Sections]:
+def split_keys_and_sections(source: Source) -> tuple[SpecificationKeys, Sections]:
     """Split a file into keys and sections."""
     keys: SpecificationKeys = {}
     sections: Sections = {}
@@ -108,7 +108,7 @@ def split_file(source: Source) -> tuple[SpecificationKeys, Sections]:
     return keys, sections
 
 
-def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[str]) -> None:
+def check_problem_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[str]) -> None:
     """Raise an error if the kind of problem or the distance function is not supported."""
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
@@ -131,11 +131,11 @@ def node_count(path: str, keys: SpecificationKeys) -> int:
     if not text.isdecimal() or not 0 < len(text) < 10 or int(text) < 1:
         raise ReadError(path, Message("DIMENSION '{}' is not a number of nodes", printable(text)), line)
     if int(text) > MAX_HOLES:
-        raise too_many_holes(path)
+        raise too_many_holes_error(path)
     return int(text)
 
 
-def section_numbers(path: str, section: DataSection) -> NDArray[np.float64]:
+def parse_section_numbers(path: str, section: DataSection) -> NDArray[np.float64]:
     """Parse all numbers of a section, float64. Raise an error for the first line that contains other text."""
     first, lines = section
     try:
@@ -161,17 +161,17 @@ def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues
     If the distances are `explicit` and the file contains no positions, place the nodes on a circle.
     """
     if "NODE_COORD_SECTION" in sections:
-        return _coordinates(path, sections["NODE_COORD_SECTION"], n, issues)
+        return _sorted_coordinates(path, sections["NODE_COORD_SECTION"], n, issues)
     if not explicit:
         raise ReadError(path, "NODE_COORD_SECTION is missing")
     if "DISPLAY_DATA_SECTION" in sections:
-        return _coordinates(path, sections["DISPLAY_DATA_SECTION"], n, issues)
+        return _sorted_coordinates(path, sections["DISPLAY_DATA_SECTION"], n, issues)
     return _nodes_on_circle(n)
 
 
-def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
+def _sorted_coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
     """Return the coordinates of the nodes, float64[n, 2], sorted by node number."""
-    values = section_numbers(path, section)
+    values = parse_section_numbers(path, section)
     last = section[0] + len(section[1]) - 1
     if len(values) != 3 * n:
         raise ReadError(
@@ -206,7 +206,7 @@ def distance_matrix(
     if "EDGE_WEIGHT_SECTION" not in sections:
         raise ReadError(path, "EDGE_WEIGHT_SECTION is missing")
     section = sections["EDGE_WEIGHT_SECTION"]
-    values = section_numbers(path, section)
+    values = parse_section_numbers(path, section)
     if len(values) != MATRIX_FORMATS[form](n):
         last = section[0] + len(section[1]) - 1
         needed = MATRIX_FORMATS[form](n)
@@ -232,14 +232,14 @@ def _nodes_on_circle(n: int) -> NDArray[np.float64]:
     return np.column_stack([np.cos(angle), np.sin(angle)]) * (10.0 * n / math.tau)
 
 
-def _optimum(source: Source, name: str, n: int) -> float | None:
+def _listed_optimum(source: Source, name: str, n: int) -> float | None:
     """Look up the length of the optimal tour in the `OPTIMA_FILE` next to the instance.
 
     Return None if it is not listed.
     """
     names = {name.casefold().removesuffix(".tsp"), source.name.casefold()}
     with contextlib.suppress(LeafcutError, csv.Error, ValueError, TypeError):
-        text = load(Path(source.path).with_name(OPTIMA_FILE)).text()
+        text = load_source(Path(source.path).with_name(OPTIMA_FILE)).text()
         for row in csv.DictReader(text.splitlines()):
             if (row.get("name") or "").casefold() in names and int(row.get("n") or n) == n:
                 length = float(row["optimal_length"])

@@ -27,10 +27,10 @@ from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_SEGMENTS,
     Source,
-    factor_of,
-    places_text,
-    too_many_segments,
-    units_unknown,
+    drawing_unit_mm,
+    first_positions_text,
+    too_many_segments_error,
+    unknown_units_issue,
 )
 
 #: Maximum size of a text, bytes. A million corners need less.
@@ -58,13 +58,13 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
         error is also raised if a polygon crosses itself, touches or overlaps another polygon, or has corners that are
         not finite.
     """
-    from leafcut.read.pocket_outlines import as_pockets  # start-up
+    from leafcut.read.pocket_outlines import contours_to_pockets  # start-up
 
     if len(source.data) > MAX_BYTES:
         raise ReadError(source.path, Message("the text has more than {} MiB; split it", MAX_BYTES >> 20))
-    factor = factor_of(options, None)
+    factor = drawing_unit_mm(options, None)
     rings, issues = _RingCollector(source.path, factor), []
-    for line, text in _geometries(source):
+    for line, text in _split_geometries(source):
         source.on_progress()
         rings.add(_parse_geometry(source.path, line, text), line)
     if not rings.rings:
@@ -77,15 +77,17 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
         issues.append(Issue("L210", Message("no region: {}", words), severity=Severity.NOTE))
     if rings.heights:
         message = Message("corners have different heights and were projected onto the plane")
-        issues.append(Issue("L202", message, places_text(rings.heights, len(rings.heights))))
+        issues.append(Issue("L202", message, first_positions_text(rings.heights, len(rings.heights))))
     contours = tuple(Contour(Polyline.of_points(ring.points, closed=True)) for ring in rings.rings)
     part = Part(source.name, source=source.file_name, format="wkt", units=options.units or "mm", contours=contours)
     if options.units is None:
-        issues.insert(0, units_unknown(Message("the text"), part, Severity.NOTE))
-    return as_pockets(replace(part, issues=tuple(issues)), [ring.kind for ring in rings.rings], joining, source.path)
+        issues.insert(0, unknown_units_issue(Message("the text"), part, Severity.NOTE))
+    return contours_to_pockets(
+        replace(part, issues=tuple(issues)), [ring.kind for ring in rings.rings], joining, source.path
+    )
 
 
-def _geometries(source: Source) -> Iterator[tuple[int, str]]:
+def _split_geometries(source: Source) -> Iterator[tuple[int, str]]:
     """Yield each geometry with its first line. A geometry ends at its closing bracket."""
     text = source.text()
     piece_start = depth = counted = 0
@@ -170,7 +172,7 @@ class _RingCollector:
             )
         self._corners += len(points)
         if self._corners > MAX_SEGMENTS:
-            raise too_many_segments(self.path)
+            raise too_many_segments_error(self.path)
         if points.shape[1] > 2 and np.ptp(points[:, 2]) > 0.0:
             self.heights.append((float(points[0, 0]), float(points[0, 1])))
         xy = points[:, :2]

@@ -53,26 +53,26 @@ def load_material(name_or_path: str) -> WorkMaterial:
         The file cannot be read, or a key is unknown, missing, of the wrong kind or out of range.
     """
     if name_or_path.lower().endswith(".toml"):
-        return _material(read_toml(Path(name_or_path), MATERIAL), name_or_path)
+        return _material_from_values(read_toml(Path(name_or_path), MATERIAL), name_or_path)
     key = name_or_path.strip().lower().replace("_", "-").replace(" ", "-")
     if key in material_names():
-        return _shipped(key)
-    by_synonym = {synonym: name for name in material_names() for synonym in _shipped(name).also}
+        return _shipped_material(key)
+    by_synonym = {synonym: name for name in material_names() for synonym in _shipped_material(name).also}
     if key in by_synonym:
-        return _shipped(by_synonym[key])
+        return _shipped_material(by_synonym[key])
     known = (
         [*material_names(), *by_synonym] if name_suggestion(key, by_synonym).startswith("; did") else material_names()
     )
     raise OptionError("unknown material '{}'{}", name_or_path, name_suggestion(key, known))
 
 
-def material_list() -> list[tuple[str, str]]:
+def material_descriptions() -> list[tuple[str, str]]:
     """Return the name of each shipped material, and a description that includes its synonyms."""
-    materials = [_shipped(name) for name in material_names()]
+    materials = [_shipped_material(name) for name in material_names()]
     return [(material.name, f"{material.description} ({', '.join(material.also)})") for material in materials]
 
 
-def material_text(name_or_path: str) -> str:
+def material_file_text(name_or_path: str) -> str:
     """Return the text of a material file for editing. The text states the source of every value.
 
     Raises the same errors as `load_material`.
@@ -83,17 +83,17 @@ def material_text(name_or_path: str) -> str:
     return (resources.files("leafcut.materials") / f"{material.name}.toml").read_text(encoding="utf-8")
 
 
-def _shipped(name: str) -> WorkMaterial:
+def _shipped_material(name: str) -> WorkMaterial:
     file = resources.files("leafcut.materials") / f"{name}.toml"
-    return _material(parse_toml(file.read_text(encoding="utf-8"), file.name, MATERIAL), file.name)
+    return _material_from_values(parse_toml(file.read_text(encoding="utf-8"), file.name, MATERIAL), file.name)
 
 
-def _material(data: dict[str, Any], place: str) -> WorkMaterial:
+def _material_from_values(data: dict[str, Any], place: str) -> WorkMaterial:
     top = TomlTable(data, place, _TOP_KEYS)
     force, feed = (top.table(name, MATERIAL_KEYS[name]) for name in ("cutting_force", "feed"))
     sources = top.table("sources", _SOURCE_KEYS)
     kc11 = force.quantity("kc11", "N/mm²")
-    mc = _exponent(force, "mc")
+    mc = _parse_exponent(force, "mc")
     if not 0 < kc11 < 100_000:
         raise force.problem("kc11", "is {}, but must be above 0 and below 100000 N/mm²", force.typed("kc11"))
     if not mc < 1:
@@ -103,11 +103,11 @@ def _material(data: dict[str, Any], place: str) -> WorkMaterial:
         kc11=kc11,
         mc=mc,
         description=top.text("description", ""),
-        also=_names(top),
+        also=_synonyms(top),
         tensile_strength=_not_negative(top, "tensile_strength", "N/mm²"),
         hardness=_number_up_to(top, "hardness", 1000.0),
         density=_not_negative(top, "density", "kg/m³"),
-        lives=_lives(top),
+        lives=_parse_tool_lives(top),
         drill_constant=_number_up_to(top, "drill_constant", 100.0),
         drill_feed=_number_up_to(feed, "drill", 1.0),
         mill_feed=_number_up_to(feed, "mill", 1.0),
@@ -115,7 +115,7 @@ def _material(data: dict[str, Any], place: str) -> WorkMaterial:
     )
 
 
-def _names(top: TomlTable) -> tuple[str, ...]:
+def _synonyms(top: TomlTable) -> tuple[str, ...]:
     value = top.values.get("also", [])
     if not isinstance(value, list) or not all(isinstance(name, str) and name.isprintable() for name in value):
         raise top.problem("also", 'must be a list of other names, such as ["1045", "ck45"]')
@@ -136,7 +136,7 @@ def _number_up_to(table: TomlTable, key: str, limit: float) -> float:
     return value
 
 
-def _above_0(table: TomlTable, key: str, default: float | None = None) -> float:
+def _positive_number(table: TomlTable, key: str, default: float | None = None) -> float:
     if key not in table and default is None:
         raise DataError("{}: the key '{}' is missing", table.place, key)
     value = table.number(key, default or 0.0)
@@ -145,7 +145,7 @@ def _above_0(table: TomlTable, key: str, default: float | None = None) -> float:
     return value
 
 
-def _exponent(table: TomlTable, key: str, default: float | None = None) -> float:
+def _parse_exponent(table: TomlTable, key: str, default: float | None = None) -> float:
     if key not in table and default is None:
         raise DataError("{}: the key '{}' is missing", table.place, key)
     value = table.number(key, default or 0.0)
@@ -154,16 +154,16 @@ def _exponent(table: TomlTable, key: str, default: float | None = None) -> float
     return value
 
 
-def _lives(top: TomlTable) -> tuple[ToolLife, ...]:
+def _parse_tool_lives(top: TomlTable) -> tuple[ToolLife, ...]:
     tables = top.values.get("life", [])
     if not isinstance(tables, list):
         raise DataError("{}: 'life' must be written as [[life]], once for each entry", top.place)
     lives: list[ToolLife] = []
     for count, values in enumerate(tables, start=1):
         table = TomlTable(values, f"{top.place}: [[life]] {count}", MATERIAL_KEYS["life"])
-        life = _life(table)
+        life = _parse_tool_life(table)
         if any(
-            (other_life.work, other_life.tool_material, other_life.least_feed) == _life_key(life)
+            (other_life.work, other_life.tool_material, other_life.least_feed) == _tool_life_key(life)
             for other_life in lives
         ):
             raise table.problem(
@@ -171,18 +171,18 @@ def _lives(top: TomlTable) -> tuple[ToolLife, ...]:
                 "is given twice for the same work and tool material; such entries need different 'least_feed' values",
             )
         lives.append(life)
-    return tuple(sorted(lives, key=_life_key))
+    return tuple(sorted(lives, key=_tool_life_key))
 
 
-def _life_key(life: ToolLife) -> tuple[CuttingWork, ToolMaterial, float]:
+def _tool_life_key(life: ToolLife) -> tuple[CuttingWork, ToolMaterial, float]:
     return life.work, life.tool_material, life.least_feed
 
 
-def _life(table: TomlTable) -> ToolLife:
-    exponent = _exponent(table, "life")
+def _parse_tool_life(table: TomlTable) -> ToolLife:
+    exponent = _parse_exponent(table, "life")
     if not 0 < exponent < 1:
         raise table.problem("life", "is {:g}, but Taylor's exponent must be above 0 and below 1", exponent)
-    exponents = {key: _exponent(table, key, 0.0) for key in _EXPONENTS}
+    exponents = {key: _parse_exponent(table, key, 0.0) for key in _EXPONENTS}
     if "constant" in table and "speed" in table:
         raise table.problem("speed", "and 'constant' have the same meaning; leave one out")
     if "speed" in table:
@@ -195,11 +195,11 @@ def _life(table: TomlTable) -> ToolLife:
     else:
         if "at_life" in table:
             raise table.problem("at_life", "is used only with 'speed'")
-        constant = _above_0(table, "constant") * _MM_PER_S * SECONDS_PER_MINUTE**exponent
+        constant = _positive_number(table, "constant") * _MM_PER_S * SECONDS_PER_MINUTE**exponent
     return ToolLife(
         work=CuttingWork(table.text("work", choices=tuple(CuttingWork))),
         tool_material=ToolMaterial(table.text("tool", choices=tuple(ToolMaterial))),
-        constant=_above_0(table, "factor", 1.0) * constant,
+        constant=_positive_number(table, "factor", 1.0) * constant,
         life=exponent,
         **exponents,
         least_feed=_not_negative(table, "least_feed", "mm"),

@@ -22,11 +22,11 @@ from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
     Source,
-    factor_of,
-    parsing_xml,
+    convert_xml_errors,
+    drawing_unit_mm,
     to_mm,
-    too_many_holes,
-    units_unknown,
+    too_many_holes_error,
+    unknown_units_issue,
 )
 from leafcut.read.recognition import POINT_TAGS
 from leafcut.units import MM_PER_UNIT
@@ -97,7 +97,7 @@ class _Map:
             if not point.holds_points or "x" in point.values:
                 self.points.append(point)
             if len(self.points) > MAX_HOLES:
-                raise too_many_holes(self.path)
+                raise too_many_holes_error(self.path)
         else:
             self.open[-1].current = ""
 
@@ -122,18 +122,18 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     ReadError
         The file is not well-formed XML, declares entities, has unknown units, or contains no points.
     """
-    point_map = _parse(source)
+    point_map = _parse_map(source)
     if not point_map.points:
         tags = ", ".join(f"{n} <{printable(t, 30)}>" for t, n in list(point_map.tags.items())[:5])
         raise ReadError(
             source.path,
             Message("no points: expected <{}>, found {}", ">, <".join(POINT_TAGS), tags or Message("nothing")),
         )
-    factor = factor_of(options, point_map.units)
+    factor = drawing_unit_mm(options, point_map.units)
     holes, issues = [], []
     for point in point_map.points:
         try:
-            holes.append(_hole(point, factor))
+            holes.append(_hole_of_element(point, factor))
         except ValueError as problem:
             place = f"{source.file_name}:{point.line}"
             issues.append(Issue("L203", Message("point skipped: {}", problem), place, missing=MissingWork("hole")))
@@ -150,11 +150,11 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     units = options.units or point_map.units
     part = Part(source.name, kept, source=source.file_name, format="xml", units=units or "mm")
     if units is None:
-        selection_issues.append(units_unknown(Message("the map"), part, Severity.NOTE))
+        selection_issues.append(unknown_units_issue(Message("the map"), part, Severity.NOTE))
     return replace(part, issues=(*issues, *selection_issues))
 
 
-def _hole(point: _Point, factor: float) -> Hole:
+def _hole_of_element(point: _Point, factor: float) -> Hole:
     numbers = {}
     for name in ("x", "y", "d"):
         text = point.values.get(name, "0" if name == "d" else "").strip()
@@ -172,7 +172,7 @@ def _hole(point: _Point, factor: float) -> Hole:
     return Hole(numbers["x"], numbers["y"], numbers["d"], values.get("layer", ""), values.get("name", ""))
 
 
-def _parse(source: Source) -> _Map:
+def _parse_map(source: Source) -> _Map:
     from xml.sax.handler import ContentHandler
 
     from defusedxml.expatreader import DefusedExpatParser
@@ -182,22 +182,22 @@ def _parse(source: Source) -> _Map:
     class Handler(ContentHandler):
         def startElement(self, name: str, attrs: Any) -> None:
             source.on_progress()
-            plain = {_local_name(key): str(value) for key, value in attrs.items()}
-            point_map.start(_local_name(name), plain, parser.getLineNumber())
+            plain = {_name_without_namespace(key): str(value) for key, value in attrs.items()}
+            point_map.start(_name_without_namespace(name), plain, parser.getLineNumber())
 
         def characters(self, content: str) -> None:
             point_map.text(content)
 
         def endElement(self, name: str) -> None:
-            point_map.end(_local_name(name))
+            point_map.end(_name_without_namespace(name))
 
     parser = DefusedExpatParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
     parser.setContentHandler(Handler())
-    with parsing_xml(source.path, Message("which a map does not need")):
+    with convert_xml_errors(source.path, Message("which a map does not need")):
         parser.parse(io.BytesIO(source.data))
     return point_map
 
 
-def _local_name(name: str) -> str:
+def _name_without_namespace(name: str) -> str:
     """Return the name of an element without its namespace, in lower case."""
     return name.rpartition(":")[2].lower()

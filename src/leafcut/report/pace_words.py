@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.message import Message
 from leafcut.model.fact import Fact
-from leafcut.model.json_values import plain
+from leafcut.model.json_values import to_plain_json
 from leafcut.report.wording import replace_unprintable
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -23,7 +23,7 @@ _LIMITS = {
 
 def pace_facts(pace: PaceChange) -> list[Fact]:
     """Return facts about the savings from new heights and speeds, and about the change in the feeds of each tool."""
-    facts = [Fact("pace", plain(pace))]
+    facts = [Fact("pace", to_plain_json(pace))]
     if pace.retracts_s is not None:
         lower = Message("saved; heights unchanged")
         if pace.lowered:

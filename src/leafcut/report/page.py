@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError
 from leafcut.material.same_stock import stock_differences
-from leafcut.material.solid import solid_of
-from leafcut.model.issue import missing_words
+from leafcut.material.solid import cut_display_solid
+from leafcut.model.issue import missing_work_text
 from leafcut.report import views
 from leafcut.report.stock_picture import OverStock, stock_png
 from leafcut.report.styles import drawing_css, page_templates, style_sheet
@@ -106,7 +106,7 @@ def _template_values(report: PathReport[Any]) -> dict[str, Any]:
         "search": search_time_words(outcome) if report.ordered else "",
         "compiling": time_words(outcome.compile_seconds) if outcome.compile_seconds >= COMPILED else "",
         "verified": outcome.verified,
-        "missing": missing_words(outcome.issues),
+        "missing": missing_work_text(outcome.issues),
         "options": [(replace_unprintable(flag), replace_unprintable(value)) for flag, value in outcome.options.items()],
         "searches": views.search_rows(outcome, report.operation_title, report.nearest_neighbour_cost())
         if report.ordered
@@ -128,13 +128,13 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
     outcome, stock = report.outcome, report.shown_stock()
     try:
         if report.came_in != "program":
-            solid = solid_of(outcome.path_after, stock)
+            solid = cut_display_solid(outcome.path_after, stock)
             return {
                 "pictures": [_stock_picture("After: leafcut", solid, with_travel=stock.surface is not None)],
                 "same": "",
             }
-        before = solid_of(outcome.path_before, stock)
-        after = solid_of(outcome.path_after, replace(stock, block=(before.block.low, before.block.high)))
+        before = cut_display_solid(outcome.path_before, stock)
+        after = cut_display_solid(outcome.path_after, replace(stock, block=(before.block.low, before.block.high)))
     except LeafcutError:
         return None
     wrong = sum(difference.cells for difference in stock_differences(before.after, after.after, _TOLERANCE))

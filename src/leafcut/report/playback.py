@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
-from leafcut.model.turns import turns_of
+from leafcut.model.turns import arc_turns
 from leafcut.report.plan_view import spindle_speed_by_row, stop_rows
 from leafcut.timing.grbl import SentLines
 from leafcut.timing.toolpath import time_rows
@@ -181,7 +181,7 @@ def _activities(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
 
 def _arcs_in_xy_plane(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the known arcs in the XY plane: their rows, and their centre, radius, start angle and sweep."""
-    turns = turns_of(path)
+    turns = arc_turns(path)
     flat = (turns.plane == 0) & (turns.length > 0.0)
     arcs = np.column_stack([turns.centre, turns.turn.radius, turns.angle, turns.sweep])
     return turns.row[flat], arcs[flat]
@@ -230,7 +230,7 @@ def line_numbers_by_row(planned: Toolpath, written: Toolpath) -> NDArray[np.int3
     that is not in the program, such as the descent of a torch, gets the line of the next row. If no row matches, all
     lines are 0.
     """
-    written = expand(written)
+    written = expand_cycles(written)
     plan_rows, written_rows = _moving_rows(planned), _moving_rows(written)
     a, b = (_move_keys(path, rows) for path, rows in ((planned, plan_rows), (written, written_rows)))
     matches = _match_rows(a, b)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from leafcut.model.issue import LIMITS, Issue, Severity, missing_words
+from leafcut.model.issue import LIMITS, Issue, Severity, missing_work_text
 from leafcut.options.option_spec import flag_name
 from leafcut.options.search import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.report.wording import (
@@ -106,7 +106,7 @@ def _facts_table(report: PathReport[Any]) -> Table:
     outcome = report.outcome
     verified = Text(f"yes, {report.found}", "green") if outcome.verified else Text("no", "bold red")
     if outcome.missing:
-        verified.append(f"; missing: {replace_unprintable(missing_words(outcome.issues))}", "bold red")
+        verified.append(f"; missing: {replace_unprintable(missing_work_text(outcome.issues))}", "bold red")
     facts: list[tuple[str, Text]] = [("verified", verified)]
     facts += [(name, Text(words, "yellow")) for name, words in verification_limits(_other_issues(outcome))]
     facts += [

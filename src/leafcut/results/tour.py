@@ -34,9 +34,9 @@ class TourResult(Result, Solved):
         return self.part.issues
 
     def _contents_by_extension(self) -> Kinds:
-        from leafcut.read.csvmap import points_text
+        from leafcut.read.csvmap import holes_as_csv
         from leafcut.read.tsplib import tour_text
 
         part, nodes = self.part, self.solution.nodes
         tour = {".tour": lambda: tour_text(part.name, nodes, every=part.grouping is None)}
-        return super()._contents_by_extension() | tour | {".csv": lambda: points_text(part)}
+        return super()._contents_by_extension() | tour | {".csv": lambda: holes_as_csv(part)}

@@ -17,7 +17,7 @@ from dataclasses import replace
 from leafcut.errors import ReadError, SendError
 from leafcut.message import Message
 from leafcut.model.machine import XYZ
-from leafcut.read.controllers.fluidnc import FluidConfiguration, configuration_of
+from leafcut.read.controllers.fluidnc import FluidConfiguration, parse_board_configuration
 from leafcut.sender.answers import ControllerAnswer, Report, Status
 from leafcut.sender.character_counting import GRBL_BUFFER
 from leafcut.sender.controller_facts import Clock, Facts, SettingNames, position_in_mm, require_positive_values
@@ -174,7 +174,7 @@ def _homed_or_unknown(reports: list[Report], letters: str) -> bool | None:
 def _add_fluidnc_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
     """Add the values in FluidNC's configuration. If ``must_home`` is off, `homed` may still be unknown."""
     try:
-        configuration: FluidConfiguration = configuration_of(text, "$CD")
+        configuration: FluidConfiguration = parse_board_configuration(text, "$CD")
     except ReadError as problem:
         raise SendError("the controller's configuration cannot be used: {}", problem) from None
     return replace(

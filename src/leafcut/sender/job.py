@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, ReadError, printable
 from leafcut.files.whole_files import read_program
-from leafcut.gcode.dialects import Dialect, dialect
-from leafcut.gcode.languages import other_language
+from leafcut.gcode.dialects import Dialect, load_dialect
+from leafcut.gcode.languages import describe_unsupported_language
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.geometry.arrays import Floats
@@ -27,7 +27,7 @@ from leafcut.read.machine import load_machine
 from leafcut.sender.character_counting import SentLine
 from leafcut.sender.firmware import conversation_class
 from leafcut.sender.lines import DrilledHole, Pause, SentStep, convert_to_dialect, steps_from_lines
-from leafcut.timing.grbl import sent_lines
+from leafcut.timing.grbl import count_line_bytes_and_words
 from leafcut.timing.toolpath import time_rows
 
 #: Codes of issues that require --accept at any severity, because they are dangerous, exceed a limit, or have an unknown
@@ -85,7 +85,7 @@ class SendJob:
     @cached_property
     def seconds(self) -> tuple[Floats, Floats]:
         """Cutting time and other time of each line, s. Both are float64[lines + 1], indexed by line number."""
-        timed = time_rows(self.program.path, self.machine, sent_lines(self.program.lines))
+        timed = time_rows(self.program.path, self.machine, count_line_bytes_and_words(self.program.lines))
         at_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
         lines = np.clip(timed.path.line, 0, len(self.program.lines))
         count = len(self.program.lines) + 1
@@ -135,7 +135,7 @@ def read_job(
         leafcut cannot send to this controller, or the program has a danger that was not accepted.
     """
     known = load_machine(machine)
-    controller_dialect = dialect(dialect_name or known.controller)
+    controller_dialect = load_dialect(dialect_name or known.controller)
     conversation_class(known, machine)
     return job_from_text(read_program_text(file, file), file, known, controller_dialect, units, accept)
 
@@ -143,7 +143,7 @@ def read_job(
 def read_program_text(file: str | Path, name: str) -> str:
     """Read the text of a program. Raises `ReadError`, which mentions `name`, if the file is not readable G-code."""
     text = read_program(file)
-    if problem := other_language(text):
+    if problem := describe_unsupported_language(text):
         raise ReadError(name, problem)
     return text
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.errors import SendError
-from leafcut.gcode.words import split_line, words_of
+from leafcut.gcode.words import parse_words, split_line
 from leafcut.geometry.arrays import Floats
 from leafcut.message import Message
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import XYZ
-from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Toolpath, arc_extremes, last_rows
-from leafcut.proof.clearance import height_checks
+from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Toolpath, arc_extremes, latest_marked_rows
+from leafcut.proof.clearance import rapid_height_checks
 from leafcut.sender.controller_facts import Facts
 from leafcut.sender.conversation import LOCKED
 from leafcut.sender.error_texts import state_in_words
@@ -26,7 +26,7 @@ _TOLERANCE = 0.005
 _MAX_DIFFERENCE = 0.01
 
 
-#: Rules in `height_checks`, with the code that accepts a violation.
+#: Rules in `rapid_height_checks`, with the code that accepts a violation.
 _CODES = {"rapid below clearance": "L801", "rapid into the part": "L802"}
 
 #: States that only the operator can end.
@@ -139,7 +139,7 @@ def _check_spindle(job: SendJob) -> None:
     program = job.program
     path = program.path
     cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
-    starts = last_rows(path.kind == Kind.SPINDLE)[cuts]
+    starts = latest_marked_rows(path.kind == Kind.SPINDLE)[cuts]
     for start in np.unique(starts[starts >= 0]).tolist():
         block = int(program.row_block[start])
         if path.value[start] == 0.0 and program.modal(block + 1).spindle:
@@ -185,7 +185,7 @@ def positions_on_machine(job: SendJob, facts: Facts, *, fed: bool = False) -> tu
 
 
 def _g28_or_g30(job: SendJob, line: int) -> str | None:
-    words = words_of(split_line(job.program.lines[line - 1].strip(), nested=True)[0].removeprefix("/"))
+    words = parse_words(split_line(job.program.lines[line - 1].strip(), nested=True)[0].removeprefix("/"))
     codes = {round(word.value * 10) for word in words if word.letter == "G"}
     return "G28" if 280 in codes else "G30" if 300 in codes else None
 
@@ -217,7 +217,7 @@ def replace_machine_moves(job: SendJob, facts: Facts) -> Toolpath:
     The program alone does not determine where such a move ends. This depends on the origins and stored positions of the
     machine. Raises `SendError` if the controller does not report a stored position that the program uses.
     """
-    path = expand(job.program.path)
+    path = expand_cycles(job.program.path)
     in_machine = path.kind == Kind.MACHINE
     if not in_machine.any():
         return path
@@ -232,7 +232,7 @@ def replace_machine_moves(job: SendJob, facts: Facts) -> Toolpath:
     for axis in range(3):
         # A change of the work offset moves no axis. The height at which a probe stops is unknown in advance.
         lost = (path.kind == Kind.PROBE) & (axis == 2)
-        last = last_rows(np.isfinite(ends[:, axis]) & ~lost | lost)
+        last = latest_marked_rows(np.isfinite(ends[:, axis]) & ~lost | lost)
         ends[:, axis] = np.where(last >= 0, np.where(lost, np.nan, ends[:, axis])[last], np.nan)
     return replace(
         path,
@@ -246,13 +246,13 @@ def _check_rapid_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
     `find_dangers` has already checked all other rapids, because their heights do not depend on the machine.
     """
-    original = expand(job.program.path)
+    original = expand_cycles(job.program.path)
     moved = original.kind == Kind.MACHINE
     if not moved.any():
         return
     before = path.before
     unseen = moved | (np.isnan(original.before[:, 2]) & np.isfinite(before[:, 2]))
-    checks = height_checks(path, 0.0, -np.inf, milled=False)
+    checks = rapid_height_checks(path, 0.0, -np.inf, milled=False)
     low = [
         (int(row), code)
         for danger, mask, _ in checks
@@ -361,7 +361,7 @@ def _check_start_height(job: SendJob, facts: Facts, path: Toolpath) -> None:
     This is the case if the first move is sideways while the tool is below the greatest Z of the program.
     """
     place = facts.machine_place()
-    program_path = expand(job.program.path)
+    program_path = expand_cycles(job.program.path)
     heights = program_path.end[np.isin(program_path.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
     if not len(known) or place is None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from leafcut.errors import ReadError, printable
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.words import BlockError, Word, split_line, words_of
+from leafcut.gcode.words import BlockError, Word, parse_words, split_line
 from leafcut.message import Message
 from leafcut.sender.character_counting import SentLine
 
@@ -66,7 +66,7 @@ def convert_to_dialect(dialect: Dialect, *texts: str) -> list[str]:
 
 def _convert_line(dialect: Dialect, text: str) -> list[str]:
     commands: list[list[str]] = []
-    for word in words_of(text):
+    for word in parse_words(text):
         if word.letter == "G" and round(word.value * 10) not in dialect.g_codes:
             continue
         if word.letter == "M" and word.value not in dialect.m_codes:
@@ -150,7 +150,7 @@ class _LineReader:
         if body.startswith("%"):
             self.ended = self.begun
             return []
-        words = words_of(body.removeprefix("/"))
+        words = parse_words(body.removeprefix("/"))
         self._refuse_unknown_words(words)
         if comments:
             self.remark, self.remarked = printable(comments[-1]), number

@@ -15,7 +15,7 @@ import numpy as np
 
 from leafcut.errors import OptionError, count_of
 from leafcut.gcode.program import Modal
-from leafcut.gcode.words import split_line, words_of
+from leafcut.gcode.words import parse_words, split_line
 from leafcut.message import Message
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath
@@ -251,7 +251,7 @@ def add_motion_mode(rest: list[SentStep], motion: int | None) -> list[SentStep]:
     for k, step in enumerate(rest):
         if not isinstance(step, SentLine):
             continue
-        words = words_of(split_line(step.text)[0])
+        words = parse_words(split_line(step.text)[0])
         codes = {round(word.value * 10) for word in words if word.letter == "G"}
         if codes & {0, 10, 20, 30}:
             break

@@ -10,7 +10,7 @@ from enum import StrEnum
 import numpy as np
 
 from leafcut.errors import LeafcutError, OptionError, SendError
-from leafcut.gcode.words import split_line, words_of
+from leafcut.gcode.words import parse_words, split_line
 from leafcut.message import Message
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
@@ -343,7 +343,7 @@ class SendRun:
         oldest = self.counter.waiting[0].text
         if "G4" not in oldest and "G04" not in oldest:
             return 0.0
-        return sum(word.value for word in words_of(split_line(oldest)[0]) if word.letter == "P")
+        return sum(word.value for word in parse_words(split_line(oldest)[0]) if word.letter == "P")
 
     def _process_answer(self, answer: ControllerAnswer) -> None:
         self._heard_at = self.talk.clock()

@@ -20,7 +20,7 @@ import numpy as np
 from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
-from leafcut.timing.toolpath import corner_style, measure_toolpath
+from leafcut.timing.toolpath import corner_style_of_machine, measure_toolpath
 
 #: Error of a stopwatch, in seconds, and error of the timing model, as a fraction of the program time. Manual and
 #: electronic timing differ by about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008). For the model
@@ -83,7 +83,7 @@ class MachineFit:
     held: dict[str, str]
 
 
-def model_seconds(programs: Sequence[MeasuredProgram], machine: Machine) -> Floats:
+def predict_program_seconds(programs: Sequence[MeasuredProgram], machine: Machine) -> Floats:
     """Predict the run time of each program in seconds. Every program starts at X0 Y0."""
     return np.array([measure_toolpath(program.path, machine, start=(0.0, 0.0)).time_s for program in programs])
 
@@ -96,8 +96,8 @@ def fit_machine(programs: Sequence[MeasuredProgram], machine: Machine) -> Machin
     """
     seconds = np.array([program.seconds for program in programs])
     weight = 1.0 / np.hypot(HAND_S, MODEL_SHARE * seconds)
-    before = model_seconds(programs, machine)
-    parameters = ["acceleration"] if corner_style(machine) == "linuxcnc" else ["acceleration", "corner"]
+    before = predict_program_seconds(programs, machine)
+    parameters = ["acceleration"] if corner_style_of_machine(machine) == "linuxcnc" else ["acceleration", "corner"]
     held: dict[str, str] = {}
     if "corner" not in parameters:
         held["corner"] = "LinuxCNC's corners go by the program's own G64 P, not by a value of the machine"
@@ -107,9 +107,9 @@ def fit_machine(programs: Sequence[MeasuredProgram], machine: Machine) -> Machin
     errors: dict[str, float] = {}
     condition = math.nan
     while parameters:
-        logs, jacobian = _least_squares(programs, machine, parameters, seconds, weight)
+        logs, jacobian = _fit_least_squares(programs, machine, parameters, seconds, weight)
         changed = _with_parameters(machine, parameters, logs)
-        after = model_seconds(programs, changed)
+        after = predict_program_seconds(programs, changed)
         step_errors, step_condition = _standard_errors(jacobian, parameters, (after - seconds) * weight)
         condition = step_condition if not errors else condition
         errors |= step_errors
@@ -135,7 +135,7 @@ def _reason_unfitted(error: float, name: str) -> str:
     return f"the best {name} is implausible for a machine; check the measurements"
 
 
-def _start_values(machine: Machine, parameters: Sequence[str]) -> Floats:
+def _initial_parameters(machine: Machine, parameters: Sequence[str]) -> Floats:
     values = {"acceleration": 1.0, "corner": machine.corner_deviation}
     return np.log([values[name] for name in parameters])
 
@@ -167,11 +167,13 @@ def _residuals(
     seconds: Floats,
     weight: Floats,
 ) -> Floats:
-    difference: Floats = (model_seconds(programs, _with_parameters(machine, parameters, logs)) - seconds) * weight
+    difference: Floats = (
+        predict_program_seconds(programs, _with_parameters(machine, parameters, logs)) - seconds
+    ) * weight
     return difference
 
 
-def _least_squares(
+def _fit_least_squares(
     programs: Sequence[MeasuredProgram], machine: Machine, parameters: Sequence[str], seconds: Floats, weight: Floats
 ) -> tuple[Floats, Floats]:
     """Run the Levenberg–Marquardt fit.
@@ -185,30 +187,30 @@ def _least_squares(
     """
     low, high = _parameter_bounds(parameters)
 
-    def off(logs: Floats) -> Floats:
+    def residuals(logs: Floats) -> Floats:
         return _residuals(programs, machine, parameters, logs, seconds, weight)
 
-    def slopes(logs: Floats) -> Floats:
+    def jacobian_at(logs: Floats) -> Floats:
         columns = []
         for k in range(len(logs)):
             step = np.zeros(len(logs))
             step[k] = _STEP
-            columns.append((off(logs + step) - off(logs - step)) / (2.0 * _STEP))
+            columns.append((residuals(logs + step) - residuals(logs - step)) / (2.0 * _STEP))
         return np.column_stack(columns)
 
-    current = np.clip(_start_values(machine, parameters), low, high)
-    residual, damping = off(current), 1e-3
-    jacobian = slopes(current)
+    current = np.clip(_initial_parameters(machine, parameters), low, high)
+    residual, damping = residuals(current), 1e-3
+    jacobian = jacobian_at(current)
     for _ in range(_MOST_STEPS):
         normal = jacobian.T @ jacobian
         scale = np.diag(np.maximum(np.diag(normal), 1e-12))
         step = np.linalg.lstsq(normal + damping * scale, -jacobian.T @ residual, rcond=None)[0]
         candidate = np.clip(current + np.clip(step, -1.0, 1.0), low, high)
-        candidate_residual = off(candidate)
+        candidate_residual = residuals(candidate)
         if candidate_residual @ candidate_residual < residual @ residual:
             moved = float(np.abs(candidate - current).max())
             current, residual, damping = candidate, candidate_residual, max(damping / 10.0, 1e-9)
-            jacobian = slopes(current)
+            jacobian = jacobian_at(current)
             if moved < _SMALLEST:
                 break
         else:

@@ -16,7 +16,7 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.timing.moves import REST, Moves, changes_power
+from leafcut.timing.moves import REST, Moves, laser_power_changes
 
 #: Speed of the serial line in bytes per second. Every board runs at 115200 baud (BAUD_RATE) with ten bits per byte.
 BYTES_PER_SECOND = 11_520
@@ -31,7 +31,7 @@ _WORD = re.compile(r"[A-Z]")
 _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT, Kind.RADIUS)
 
 
-def stop_mask(path: Toolpath, machine: Machine) -> Mask:
+def rows_after_stops(path: Toolpath, machine: Machine) -> Mask:
     """Mark the rows before which the machine must stop, as bool[n].
 
     The machine stops before
@@ -55,7 +55,7 @@ def stop_mask(path: Toolpath, machine: Machine) -> Mask:
         rows = np.flatnonzero(kind == modal_kind)
         stops[rows] = np.diff(column[rows], prepend=initial) != 0
     if machine.head is Head.LASER:
-        stops &= ~changes_power(path)
+        stops &= ~laser_power_changes(path)
     return stops
 
 
@@ -69,7 +69,7 @@ class SentLines(NamedTuple):
     words: NDArray[np.int64]
 
 
-def sent_lines(text: Iterable[str]) -> SentLines:
+def count_line_bytes_and_words(text: Iterable[str]) -> SentLines:
     """Count the bytes and words in each line of a program. The first entry belongs to line 1."""
     sent = [_COMMENT.sub("", line).upper() for line in text]
     size = [len(line) + 1 if line else 0 for line in sent]
@@ -77,7 +77,7 @@ def sent_lines(text: Iterable[str]) -> SentLines:
     return SentLines(np.array(size, dtype=np.int64), np.array(words, dtype=np.int64))
 
 
-def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
+def line_counts_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
     """Look up the program line that starts at each row of a path and return its byte and word counts.
 
     If the program text is not available, the counts are estimated for coordinates with three decimals.
@@ -126,7 +126,7 @@ def grbl_seconds(
     pace
         Factor that scales the serial and processor times. 0 models an infinitely fast controller.
     """
-    from leafcut.kernels.grbl_clock import BEGAN, grbl_clock, new_board
+    from leafcut.kernels.grbl_clock import BEGAN, new_board, simulate_board
 
     n, m = len(path), len(moves)
     if not m:
@@ -135,7 +135,7 @@ def grbl_seconds(
     np.cumsum(delta[moves.row], axis=0, out=position[1:])
     move = np.full(n, -1, dtype=np.int64)
     move[moves.row] = np.arange(m)
-    stops = stop_mask(path, machine) | (waits > 0)
+    stops = rows_after_stops(path, machine) | (waits > 0)
     stops[moves.row[1:]] |= moves.mode[:-1] == REST
     board = new_board(n, pace / BYTES_PER_SECOND, machine.motor_lock_s, pace)
     limits = np.array([machine.steps_per_mm, machine.rapid_velocity, machine.acceleration])
@@ -144,9 +144,9 @@ def grbl_seconds(
     feed = np.where(programmed > 0.0, np.minimum(programmed, machine.max_feed), machine.max_feed)
     feed[moves.rapid] = np.inf
     arcs = _arc_chords(moves, machine.arc_tolerance)
-    sent = lines_by_row(path, lines)
+    sent = line_counts_by_row(path, lines)
     scratch = (np.zeros(n), np.zeros(3))
-    grbl_clock(board, move, *sent, stops, waits, position, feed, *arcs, limits, machine.corner_deviation, *scratch)
+    simulate_board(board, move, *sent, stops, waits, position, feed, *arcs, limits, machine.corner_deviation, *scratch)
     total_waits = np.cumsum(np.where(stops, waits, 0.0))
     ends = (np.maximum.accumulate(board.done) - total_waits)[moves.row]
     start = board.state[BEGAN] - total_waits[moves.row[0]]

@@ -49,7 +49,7 @@ _REVERSAL = np.cos(np.radians(178.0))
 _TINY = 1e-6
 
 
-def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
+def blend_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
     """Compute the corner between each move in `before` and the corresponding move in `after`."""
     bounds = np.asarray(machine.acceleration)
     kink = 1.0 - machine.acceleration_factor
@@ -63,7 +63,7 @@ def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
     held_back = np.where(joined, np.minimum(bend, kink), 0.0)
 
     rounded = joined & ~tangent & (before.mode == BLEND)
-    corner = _corner_arc(before, after, machine, cosine)
+    corner = _fit_corner_arcs(before, after, machine, cosine)
     speed = np.where(tangent | rounded, corner_speed, 0.0)
     overlap = np.sin(corner.half_angle) * _overlap_speed(before, after, corner.half_angle, kink) / 2.0
     with_arc = rounded & (corner.speed > np.maximum(speed, overlap))
@@ -90,18 +90,18 @@ class _CornerArc(NamedTuple):
     trim: Floats
 
 
-def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -> _CornerArc:
+def _fit_corner_arcs(before: Moves, after: Moves, machine: Machine, cosine: Floats) -> _CornerArc:
     """Fit a blend arc into each corner. The speed is 0 where no arc fits."""
     half_angle = 0.5 * np.arccos(np.clip(-cosine, -1.0, 1.0))
-    angle, reach = _arc_bounds(before, after, half_angle)
+    angle, reach = _room_for_corner_arcs(before, after, half_angle)
     turn = np.pi - 2.0 * angle
-    acceleration = _maximum_in_plane(before, after, np.asarray(machine.acceleration))
+    acceleration = _longest_vector_in_corner_plane(before, after, np.asarray(machine.acceleration))
     whole = np.minimum(before.length, after.length)
     tolerance = np.where(before.tolerance > 0, before.tolerance, np.inf)
     tolerance = np.minimum(tolerance, _DEVIATION_SHARE * whole)
     reach = np.minimum(reach, np.cos(angle) * tolerance / (1.0 - np.sin(angle)))
     widest = np.tan(angle) * reach
-    speed = np.minimum(np.sqrt(NORMAL * acceleration * widest), _requested_speed(before, after, machine, turn))
+    speed = np.minimum(np.sqrt(NORMAL * acceleration * widest), _requested_arc_speed(before, after, machine, turn))
     # The arc is at least as wide as the speed requires, and as an overlap of both moves would be.
     half = 0.5 * acceleration
     overlap_s = np.minimum(np.sqrt(2.0 * half * reach), speed) / half
@@ -112,7 +112,7 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
     return _CornerArc(half_angle, *(np.where(fits, v, 0.0) for v in (length, speed, acceleration, trim)))
 
 
-def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Floats]:
+def _room_for_corner_arcs(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Floats]:
     """Determine how much room each corner has for a blend arc.
 
     A blend arc may use half of an adjacent straight move. If the adjacent move is itself an arc, the blend may use two
@@ -149,7 +149,7 @@ def _coplanar_corners(before: Moves, after: Moves) -> Mask:
     return flat
 
 
-def _maximum_in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
+def _longest_vector_in_corner_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
     """Find the longest vector in each corner's plane whose components stay within the bounds."""
     across = np.cross(before.end, after.start)
     size2 = (across * across).sum(axis=1)
@@ -158,10 +158,10 @@ def _maximum_in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
     return longest
 
 
-def _requested_speed(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats:
+def _requested_arc_speed(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats:
     """Return the requested speed on each blend arc, capped at a speed that the axes can sustain on the whole arc."""
     requested = np.maximum(before.velocity, after.velocity)
-    allowed = _maximum_in_plane(before, after, np.asarray(machine.rapid_velocity))
+    allowed = _longest_vector_in_corner_plane(before, after, np.asarray(machine.rapid_velocity))
     # Between two straight moves, the velocity vector moves along one side of a triangle. A speed equal to the height of
     # the triangle is therefore allowed too.
     steepest = np.cos(np.minimum(turn, 0.49 * np.pi))
@@ -207,7 +207,7 @@ def overlap_speeds(
     return first, second
 
 
-def arc_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
+def velocity_and_acceleration_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
     """Return the velocity limit (mm/s) and the acceleration limit (mm/s²) along each move.
 
     On an arc, the move shares the acceleration between two directions: at most `NORMAL` across the path and

@@ -25,9 +25,9 @@ from leafcut.timing.linuxcnc import (
     DEPTH,
     GAP_CYCLES,
     SHORTEST,
-    arc_limits,
-    linuxcnc_corners,
+    blend_corners,
     overlap_speeds,
+    velocity_and_acceleration_limits,
 )
 from leafcut.timing.moves import BLEND, Corners, Moves, corners_without_arcs
 
@@ -64,20 +64,20 @@ def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
         return np.zeros(0)
     # Straight moves have radius 0 and reversals have width 0; the results of these divisions are discarded.
     with np.errstate(divide="ignore", invalid="ignore"):
-        return _seconds(moves, machine, style)
+        return _seconds_by_style(moves, machine, style)
 
 
-def _seconds(moves: Moves, machine: Machine, style: str) -> Floats:
+def _seconds_by_style(moves: Moves, machine: Machine, style: str) -> Floats:
     corners = _corners_in_blocks(moves, machine, style)
     if style == "linuxcnc":
         return _linuxcnc_seconds(moves, corners)
     acceleration = moves.acceleration * machine.acceleration_factor
-    velocity = np.minimum(moves.velocity, arc_speed_limit(moves, acceleration))
+    velocity = np.minimum(moves.velocity, arc_speed_limits(moves, acceleration))
     pieces = MotionSegments(moves.length, velocity, acceleration, corners.speed, np.arange(len(moves)))
-    return travel_seconds(pieces, _FAR)
+    return segment_move_seconds(pieces, _FAR)
 
 
-def arc_speed_limit(moves: Moves, acceleration: Floats) -> Floats:
+def arc_speed_limits(moves: Moves, acceleration: Floats) -> Floats:
     """Return the speed in mm/s at which each arc reaches its normal acceleration limit. Infinite for straight moves."""
     radius = moves.turn.radius
     return np.where(radius > 0, np.sqrt(acceleration * radius), np.inf)
@@ -94,13 +94,13 @@ def _corners_in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
         if len(after) < len(before):
             after = moves[np.minimum(np.arange(first + 1, first + 1 + len(before)), len(moves) - 1)]
         if style == "linuxcnc":
-            blocks.append(linuxcnc_corners(before, after, machine))
+            blocks.append(blend_corners(before, after, machine))
         else:
-            blocks.append(deviation_corners(before, after, machine))
+            blocks.append(junction_deviation_corners(before, after, machine))
     return Corners(*(np.concatenate(column) for column in zip(*blocks, strict=True)))
 
 
-def deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
+def junction_deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
     """Compute the corners for a controller that uses the junction deviation δ.
 
     The deviation applies between feed moves under G64. The machine stops before and after rapids.
@@ -125,7 +125,9 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     held_back = np.maximum(corners.held_back, np.append(0.0, corners.held_back[:-1]))
     follows = corners.overlapped & ~moves.flushed
     halved = corners.overlapped | np.append(False, follows[:-1])
-    limit, acceleration = arc_limits(moves, moves.acceleration * (1.0 - held_back) * np.where(halved, 0.5, 1.0))
+    limit, acceleration = velocity_and_acceleration_limits(
+        moves, moves.acceleration * (1.0 - held_back) * np.where(halved, 0.5, 1.0)
+    )
     velocity = np.minimum(moves.velocity, limit)
     length = moves.length - corners.trim - np.append(0.0, corners.trim[:-1])
     with_arc = corners.arc_length > 0
@@ -140,7 +142,7 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     pieces = (length, velocity, acceleration, corners.speed, np.arange(m))
     columns = [np.column_stack([piece, arc]).ravel() for piece, arc in zip(pieces, arcs, strict=True)]
     exists = np.column_stack([~merged, with_arc]).ravel()
-    seconds = travel_seconds(MotionSegments(*(column[exists] for column in columns)), DEPTH, m)
+    seconds = segment_move_seconds(MotionSegments(*(column[exists] for column in columns)), DEPTH, m)
     # The planner detects the end of a move only in the following cycle, on average half a cycle late.
     seconds += np.where((corners.speed == 0) & ~follows, 0.5 * CYCLE, 0.0)
     if follows.any():
@@ -158,7 +160,7 @@ def _overlap_seconds(moves: Moves, follows: NDArray[np.bool_], velocity: Floats,
     return saved
 
 
-def travel_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = None) -> Floats:
+def segment_move_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = None) -> Floats:
     """Compute the duration of each move in seconds from its motion segments, looking `depth` segments ahead."""
     length, velocity, acceleration = np.maximum(pieces.length, 0.0), pieces.velocity, pieces.acceleration
     limit = np.minimum(pieces.join, velocity)
@@ -167,7 +169,7 @@ def travel_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = Non
     gain = 2.0 * acceleration * length
     total_gain = np.cumsum(gain)
     backward_limit = np.minimum(
-        _lookahead_minimum(limit * limit + total_gain, depth),
+        _sliding_minimum(limit * limit + total_gain, depth),
         total_gain[np.minimum(np.arange(len(total_gain)) + depth, len(total_gain) - 1)],
     )
     backward_square = backward_limit - total_gain
@@ -183,7 +185,7 @@ def travel_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = Non
     return seconds
 
 
-def _lookahead_minimum(value: Floats, depth: int) -> Floats:
+def _sliding_minimum(value: Floats, depth: int) -> Floats:
     """Return the minimum of each value and the `depth` values after it.
 
     The algorithm splits the values into blocks of the same size as the window, so each window covers the end of one

@@ -96,7 +96,7 @@ class MovingRows(NamedTuple):
     joining: NDArray[np.float64]
     flushed: NDArray[np.bool_]
 
-    def take(self, rows: NDArray[np.int64]) -> MovingRows:
+    def select(self, rows: NDArray[np.int64]) -> MovingRows:
         """Select moves by index. An index may occur more than once."""
         return MovingRows(*(column[rows] for column in self))  # type: ignore[arg-type]  # each column keeps its type
 
@@ -135,7 +135,7 @@ def corners_without_arcs(speed: Floats) -> Corners:
     return Corners(speed, zeros, zeros, zeros, zeros, zeros, np.zeros(len(speed), dtype=np.bool_))
 
 
-def moves_of(
+def extract_moves(
     path: Toolpath,
     machine: Machine,
     delta: Floats,
@@ -168,7 +168,7 @@ def moves_of(
             column[on_arc] = turn_column[turn_rows]
         length[on_arc] = turns.length[turn_rows]
         start[on_arc], end[on_arc] = _tangents(turns.turn, turn_rows, length[on_arc])
-        limit[on_arc], acceleration[on_arc] = _round_limits(turns, turn_rows, machine)
+        limit[on_arc], acceleration[on_arc] = _arc_limits(turns, turn_rows, machine)
     limit = np.minimum(limit, length / cycle_s) if cycle_s else limit
     feed = np.where(steps.feed > 0, np.minimum(steps.feed, machine.max_feed), machine.max_feed)
     velocity = np.where(steps.rapid, limit, np.minimum(feed, limit))
@@ -196,7 +196,7 @@ def _merge_moves(steps: MovingRows, turns: Turns) -> MovingRows:
     merge_chords(point, joins, steps.joining, starts)
     first = np.flatnonzero(starts)
     last = np.append(first[1:], len(mergeable)) - 1
-    return steps.take(first)._replace(delta=point[last + 1] - point[first], flushed=steps.flushed[last])
+    return steps.select(first)._replace(delta=point[last + 1] - point[first], flushed=steps.flushed[last])
 
 
 def _flat_arcs_as_chords(steps: MovingRows, turns: Turns) -> MovingRows:
@@ -208,7 +208,7 @@ def _flat_arcs_as_chords(steps: MovingRows, turns: Turns) -> MovingRows:
     flat = (arc >= 0) & (bulge[arc] < steps.joining) & (turn.sweep[arc] < 0.5 * np.pi) & (turns.plane[arc] == 0)
     if not flat.any():
         return steps
-    result = steps.take(np.repeat(np.arange(len(arc)), 1 + flat))
+    result = steps.select(np.repeat(np.arange(len(arc)), 1 + flat))
     second = np.flatnonzero(np.repeat(flat, 1 + flat))[1::2]
     arcs = arc[flat]
     middle = turn.out[arcs] + turn.out_end[arcs]
@@ -239,14 +239,14 @@ def _moving_rows(
     row = np.flatnonzero((straight & (np.abs(delta) > SHORTEST).any(axis=1)) | (arc_of >= 0))
     halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | np.isin(path.kind, _FLOWING))
     if machine.control.startswith("grbl") and machine.head is Head.LASER:
-        halts &= ~changes_power(path)
+        halts &= ~laser_power_changes(path)
     halted = np.cumsum(halts)[row]
     flushed = np.append(halted[1:] != halted[:-1], True)[: len(row)]
     columns = (mode[row], tolerance[row], joining[row])
     return MovingRows(row, delta[row], arc_of[row], path.value[row], rapid[row], *columns, flushed)
 
 
-def changes_power(path: Toolpath) -> Mask:
+def laser_power_changes(path: Toolpath) -> Mask:
     """Mark the rows that only change the laser power within the block of a move.
 
     The machine does not stop at these rows. Source: GRBL 1.1, laser mode ($32=1), gcode.c.
@@ -276,7 +276,7 @@ def _tangents(turn: Turn, rows: NDArray[np.int64], length: Floats) -> tuple[Floa
     return (along[0] + upwards) / length[:, None], (along[1] + upwards) / length[:, None]
 
 
-def _round_limits(turns: Turns, rows: NDArray[np.int64], machine: Machine) -> tuple[Floats, Floats]:
+def _arc_limits(turns: Turns, rows: NDArray[np.int64], machine: Machine) -> tuple[Floats, Floats]:
     axes = AXES[turns.plane[rows]]
     length = turns.length[rows]
     flat = turns.turn.radius[rows] * turns.turn.sweep[rows]

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
-from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
-from leafcut.model.turns import Turns, turns_of
+from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, latest_marked_rows
+from leafcut.model.turns import Turns, arc_turns
 from leafcut.timing.grbl import grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
-from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
+from leafcut.timing.moves import BLEND, EXACT, REST, Moves, extract_moves
 from leafcut.timing.profile import move_time
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ _FIRST_FRAME = 540
 _MODES = {610: EXACT, 611: REST, 640: BLEND}
 
 
-def corner_style(machine: Machine) -> str:
+def corner_style_of_machine(machine: Machine) -> str:
     """Return the corner style of the machine's controller: linuxcnc, grbl, or round."""
     return machine.corners or _STYLES.get(machine.control, "round")
 
@@ -132,7 +132,9 @@ def _seconds_by_tool(timed: _TimedPath) -> dict[int, float]:
     return {tool: seconds for tool, seconds in spent.items() if seconds > 0.0}
 
 
-def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> tuple[NDArray[np.int32], Floats]:
+def rows_waiting_for_serial_line(
+    path: Toolpath, machine: Machine, lines: SentLines | None = None
+) -> tuple[NDArray[np.int32], Floats]:
     """Find the rows that a GRBL board slows down for because it waits for program lines.
 
     The comparison is with a board whose serial line and processor take no time. The first move after a stop does not
@@ -148,7 +150,7 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
     PlanError
         If the expanded cycles have too many moves.
     """
-    if corner_style(machine) != "grbl":
+    if corner_style_of_machine(machine) != "grbl":
         return np.zeros(0, dtype=np.int32), np.zeros(0)
     timed, fastest = _time_path(path, machine, None, lines), _time_path(path, machine, None, lines, pace=0.0).move_times
     loss = timed.move_times - fastest
@@ -214,17 +216,17 @@ def _time_path(
     lines: SentLines | None = None,
     pace: float = 1.0,
 ) -> _TimedPath:
-    style = corner_style(machine)
+    style = corner_style_of_machine(machine)
     path, source, mode, tolerance, joining = _expand_cycles(path, style)
-    path, probing = _probes_as_feeds(path)
+    path, probing = _replace_probes_with_feeds(path)
     delta, estimate = _displacements(path, machine, start, 3 if style == "grbl" else 2)
-    turns = turns_of(path)
+    turns = arc_turns(path)
     cycle_s = CYCLE if style == "linuxcnc" else 0.0
-    moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
+    moves = extract_moves(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
     estimated = np.asarray(estimate[moves.row].any(axis=1)) | probing[moves.row]
     for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
-    standing_seconds = _standing_seconds(path, machine, style)
+    standing_seconds = _seconds_at_rest(path, machine, style)
     if style == "grbl":
         move_times = grbl_seconds(path, machine, delta + estimate, moves, standing_seconds, lines, pace)
     else:
@@ -234,7 +236,7 @@ def _time_path(
     return _TimedPath(path, source, delta, turns, moves, move_times, standing_seconds)
 
 
-def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
+def _replace_probes_with_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
     """Replace probe moves with feed moves to the point of contact, and mark the probe rows in a mask, bool[n].
 
     We assume that the probe makes contact at the height of the SHIFT row (G92) that follows it, which is the program's
@@ -264,7 +266,7 @@ def _expand_cycles(
         and Q values of G64 in mm.
     """
     rows = np.arange(len(path), dtype=np.int32)
-    written = expand(replace(path, line=rows))
+    written = expand_cycles(replace(path, line=rows))
     source = written.line
     blending = np.flatnonzero(path.kind == Kind.BLENDING)
     codes = np.append(640 if path.line.any() else 610, path.ref[blending])
@@ -305,7 +307,7 @@ def _displacements(
         if offset is not None:
             position = np.where(frame, position - offset[axis], position)
             frame = np.zeros_like(frame)
-        last = last_rows(moves)[:-1]
+        last = latest_marked_rows(moves)[:-1]
         crossing = moves[1:] & (last >= 0) & (frame[1:] != frame[last])
         is_known = moves[1:] & ~crossing
         delta[rows[1:], axis] = np.where(is_known, np.nan_to_num(np.diff(position)), 0.0)
@@ -316,7 +318,7 @@ def _displacements(
     return delta, estimate
 
 
-def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
+def _seconds_at_rest(path: Toolpath, machine: Machine, style: str) -> Floats:
     """Compute the time at rest in each row, float64[n], s, for dwells, tool changes, and the spindle.
 
     We do not know which tool is in the spindle at the start, so the first TOOL row counts as a tool change. A dwell
@@ -339,7 +341,7 @@ def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
     for row, value in zip(rows.tolist(), path.value[rows].tolist(), strict=True):
         speed = 0.0 if kinds[row] == tool else value
         if speed not in (0.0, turning):
-            dwell = _dwell_after(kinds, row)
+            dwell = _find_dwell_after(kinds, row)
             dwell_s = 0.0 if dwell is None else float(seconds[dwell])
             seconds[row] = max(dwell_s, start_s)
             if dwell is not None:
@@ -352,7 +354,7 @@ def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
 _DWELL, _IGNORED_ROWS = int(Kind.DWELL), (int(Kind.COOLANT), int(Kind.OFFSET))
 
 
-def _dwell_after(kinds: list[int], row: int) -> int | None:
+def _find_dwell_after(kinds: list[int], row: int) -> int | None:
     """Find the dwell that follows a row. Only coolant and length-offset rows may come before the dwell."""
     for after in range(row + 1, len(kinds)):
         if kinds[after] == _DWELL:

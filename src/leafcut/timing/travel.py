@@ -50,7 +50,7 @@ def travel_metric(
     PlanError
         If the zones are not rows of four finite numbers, the height is negative, or the objective is unknown.
     """
-    rectangles = _rectangles(zones)
+    rectangles = _zone_rectangles(zones)
     if not (math.isfinite(lift_height_mm) and lift_height_mm >= 0):
         raise PlanError("a lift of {} mm is out of range; the height must be 0 or more", lift_height_mm)
     if objective == "distance":
@@ -71,7 +71,7 @@ def travel_metric(
     )
 
 
-def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
+def _zone_rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
     if zones is None:
         return np.zeros((0, 4))
     table = np.asarray(zones, dtype=np.float64)
@@ -86,14 +86,14 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
 
     Raises PlanError if the metric is for maps or if travel heights differ.
     """
-    from leafcut.kernels.cost import CODES, distance
+    from leafcut.kernels.cost import CODES, metric_distance
 
     if metric.relief is not None:
         raise PlanError("this cost model covers travel at a single height only")
     if metric.name not in _MACHINES:
         raise PlanError("the metric {} is for maps, not for machines", metric.name)
     numbers = map(float, (*a, *b, *metric.velocity, *metric.acceleration, metric.per_mm))
-    cost = float(distance(CODES[metric.name], *numbers))
+    cost = float(metric_distance(CODES[metric.name], *numbers))
     if len(metric.zones) and touches_any_zone([a], [b], metric.zones, dogleg=metric.name == "dogleg")[0]:
         cost += metric.lift
     return cost
@@ -105,9 +105,11 @@ def travel_heights(relief: Relief, xy: Points, dogleg: bool) -> Floats:
     The move must clear every tile that it touches. If the axes move independently (`dogleg`), the move must clear every
     tile in the rectangle between the two positions.
     """
-    from leafcut.kernels.cost import DOGLEG, LINEAR, relief_table, way_heights
+    from leafcut.kernels.cost import DOGLEG, LINEAR, relief_table, travel_heights_along_path
 
     header = (relief.x, relief.y, relief.side, relief.velocity, relief.acceleration)
     heights, xy = np.zeros(len(xy) - 1), np.ascontiguousarray(xy, dtype=np.float64)
-    way_heights(DOGLEG if dogleg else LINEAR, xy, relief_table(header, relief.safe, relief.at(xy)), heights)
+    travel_heights_along_path(
+        DOGLEG if dogleg else LINEAR, xy, relief_table(header, relief.safe, relief.at(xy)), heights
+    )
     return heights

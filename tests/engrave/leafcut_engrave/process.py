@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from leafcut.errors import count_of
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.fact import Fact
@@ -31,7 +31,7 @@ from leafcut.processes.job import Job, check_dialect_options
 from leafcut.processes.placing import place_part
 from leafcut.processes.plan import Plan
 from leafcut.processes.spindle_moves import check_spindle_heights
-from leafcut.proof.program import check_program, read_back
+from leafcut.proof.program import check_program, interpret_written_program
 from leafcut.read import read_contours
 from leafcut.read.format import Source
 from leafcut.report.path_report import PathReport
@@ -68,7 +68,7 @@ class Engraving(Process):
         """Return a plan with one stage. A line is a task with two choices, one per direction."""
         settings = job.settings
         check_spindle_heights(job.machine, settings.job, "engrave")
-        post_dialect = dialect(settings.post.dialect or job.machine.controller)
+        post_dialect = load_dialect(settings.post.dialect or job.machine.controller)
         check_dialect_options(settings, post_dialect)
         job = job.for_dialect(post_dialect)
         part = place_part(read_contours(sources[0], settings.read, job.start_step(Message("reading"))), settings.read)
@@ -93,7 +93,7 @@ class Engraving(Process):
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, the limits of the machine, and the drawing."""
-        written, depth = read_back(text, plan.dialect), depth_of(plan.job.settings.job)
+        written, depth = interpret_written_program(text, plan.dialect), depth_of(plan.job.settings.job)
         machine, units = plan.job.machine, plan.job.settings.post.output_units
         problems = check_program(best.path, written, plan.dialect, machine, units)
         return written, [*problems, *check_lines(written, plan.work, depth, 2.0 * TOLERANCE)]

@@ -15,13 +15,13 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
 from leafcut.nesting.options import NestOptions
 from leafcut.nesting.plan.fill import Filling, NestTask, fill_sheets
-from leafcut.nesting.plan.pieces import pieces_of
+from leafcut.nesting.plan.pieces import pieces_from_parts
 from leafcut.nesting.plan.rectangles import PlacedPiece
 from leafcut.nesting.plan.sheet_choice import (
     cheaper_plans,
     cheapest_by_density,
-    cheapest_nest,
     cheapest_of_plans,
+    find_cheapest_nest,
     plan_of_nest,
 )
 
@@ -34,10 +34,10 @@ class Shelves:
     offered: float = 1.3
     repeatable: bool = True
 
-    def holds(self, piece: int) -> bool:
+    def fits_on_empty_sheet(self, piece: int) -> bool:
         return self.size > 0
 
-    def weight(self, piece: int) -> float:
+    def required_area(self, piece: int) -> float:
         return 1.0
 
     @property
@@ -54,7 +54,7 @@ def task(count: int, *sheets: tuple[int | None, float]) -> NestTask:
     path = Polyline.of_points([(0, 0), (1, 0), (1, 1), (0, 1)], closed=True)
     parts = (NestPart("plate", (Contour(path),), count),)
     stocks = tuple(Stock(10.0, 10.0, number, price) for number, price in sheets)
-    return NestTask(parts, tuple(pieces_of(parts)), (count,), stocks, NestOptions(), 2.0)
+    return NestTask(parts, tuple(pieces_from_parts(parts)), (count,), stocks, NestOptions(), 2.0)
 
 
 def nest_of(cost: float, unplaced: int = 0) -> Nest:
@@ -74,7 +74,7 @@ def test_no_choice_of_sheets_that_holds_all_is_cheaper(seed: int) -> None:
     sizes = [dice.randint(1, 9) for _ in range(3)]
     sheets = [(dice.randint(1, 4), float(dice.randint(1, 30))) for _ in range(3)]
     wanted = dice.randint(1, sum(n * size for (n, _), size in zip(sheets, sizes, strict=True)))
-    found = cheapest_nest(task(wanted, *sheets), [Shelves(size) for size in sizes], "m", 0, lambda: False)
+    found = find_cheapest_nest(task(wanted, *sheets), [Shelves(size) for size in sizes], "m", 0, lambda: False)
     choices = itertools.product(*(range(n + 1) for n, _ in sheets))
     least = min(
         sum(n * price for n, (_, price) in zip(choice, sheets, strict=True))
@@ -141,13 +141,13 @@ def test_a_sheet_is_cut_as_often_as_there_are_parts_for_it_and_no_oftener() -> N
     assert (len(laid), made.add(0, laid, math.inf), made.left.total()) == (4, 2, 3)
     rest = made.fill_sheet(0, [])
     assert (len(rest), made.add(0, rest, math.inf), made.left.total()) == (3, 1, 0)
-    assert made.nest("m", 0).unplaced == (0,)
+    assert made.as_nest("m", 0).unplaced == (0,)
 
 
 def test_a_second_kind_of_sheet_makes_no_nest_dearer_even_without_time() -> None:
     """Twenty plates on sheets of ten at 10 cost 20; sheets of nine at 8.9, more for their cost, would cost 26.7."""
     both = task(20, (None, 10.0), (None, 8.9))
-    assert cheapest_nest(both, [Shelves(10), Shelves(9)], "rectangles", 0, lambda: True).cost == 20.0
+    assert find_cheapest_nest(both, [Shelves(10), Shelves(9)], "rectangles", 0, lambda: True).cost == 20.0
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -11,8 +11,8 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
-from leafcut.nesting.plan.nesting import fill_holes
-from leafcut.nesting.plan.pieces import NestPiece, pieces_of
+from leafcut.nesting.plan.nesting import nest_in_holes
+from leafcut.nesting.plan.pieces import NestPiece, pieces_from_parts
 
 #: A frame of 200 with a hole of 120, and what may lie in it.
 HOLE = (40.0, 40.0, 160.0, 160.0)
@@ -32,7 +32,7 @@ def small(side: float, quantity: int, rotations: tuple[float, ...] | None = (0.0
 
 def made(*parts: NestPart, spacing: float = 5.0) -> tuple[list[NestPiece], list[int], Counter[int]]:
     """Return the pieces, their counts, and how many of each part there are in all of them."""
-    pieces, counts = fill_holes(parts, pieces_of(parts), spacing)
+    pieces, counts = nest_in_holes(parts, pieces_from_parts(parts), spacing)
     every = Counter[int]()
     for piece, count in zip(pieces, counts, strict=True):
         for member in piece.members:

@@ -12,7 +12,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart, Placement
 from leafcut.nesting.plan.blocks import MAX_MEMBERS, group_in_blocks
-from leafcut.nesting.plan.pieces import pieces_of
+from leafcut.nesting.plan.pieces import pieces_from_parts
 
 KERF = 1.5
 QUARTERS = tuple(math.radians(a) for a in (0, 90, 180, 270))
@@ -26,7 +26,7 @@ SHAPES = {
 
 def blocks_of(shape: str, kind: str, count: int, angles: tuple[float, ...] | None = QUARTERS):
     path = Polyline.of_points(SHAPES[shape], closed=True)
-    pieces = pieces_of([NestPart(shape, (Contour(path),), count, angles)])
+    pieces = pieces_from_parts([NestPart(shape, (Contour(path),), count, angles)])
     return path, *group_in_blocks(pieces, [count], KERF, kind, (1000.0, 600.0))
 
 

@@ -16,7 +16,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import Nest, NestPart, Stock
 from leafcut.nesting.options import NestOptions
 from leafcut.nesting.plan.fill import NestTask
-from leafcut.nesting.plan.nesting import prepare_task, variants
+from leafcut.nesting.plan.nesting import nest_variants, prepare_task
 from leafcut.nesting.plan.rectangles import RULES
 from leafcut.options import SolveOptions
 
@@ -34,7 +34,7 @@ def task_of(*parts: NestPart, stocks: tuple[Stock, ...] = (SHEET,), **options: A
 
 
 def nests(task: NestTask, cancelled: threading.Event | None = None, **search: Any) -> Iterator[Nest | str]:
-    return variants(task, SolveOptions(**search), lambda _: None, cancelled or threading.Event())
+    return nest_variants(task, SolveOptions(**search), lambda _: None, cancelled or threading.Event())
 
 
 def test_by_rectangles_there_is_one_nest_for_each_rule() -> None:

@@ -11,7 +11,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
-from leafcut.nesting.plan.pieces import NestPiece, pieces_of
+from leafcut.nesting.plan.pieces import NestPiece, pieces_from_parts
 from leafcut.nesting.plan.positions import buffer_distance, find_position
 
 
@@ -20,7 +20,7 @@ def box(width: float, height: float, x: float = 0.0, y: float = 0.0) -> Polyline
 
 
 def piece(path: Polyline) -> NestPiece:
-    return pieces_of([NestPart("p", (Contour(path),))])[0]
+    return pieces_from_parts([NestPart("p", (Contour(path),))])[0]
 
 
 def test_a_piece_lies_furthest_to_the_left_and_then_lowest() -> None:

@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("spyrrow")
 
 from leafcut.nesting.options import NestOptions
-from leafcut.nesting.run import nest
+from leafcut.nesting.run import search_nests
 from leafcut.options import SolveOptions
 from leafcut.read.format import Source
 from leafcut.read.strip_instance import read_strip_instance
@@ -67,7 +67,7 @@ def test_a_strip_is_not_longer_than_that_of_the_nester_alone(name: str, steps: i
         task = json.dumps({**data, "seed": seed, "steps": steps})
         alone = subprocess.run([sys.executable, "-c", ALONE], input=task, capture_output=True, text=True, check=True)
         lengths["alone"].append(float(alone.stdout))
-        found = nest(parts, options, 0.0, SolveOptions(iterations=steps, seed=seed)).nests[0]
+        found = search_nests(parts, options, 0.0, SolveOptions(iterations=steps, seed=seed)).nests[0]
         assert found.repeatable and not any(found.unplaced)
         lengths["leafcut"].append(found.used_length)
     assert median(lengths["leafcut"]) <= 1.01 * median(lengths["alone"]), lengths

@@ -13,7 +13,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
-from leafcut.nesting.plan.pieces import NestPiece, pieces_of
+from leafcut.nesting.plan.pieces import NestPiece, pieces_from_parts
 from leafcut.nesting.plan.rectangles import RULES, PlacedPiece, RectanglePacker
 
 QUARTERS = (0.0, 0.5 * math.pi)
@@ -24,7 +24,7 @@ def box(width: float, height: float, x: float = 0.0, y: float = 0.0) -> Polyline
 
 
 def some(paths: list[Polyline], angles: tuple[float, ...] = QUARTERS) -> list[NestPiece]:
-    return pieces_of([NestPart(f"p{k}", (Contour(path),), 1, angles) for k, path in enumerate(paths)])
+    return pieces_from_parts([NestPart(f"p{k}", (Contour(path),), 1, angles) for k, path in enumerate(paths)])
 
 
 def shapes(pieces: list[NestPiece], laid: list[PlacedPiece]) -> list[shapely.Polygon]:
@@ -66,14 +66,14 @@ def test_what_may_not_be_turned_lies_as_it_is_drawn() -> None:
     assert [a.angle for a in laid] == [0.0] * 4
     upright = some([box(60, 10)], (0.5 * math.pi,))
     assert RectanglePacker(upright, 200.0, 59.0, 0.0, 2.0, 0).fill(Counter({0: 4}), last=False) == []
-    assert not RectanglePacker(upright, 200.0, 59.0, 0.0, 2.0, 0).holds(0)
+    assert not RectanglePacker(upright, 200.0, 59.0, 0.0, 2.0, 0).fits_on_empty_sheet(0)
 
 
 def test_a_sheet_has_room_for_as_much_as_its_pieces_weigh() -> None:
     pieces = some([box(48, 28)], (0.0,))
     packer = RectanglePacker(pieces, 148.0, 88.0, 10.0, 2.0, 0)
-    assert packer.weight(0) == pytest.approx(50 * 30)
-    assert packer.sheet_area / packer.weight(0) == pytest.approx(9)
+    assert packer.required_area(0) == pytest.approx(50 * 30)
+    assert packer.sheet_area / packer.required_area(0) == pytest.approx(9)
     assert len(packer.fill(Counter({0: 20}), last=False)) == 9
 
 

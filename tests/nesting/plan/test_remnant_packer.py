@@ -12,7 +12,7 @@ from shapely.affinity import rotate, translate
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart, Stock
-from leafcut.nesting.plan.pieces import pieces_of
+from leafcut.nesting.plan.pieces import pieces_from_parts
 from leafcut.nesting.plan.rectangles import PlacedPiece
 from leafcut.nesting.plan.remnant import RemnantPacker
 
@@ -28,7 +28,7 @@ def packer(sizes: list[tuple[float, float]], paths: tuple[Polyline, ...], **limi
     parts = [NestPart(f"p{k}", (Contour(box(*size)),)) for k, size in enumerate(sizes)]
     x0, y0, x1, y1 = paths[0].extents
     stock = Stock(x1 - x0, y1 - y0, 1, None, paths, "rest")
-    return RemnantPacker(pieces_of(parts), stock, MARGIN, SPACING, **limits)
+    return RemnantPacker(pieces_from_parts(parts), stock, MARGIN, SPACING, **limits)
 
 
 def polygons(sizes: list[tuple[float, float]], laid: list[PlacedPiece]) -> list[shapely.Polygon]:
@@ -44,9 +44,9 @@ def test_a_strip_holds_as_many_squares_as_fit_beside_each_other_within_its_margi
     """Of 100 mm 90 are left by two margins of 5: two squares of 30 take 64 with their spacing, three 98."""
     one = packer([(30, 30)], (box(100, 40),))
     assert one.sheet_area == pytest.approx(90 * 30)
-    assert one.holds(0) and one.weight(0) == pytest.approx(900)
+    assert one.fits_on_empty_sheet(0) and one.required_area(0) == pytest.approx(900)
     assert len(one.fill(Counter({0: 5}), last=True)) == 2
-    assert not packer([(91, 10)], (box(100, 40),)).holds(0)
+    assert not packer([(91, 10)], (box(100, 40),)).fits_on_empty_sheet(0)
 
 
 def test_on_an_l_with_a_hole_pieces_keep_off_edges_holes_and_each_other_and_the_largest_is_laid_first() -> None:

@@ -15,7 +15,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
 from leafcut.nesting.plan import shapes as room
-from leafcut.nesting.plan.pieces import pieces_of
+from leafcut.nesting.plan.pieces import pieces_from_parts
 from leafcut.nesting.plan.shapes import ShapePacker
 from leafcut.nesting.plan.strip import Strip, StripBudget, StripItem
 
@@ -36,7 +36,7 @@ OUTLINES = {
 def packer(*paths: Polyline, length: float = 300.0, width: float = 120.0, angles: tuple[float, ...] | None = (0.0,)):
     parts = [NestPart(f"p{k}", (Contour(path),), 1, angles) for k, path in enumerate(paths)]
     budget = StripBudget(steps=3, failures=1)
-    return ShapePacker(pieces_of(parts), length, width, MARGIN, SPACING, 0, lambda: budget, threading.Event())
+    return ShapePacker(pieces_from_parts(parts), length, width, MARGIN, SPACING, 0, lambda: budget, threading.Event())
 
 
 def fine(path: Polyline) -> shapely.Polygon:
@@ -50,7 +50,7 @@ def test_the_outline_that_the_nester_gets_encloses_all_that_is_nearer_than_half_
     assert given.covers(fine(path).buffer(0.5 * SPACING, quad_segs=64))
     # Mitred corners reach twice as far at most, and fewer points take half a millimetre at most.
     assert fine(path).buffer(2.0 * (0.5 * SPACING + 0.6), quad_segs=64).covers(given)
-    assert packer(path).weight(0) == area == pytest.approx(given.area)
+    assert packer(path).required_area(0) == area == pytest.approx(given.area)
 
 
 def test_a_round_outline_is_given_in_few_points_and_a_box_in_its_four() -> None:
@@ -76,10 +76,10 @@ def test_an_outline_of_many_sharp_corners_is_grown_no_more_than_one_of_few() -> 
 
 def test_a_piece_has_room_on_an_empty_sheet_where_it_fits_at_one_of_its_angles() -> None:
     box = OUTLINES["box"]
-    assert packer(box, length=30.0, width=10.0).holds(0)
-    assert not packer(box, length=29.9, width=10.0).holds(0)
-    assert not packer(box, length=10.0, width=30.0).holds(0)
-    assert packer(box, length=10.0, width=30.0, angles=(0.0, 0.5 * math.pi)).holds(0)
+    assert packer(box, length=30.0, width=10.0).fits_on_empty_sheet(0)
+    assert not packer(box, length=29.9, width=10.0).fits_on_empty_sheet(0)
+    assert not packer(box, length=10.0, width=30.0).fits_on_empty_sheet(0)
+    assert packer(box, length=10.0, width=30.0, angles=(0.0, 0.5 * math.pi)).fits_on_empty_sheet(0)
 
 
 def test_the_least_length_of_strip_is_that_of_the_angle_at_which_a_piece_fits_across() -> None:
@@ -122,7 +122,7 @@ def test_a_piece_that_takes_all_of_the_strip_is_given_to_no_search(monkeypatch: 
     monkeypatch.setattr(room, "pack_strip", pack_strip)
     plank = Polyline.of_points([(0, 0), (300, 0), (300, 115), (0, 115)], closed=True)
     made = packer(plank, OUTLINES["box"])
-    assert made.holds(0)
+    assert made.fits_on_empty_sheet(0)
     laid = made.fill(Counter({0: 1, 1: 5}), last=False)
     assert Counter(one.piece for one in laid) == {1: 5}
     assert given

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("spyrrow")
 
-from leafcut.nesting.plan.sparrow_process import GIVEN_UP, NEVER, OVERLAPPING, StripSearch, phases
+from leafcut.nesting.plan.sparrow_process import GIVEN_UP, NEVER, OVERLAPPING, StripSearch, phase_time_limits
 
 FOUND = 3
 ENDLESS: dict[str, Any] = {"steps": 1e9, "failures": 1e9, "seconds": 1e9, "enough": 0.0}
@@ -58,7 +58,7 @@ def test_time_that_is_over_ends_it_once_there_is_an_answer() -> None:
 
 @pytest.mark.parametrize("seconds", [0.3, 1.0, 3.8, 4.0, 19.4, 59.99])
 def test_the_nester_never_stops_before_the_time_of_the_search(seconds: float) -> None:
-    exploration, compression = phases(seconds)
+    exploration, compression = phase_time_limits(seconds)
     assert seconds <= exploration + compression < seconds + 2.0
     assert abs(exploration - 0.8 * seconds) <= 0.76
-    assert phases(1e9) == (NEVER, NEVER)
+    assert phase_time_limits(1e9) == (NEVER, NEVER)

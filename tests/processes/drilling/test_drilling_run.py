@@ -19,7 +19,7 @@ from leafcut.model.plan import Stage
 from leafcut.model.solution import Solution
 from leafcut.order import solve as room
 from leafcut.processes.registry import report_of
-from leafcut.read.order_file import drawing_of, order_text
+from leafcut.read.order_file import identify_drawing, order_file_text
 
 
 def map_of(tmp_path: Path, seed: int) -> Path:
@@ -62,7 +62,7 @@ def test_a_part_that_is_too_large_is_refused_before_anything_is_sought(
 
 def order_file(tmp_path: Path, *operations: tuple[int, list[int]]) -> Path:
     path = tmp_path / "order.json"
-    path.write_text(order_text({number: tuple(holes) for number, holes in operations}))
+    path.write_text(order_file_text({number: tuple(holes) for number, holes in operations}))
     return path
 
 
@@ -117,7 +117,7 @@ PLACES = [(0.0, 0.0), (10.0, 0.0), (20.0, 5.125), (3.175, 7.5)]
 def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[float, float]], line: str) -> None:
     plate, given = tmp_path / "plate.csv", tmp_path / "order.json"
     plate.write_text("x,y,diameter\n" + "".join(f"{x!r},{y!r},3\n" for x, y in places))
-    given.write_text(order_text({0: (2, 0)}, drawing_of(PLACES)))
+    given.write_text(order_file_text({0: (2, 0)}, identify_drawing(PLACES)))
     if line:
         with pytest.raises(PlanError, match=re.escape(line)):
             leafcut.optimize(plate, units="mm", depth=3, plan=given)

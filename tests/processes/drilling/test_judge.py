@@ -14,7 +14,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import LeafcutError, VerifyError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.machine import Machine
@@ -28,7 +28,7 @@ from leafcut.processes.drilling.judge import DrillingRequest, judge_holes
 from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, generate_toolpath
 from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
 from leafcut.processes.placing import place_part
-from leafcut.proof.program import read_back, rounding_of
+from leafcut.proof.program import interpret_written_program, max_rounding_error
 from meshes import box_triangles
 from option_groups import drilling
 
@@ -75,14 +75,19 @@ def program(asked: DrillingRequest, name: str, units: str) -> str:
     plan = plan_drilling(part, MILL, asked.library, asked.job, asked.options, drawn=asked.reading.z_zero == "drawn")
     path = generate_toolpath(plan, MILL, [drawing_order(one) for one in plan.operations])
     names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}
-    return write_program(path, dialect(name), PostOptions(output_units=units), ["judged"], tool_names=names)
+    return write_program(path, load_dialect(name), PostOptions(output_units=units), ["judged"], tool_names=names)
 
 
 def faults(asked: DrillingRequest, text: str, name: str = "linuxcnc", units: str = "mm") -> list[str]:
     """Return the judge's errors, or the reason why the controller refuses the text."""
-    words = dialect(name)
+    words = load_dialect(name)
     try:
-        return [one.what for one in judge_holes(asked, text, read_back(text, words), rounding_of(words, units))]
+        return [
+            one.what
+            for one in judge_holes(
+                asked, text, interpret_written_program(text, words), max_rounding_error(words, units)
+            )
+        ]
     except LeafcutError as problem:
         return [str(problem)]
 
@@ -337,18 +342,18 @@ def test_a_slot_is_cut_once_to_its_bottom_in_passes_that_its_mill_can_take() -> 
 def test_a_difference_names_the_tool_and_a_line_only_where_the_program_has_one() -> None:
     asked = request(replace(PART, holes=()), None)
     text = program(asked, "grbl", "mm").replace("Z-5.667\n", "")
-    words = dialect("grbl")
-    (deep,) = judge_holes(asked, text, read_back(text, words), rounding_of(words, "mm"))
+    words = load_dialect("grbl")
+    (deep,) = judge_holes(asked, text, interpret_written_program(text, words), max_rounding_error(words, "mm"))
     assert deep.what == "deep pass" and text.split("\n")[deep.new - 2] == "Z-8.5"
     assert "the maximum step-down of slot-mill 4 is 4 mm" in str(deep)
 
     asked = request(PLAIN_HOLES, None, mirror="y", origin="lower-left", thickness=8.0)
     text = BY_HAND.format(z3=f"{-8.5 - 3.0 * POINT:.3f}", z5=f"{-8.5 - 5.0 * POINT:.3f}").replace("X29.875 Y0\n", "")
-    words = dialect("linuxcnc")
-    (missing,) = judge_holes(asked, text, read_back(text, words), rounding_of(words, "mm"))
+    words = load_dialect("linuxcnc")
+    (missing,) = judge_holes(asked, text, interpret_written_program(text, words), max_rounding_error(words, "mm"))
     assert (missing.what, missing.original, missing.new) == ("missing hole", 0, 0)
     text = text.replace("X29.875 Y20.5", "X28 Y20.5")
-    found = judge_holes(asked, text, read_back(text, words), rounding_of(words, "mm"))
+    found = judge_holes(asked, text, interpret_written_program(text, words), max_rounding_error(words, "mm"))
     lines = text.split("\n")
     (line,) = [lines[one.new - 1] for one in found if one.what == "hole not drawn"]
     assert line.startswith("G1 Z-10.002"), "the plunge at X28"

@@ -15,7 +15,7 @@ import pytest
 from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, VerifyError
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.proof.surface import check_surface
 from meshes import binary_stl, box_triangles
@@ -395,7 +395,7 @@ def test_a_shank_or_holder_is_refused_only_if_it_meets_the_part(
             drilled(folder, **given)
         return
     outcome = drilled(folder, **given)
-    path, met = expand(outcome.written), 0
+    path, met = expand_cycles(outcome.written), 0
     for begin, end in zip(path.before, path.end, strict=True):
         if not np.isfinite((begin, end)).all():
             continue
@@ -434,7 +434,7 @@ def test_the_proof_finds_exactly_the_moves_whose_holder_meets_the_part(count: in
 def test_pecks_go_back_into_the_hole_by_a_rapid(folder: Path, dialect: str) -> None:
     """Written out as moves, too; into a hole that is not there they may not."""
     outcome = drilled(folder, peck=4, dialect=dialect)
-    path = expand(outcome.written)
+    path = expand_cycles(outcome.written)
     down = (path.kind == Kind.RAPID) & (path.before[:, :2] == path.end[:, :2]).all(axis=1)
     assert np.nanmin(path.end[down, 2]) < -15.0
     kinds = np.where(path.kind == Kind.FEED, int(Kind.RAPID), path.kind)

@@ -21,7 +21,7 @@ from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.drilling import plan_drilling
 from leafcut.read.machine import load_machine
-from leafcut.read.step_solid import RoundWall, hole_of
+from leafcut.read.step_solid import RoundWall, column_to_hole
 from leafcut.read.tools import load_tools
 from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, saved
 
@@ -174,6 +174,6 @@ def test_a_cone_whose_tip_finds_no_room_below_is_not_made_by_a_countersink() -> 
     """A tip of 90 degrees goes 2 mm below a hole 4 mm wide; in one of 3 mm it would cut its wall."""
     for low, narrow, free in ((-20.0, 2.0, True), (-3.5, 2.0, False), (-20.0, 1.5, False)):
         column = [RoundWall(0, 0, -3, 0, 2, 5, ALL), RoundWall(0, 0, low, -3, narrow, narrow, ALL)]
-        hole = hole_of(column)
+        hole = column_to_hole(column)
         assert hole is not None
         assert [step.open for step in hole.steps] == [free]

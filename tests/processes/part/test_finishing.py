@@ -12,13 +12,13 @@ import shapely
 
 import leafcut
 from leafcut.errors import LeafcutError, OptionError, PlanError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.polyline import Polyline
-from leafcut.material.straight_moves import straight_moves
+from leafcut.material.straight_moves import convert_to_straight_moves
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.part.model import Edge, PartRequest, PocketArea, TabRules
 from leafcut.processes.part.proof.part import judge_part
-from leafcut.proof.program import read_back
+from leafcut.proof.program import interpret_written_program
 from rs274_moves import run_rs274
 
 RADIUS, FINISH, THICKNESS = 2.0, 0.3, 3.0
@@ -54,7 +54,7 @@ def edges() -> Any:
 
 def deep_cuts(path: Toolpath) -> tuple[np.ndarray, np.ndarray]:
     """Return the lines of all cuts below the top, and whether each lies at full depth."""
-    moves = straight_moves(path, 0.002, 1.0)
+    moves = convert_to_straight_moves(path, 0.002, 1.0)
     cut = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -1e-6)
     ends = moves.ends[cut]
     full = np.maximum(ends[:, 2], ends[:, 5]) <= BOTTOM + 1e-6
@@ -220,7 +220,9 @@ def ring(beside: float, z: float, width: float = 40.0, height: float = 40.0, *, 
 
 def program(*paths: list[str]) -> Toolpath:
     cuts = [line for path in paths for line in path]
-    return read_back("\n".join(["G21 G90 G17 G94", "T1 M6", "G0 X3 Y20 Z2", *cuts, "G0 Z5", "M2"]), dialect("linuxcnc"))
+    return interpret_written_program(
+        "\n".join(["G21 G90 G17 G94", "T1 M6", "G0 X3 Y20 Z2", *cuts, "G0 Z5", "M2"]), load_dialect("linuxcnc")
+    )
 
 
 ROUGH, EXACT = ring(RADIUS + FINISH, BOTTOM), ring(RADIUS, BOTTOM)
@@ -289,7 +291,9 @@ def test_a_planned_program_without_its_finishing_passes_is_found(tmp_path: Path)
             finish=asked,
         )  # fmt: skip
         for finish, text in texts.items():
-            assert (judge_part(request, read_back(text, dialect("linuxcnc"))) == []) == (finish == asked)
+            assert (judge_part(request, interpret_written_program(text, load_dialect("linuxcnc"))) == []) == (
+                finish == asked
+            )
 
 
 @pytest.mark.parametrize("finish", [0.0, FINISH])

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.part.model import Edge, Engraving, PartHole, PartRequest, PocketArea, TabRules
 from leafcut.processes.part.proof.part import judge_part
-from leafcut.proof.program import read_back
+from leafcut.proof.program import interpret_written_program
 
 RADIUS, THICKNESS, BOTTOM = 2.0, 3.0, -3.5
 SQUARES = [[(a, a), (100 - a, a), (100 - a, 100 - a), (a, 100 - a)] for a in (0, 30)]
@@ -54,7 +54,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def judged(text: str) -> list[Difference]:
-    return judge_part(REQUEST, read_back(text, dialect("linuxcnc")))
+    return judge_part(REQUEST, interpret_written_program(text, load_dialect("linuxcnc")))
 
 
 def test_the_program_as_written_has_no_difference(program: str) -> None:
@@ -71,7 +71,7 @@ def _blocks(path: Toolpath) -> tuple[list[int], list[int], list[int], list[int]]
 
 
 def test_a_cut_that_is_left_out_is_found(program: str) -> None:
-    path = read_back(program, dialect("linuxcnc"))
+    path = interpret_written_program(program, load_dialect("linuxcnc"))
     head, window, outline, tail = _blocks(path)
     for kept in (window, outline):
         assert "not cut" in {one.what for one in judge_part(REQUEST, path.take([*head, *kept, *tail]))}
@@ -79,7 +79,7 @@ def test_a_cut_that_is_left_out_is_found(program: str) -> None:
 
 @pytest.mark.hazard
 def test_an_outline_before_its_window_is_found(program: str) -> None:
-    path = read_back(program, dialect("linuxcnc"))
+    path = interpret_written_program(program, load_dialect("linuxcnc"))
     head, window, outline, tail = _blocks(path)
     assert judge_part(REQUEST, path.take([*head, *window, *outline, *tail])) == []
     swapped = judge_part(REQUEST, path.take([*head, *outline, *window, *tail]))
@@ -119,7 +119,7 @@ def test_errors_of_drilled_holes_are_found(
     lines = program.splitlines()
     at = lines.index("M5") - 1 if late else lines.index("G53 G0 Z0") + 1
     lines[at:at] = drilling
-    differences = judge_part(DRILLED, read_back("\n".join(lines), dialect("linuxcnc")))
+    differences = judge_part(DRILLED, interpret_written_program("\n".join(lines), load_dialect("linuxcnc")))
     assert (what in {one.what for one in differences}) if what else differences == []
 
 
@@ -167,7 +167,9 @@ CUT = ["G0 X10 Y10 Z2", "G1 Z-0.4 F90", "X25", "Y20", "G0 Z5"]
     ],
 )
 def test_errors_of_an_engraved_path_are_found(lines: list[str], late: bool, what: str | None, program: str) -> None:
-    differences = judge_part(ENGRAVED, read_back(inserted(lines, program, late=late), dialect("linuxcnc")))
+    differences = judge_part(
+        ENGRAVED, interpret_written_program(inserted(lines, program, late=late), load_dialect("linuxcnc"))
+    )
     assert (what in {one.what for one in differences}) if what else differences == []
 
 
@@ -202,7 +204,9 @@ CLEARED = ["G0 X12 Y12 Z2", "G1 Z-1 F90", "X28", "Y15", "X12", "Y12", "G0 Z5"]
     ],
 )
 def test_errors_of_a_pocket_are_found(lines: list[str], late: bool, what: str | None, program: str) -> None:
-    differences = judge_part(POCKETED, read_back(inserted(lines, program, late=late), dialect("linuxcnc")))
+    differences = judge_part(
+        POCKETED, interpret_written_program(inserted(lines, program, late=late), load_dialect("linuxcnc"))
+    )
     assert (what in {one.what for one in differences}) if what else differences == []
 
 
@@ -216,7 +220,9 @@ def test_a_pocket_that_is_cut_too_deep_or_too_fast_is_found(
 ) -> None:
     """The pocket is cleared in one level of 1 mm with 90 mm/min."""
     request = replace(POCKETED, step=step, feed=feed)
-    differences = judge_part(request, read_back(inserted(CLEARED, program, late=False), dialect("linuxcnc")))
+    differences = judge_part(
+        request, interpret_written_program(inserted(CLEARED, program, late=False), load_dialect("linuxcnc"))
+    )
     assert (what in {str(one.what) for one in differences}) if what else differences == []
 
 
@@ -225,7 +231,7 @@ def test_a_slug_in_a_bore_is_found() -> None:
     """The mill of 4 mm goes around a hole of 9 mm, and leaves a slug of 1 mm."""
     hole = Edge(Polyline.circle(20.0, 20.0, 4.5), inside=True, name="hole", is_bore=True)
     text = "G21 G90 G17 G94\nT1 M6\nG0 X22.5 Y20 Z2\nG1 Z-3.5 F90\nG3 I-2.5\nG0 Z5\nM2\n"
-    differences = judge_part(replace(REQUEST, edges=(hole,)), read_back(text, dialect("linuxcnc")))
+    differences = judge_part(replace(REQUEST, edges=(hole,)), interpret_written_program(text, load_dialect("linuxcnc")))
     assert [str(one.what) for one in differences if "has a slug" in str(one.text)] == ["not cut"]
 
 
@@ -235,7 +241,7 @@ def test_a_slug_under_a_bore_that_is_cleared_above_is_found() -> None:
     hole = Edge(Polyline.circle(20.0, 20.0, 4.5), inside=True, name="hole", is_bore=True)
     wide, full = "G3 I-2.5", "G1 X20 Y20\nG1 X22.5"
     text = f"G21 G90 G17 G94\nT1 M6\nG0 X22.5 Y20 Z2\nG1 Z-2 F90\n{wide}\n{full}\nG1 Z-3.5\n{wide}\nG0 Z5\nM2\n"
-    differences = judge_part(replace(REQUEST, edges=(hole,)), read_back(text, dialect("linuxcnc")))
+    differences = judge_part(replace(REQUEST, edges=(hole,)), interpret_written_program(text, load_dialect("linuxcnc")))
     assert "not cut" in [str(one.what) for one in differences if "has a slug" in str(one.text)]
 
 
@@ -249,7 +255,9 @@ def test_a_small_place_in_a_wide_pocket_that_is_not_cleared_is_found() -> None:
     cuts = [line for y in rows for line in (f"G0 X2 Y{y} Z2", "G1 Z-1 F90", "X198", "G0 Z2")]
     edges = ["G0 X2 Y2", "G1 Z-1", "Y198", "G0 Z2", "G0 X198 Y2", "G1 Z-1", "Y198", "G0 Z2"]
     whole = "\n".join(["G21 G90 G17 G94", "T1 M6", "G0 Z2", *cuts, *edges, "M2"])
-    assert judge_part(request, read_back(whole, dialect("linuxcnc"))) == []
+    assert judge_part(request, interpret_written_program(whole, load_dialect("linuxcnc"))) == []
     gap = whole.replace("Y100.0 Z2\nG1 Z-1 F90\n", "Y100.0 Z2\nG1 Z-1 F90\nX96\nG0 Z2\nX104\nG1 Z-1\n")
     assert gap != whole
-    assert [str(one.what) for one in judge_part(request, read_back(gap, dialect("linuxcnc")))] == ["not cut"]
+    assert [str(one.what) for one in judge_part(request, interpret_written_program(gap, load_dialect("linuxcnc")))] == [
+        "not cut"
+    ]

@@ -14,12 +14,12 @@ import shapely
 
 import leafcut
 from leafcut.errors import LeafcutError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.toolpath import Kind
 from leafcut.processes.part.model import Edge, PartRequest, PocketArea, PocketMill, TabRules
 from leafcut.processes.part.proof.part import judge_part
-from leafcut.proof.program import read_back
+from leafcut.proof.program import interpret_written_program
 from rs274_moves import run_rs274
 
 CELL = 0.2
@@ -218,7 +218,10 @@ M2
     ],
 )
 def test_errors_of_a_pocket_of_another_mill_are_found(change: Callable[[str], str], what: str | None) -> None:
-    differences = {str(one.what) for one in judge_part(REQUEST, read_back(change(PROGRAM), dialect("linuxcnc")))}
+    differences = {
+        str(one.what)
+        for one in judge_part(REQUEST, interpret_written_program(change(PROGRAM), load_dialect("linuxcnc")))
+    }
     assert (what in differences) if what else not differences
 
 
@@ -226,5 +229,7 @@ def test_errors_of_a_pocket_of_another_mill_are_found(change: Callable[[str], st
 def test_a_pocket_of_another_mill_that_is_cut_too_deep_at_once_is_found() -> None:
     (pocket,) = REQUEST.pockets
     request = replace(REQUEST, pockets=(replace(pocket, mill=PocketMill(5, 1.0, 0.6, 1.5)),), step=9.0)
-    differences = {str(one.what) for one in judge_part(request, read_back(PROGRAM, dialect("linuxcnc")))}
+    differences = {
+        str(one.what) for one in judge_part(request, interpret_written_program(PROGRAM, load_dialect("linuxcnc")))
+    }
     assert "too deep" in differences

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Toolpath
@@ -23,7 +23,7 @@ from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
 from leafcut.processes.pocket.plan.walls import wall_passes
 from leafcut.processes.pocket.proof.pocket import check_pockets
-from leafcut.proof.program import check_program, read_back
+from leafcut.proof.program import check_program, interpret_written_program
 from leafcut.read.machine import load_machine
 from rs274_moves import run_rs274
 
@@ -51,12 +51,12 @@ def path() -> Toolpath:
 
 
 def program(name: str, units: str) -> str:
-    return write_program(path(), dialect(name), PostOptions(output_units=units), ["pocket"])
+    return write_program(path(), load_dialect(name), PostOptions(output_units=units), ["pocket"])
 
 
 @pytest.mark.parametrize("name, units", CASES)
 def test_a_pocket_is_the_golden_program(name: str, units: str) -> None:
-    file = GOLDEN / f"pocket_{name}_{units}{dialect(name).extension}"
+    file = GOLDEN / f"pocket_{name}_{units}{load_dialect(name).extension}"
     text = program(name, units)
     if os.environ.get("LEAFCUT_WRITE_GOLDEN") == "1":
         file.write_bytes(text.encode("ascii"))
@@ -65,8 +65,8 @@ def test_a_pocket_is_the_golden_program(name: str, units: str) -> None:
 
 @pytest.mark.parametrize("name, units", CASES)
 def test_a_golden_pocket_reads_back_and_hurts_no_wall(name: str, units: str) -> None:
-    words = dialect(name)
-    written = read_back(program(name, units), words)
+    words = load_dialect(name)
+    written = interpret_written_program(program(name, units), words)
     assert check_program(path(), written, words, MACHINE, units, milled=True) == []
     assert check_pockets(written, [POCKET], RULES, [4.0], 2.0) == []
 

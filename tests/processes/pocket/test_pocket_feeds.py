@@ -12,8 +12,8 @@ import shapely
 
 from leafcut import api
 from leafcut.errors import OptionError, PlanError, VerifyError
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.material.loads import StockBefore, compute_loads
@@ -137,7 +137,9 @@ def test_what_goes_down_faster_than_the_tool_or_cuts_above_the_highest_feed_is_r
     text = "G21 G90 G17 G94\nT1 M6\nS9000 M3\nG0 X0 Y0 Z2\nG1 X9 Z-2 F1000\nG1 X30 F700\nG1 Y5 F2000\nG0 Z5\nM2\n"
     limits = FeedLimits(6.0, 15.0, 9000.0, most=22.5, depth=2.0, film_depth=2.0, film=1.2)
     rules = PocketRules(tool_diameter=6.0, step_over=3.0)
-    found = measure_chips(interpret(text, dialect("linuxcnc")), rules, limits, Tool(1, 6.0, ToolKind.END_MILL), [-2.0])
+    found = measure_chips(
+        interpret_own_program(text, load_dialect("linuxcnc")), rules, limits, Tool(1, 6.0, ToolKind.END_MILL), [-2.0]
+    )
     said = [str(one) for one in found.wrong]
     assert [word in " ".join(said) for word in ("goes down", "makes a chip of 0.2222 mm", "cuts near")] == [True] * 3
     assert found.tool.chip_after == pytest.approx(2000 / 9000, rel=1e-6)
@@ -215,7 +217,7 @@ def test_a_ramp_or_helix_keeps_the_power_limit_by_a_height_field(
 
 def _power_down(text: str) -> float:
     """Return the maximum power of sloped moves, W: kc Q of side and end of the tool, by volumes on cells."""
-    path = interpret(text, dialect("linuxcnc"))
+    path = interpret_own_program(text, load_dialect("linuxcnc"))
     block = StockBlock((-2, -2, -5), (30, 22, 0))
     found = compute_loads(path, {1: flat_mill(6)}, StockBefore(HeightField.of_block(block, 0.05), 0.0, True), 1.0)
     sinks = found.sinks & (found.length > 0.2)
@@ -255,7 +257,9 @@ def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(
     text = "G21 G90 G17 G94\nT1 M6\nS6000 M3\nG0 X0 Y0 Z0.5\nG1 Z-2 F{}\nG1 X9 F60\nG0 Z0.5\nG0 X5\nG1 Z-2 F590\nM2\n"
     mill, rules = Tool(1, 6.0, ToolKind.END_MILL), PocketRules(tool_diameter=6.0, step_over=3.0)
     for feed, lines in ((400, ["line 5"]), (int(feeds.max()), [])):
-        wrong = measure_chips(interpret(text.format(feed), dialect("linuxcnc")), rules, limits, mill, [-2.0]).wrong
+        wrong = measure_chips(
+            interpret_own_program(text.format(feed), load_dialect("linuxcnc")), rules, limits, mill, [-2.0]
+        ).wrong
         assert [str(one) for one in wrong if "line 5" in str(one) or "line 9" in str(one)] == [
             str(one) for one in wrong if any(line in str(one) for line in lines)
         ]
@@ -267,7 +271,7 @@ def test_a_ramp_that_needs_more_power_than_there_is_is_refused() -> None:
     limits = FeedLimits(6.0, 10.0, 6000.0, 15.0, 2.0, 2.0, 1.2, power=200.0, material=load_material("c45"), teeth=3)
     rules = PocketRules(tool_diameter=6.0, step_over=3.0)
     mill = Tool(1, 6.0, ToolKind.END_MILL)
-    found = measure_chips(interpret(text, dialect("linuxcnc")), rules, limits, mill, [-2.0])
+    found = measure_chips(interpret_own_program(text, load_dialect("linuxcnc")), rules, limits, mill, [-2.0])
     (said,) = [str(one) for one in found.wrong if "X30" in str(one) or "line 5" in str(one)]
     assert "kW near" in said
     assert "the spindle provides at most 0.2 kW" in said

@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 import leafcut
-from leafcut.material.removal import removal
+from leafcut.material.removal import measure_removal
 from leafcut.processes.pocket.strategies import STRATEGIES
 
 TOOL = 10.0
@@ -60,7 +60,7 @@ def test_height_field_and_polygons_remove_the_same_of_a_pocket(strategy: str, tm
         return np.asarray(shapely.contains_xy(shape, x, y))
 
     (plan,) = outcome.detail.plans
-    polygons = removal(plan.pocket, plan.result.path, plan.rules)
+    polygons = measure_removal(plan.pocket, plan.result.path, plan.rules)
     assert not (inside(polygons.swept.buffer(-CELL)) & ~deep).any()
     assert not (deep & ~inside(polygons.swept.buffer(CELL))).any()
     assert not (deep & ~inside(POCKET.buffer(0.5 * CELL))).any()

@@ -22,8 +22,8 @@ from rich.console import Console
 from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.model.heartbeat import Progress, Trial
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPath, PocketResult
@@ -108,7 +108,7 @@ def test_a_pocket_becomes_a_verified_program(outcome) -> None:
 
 def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcome) -> None:
     """Judged by shapely alone: the swept discs of the program's own moves at each height."""
-    path = interpret(outcome.text, dialect("linuxcnc"))
+    path = interpret_own_program(outcome.text, load_dialect("linuxcnc"))
     before = path.before
     for z in (-2.0, -4.0):
         lines = []
@@ -247,7 +247,7 @@ def test_entries_heights_and_range_of_the_summary_are_those_of_the_program(drawi
 def test_on_mach3_roughing_runs_through_where_the_stock_is_more_than_what_corners_lose(drawing: Path) -> None:
     """v² / 4a = (800 / 60)² / (4 · 600) mm = 0.074 mm: less than 0.3 mm of stock, and more than none."""
     options = {**FAST, "machine": "mach3-router", "spindle_speed": 9000, "strategy": "contour"}
-    path = interpret(api.optimize(drawing, stock=0.3, **options).text, dialect("mach3"))
+    path = interpret_own_program(api.optimize(drawing, stock=0.3, **options).text, load_dialect("mach3"))
     modes = np.flatnonzero(path.kind == Kind.BLENDING)
     assert path.ref[modes].tolist() == [640, 610] * (len(modes) // 2) and len(modes) >= 4
     runs_on = np.searchsorted(modes, np.arange(len(path))) % 2 == 1
@@ -422,7 +422,7 @@ def test_the_air_feed_applies_only_where_nothing_is_cut_and_saves_its_share_of_t
     measures = fast.detail.plans[0].result.measures
     air_s = 60.0 * measures.air_mm / 800.0
     assert 0.5 * least * air_s < slow.after.time_s - fast.after.time_s <= 2.0 / 3.0 * air_s
-    path = interpret(fast.text, dialect("linuxcnc"))
+    path = interpret_own_program(fast.text, load_dialect("linuxcnc"))
     before, swept, length = path.before, [shapely.Polygon()], 0.0
     for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.end[:, 2] == -4)).tolist():
         line = shapely.LineString([before[row][:2], path.end[row][:2]])

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.outcome import Outcome
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
 from leafcut.processes.program import pace
@@ -55,7 +55,7 @@ def moves_of_cut(path: Toolpath, row: int) -> list[np.ndarray]:
 def check_ways(path: Toolpath) -> None:
     """Check that no rapid across comes nearer than the clearance to a block that is cut place by place."""
     stock = SteppedStock((0, 0, -10), (70, 50, 0))
-    moves = expand(path)
+    moves = expand_cycles(path)
     for row in np.flatnonzero((moves.kind >= Kind.RAPID) & (moves.kind <= Kind.ARC_CCW)).tolist():
         begin, end = moves.before[row], moves.end[row]
         if not np.isfinite([begin, end]).all():
@@ -89,7 +89,7 @@ def test_the_holes_of_a_series_are_reached_at_the_r_plane_where_nothing_stands_b
     ]
     assert found.detail.pace.lowered == 6
     assert found.detail.pace.retracts_s == pytest.approx(found.before.time_s - found.after.time_s, rel=1e-4)
-    path = interpret_program(found.text, dialect("linuxcnc")).path
+    path = interpret_program(found.text, load_dialect("linuxcnc")).path
     assert path.end[path.kind == Kind.DRILL, 2].tolist() == [1, 1, 1, 1, 1, 15]
     status, said = run_rs274(rs274, found.text, tmp_path)
     assert status == 0
@@ -98,7 +98,7 @@ def test_the_holes_of_a_series_are_reached_at_the_r_plane_where_nothing_stands_b
 
 def test_a_series_rises_over_a_named_clamp_and_that_is_told(tmp_path: Path, rs274: str) -> None:
     found = reordered(tmp_path, HOLES, low_retracts=True, workpiece=BLOCK, **CLAMP)
-    path = interpret_program(found.text, dialect("linuxcnc")).path
+    path = interpret_program(found.text, load_dialect("linuxcnc")).path
     assert path.end[path.kind == Kind.DRILL, 2].tolist() == [1, 15, 1, 1, 1, 15]
     assert told(found) == ["L513 a rapid over a --keep-out zone keeps its height (line 9)"]
     status, said = run_rs274(rs274, found.text, tmp_path)
@@ -111,7 +111,7 @@ def test_a_series_rises_over_what_stands_between_two_holes(tmp_path: Path) -> No
     slots = "".join(f"G0 X{x} Y5\nG0 Z2\nG1 Z-5 F60\nG1 Y45 F600\nG1 X{x + 5}\nG1 Y5\nG0 Z15\n" for x in (10, 40))
     series = "G98 G81 X12.5 Y20 R-3 Z-8 F100\nY30\nX42.5\nY20\nG80\n"
     found = reordered(tmp_path, HEAD + slots + series + TAIL, low_retracts=True, workpiece=BLOCK)
-    path = interpret_program(found.text, dialect("linuxcnc")).path
+    path = interpret_program(found.text, load_dialect("linuxcnc")).path
     heights = path.end[path.kind == Kind.DRILL, 2].tolist()
     assert heights == [-4.0, 15.0, -4.0, 15.0]
     check_ways(path)
@@ -134,7 +134,7 @@ def test_an_arc_in_the_air_goes_as_fast_as_the_machine_cuts(tmp_path: Path) -> N
     """Around the block's corner, which the chord would cut; the arc into the material keeps its feed."""
     text = HEAD + "G0 X60 Y-10 Z5\nG0 Z-2\nG3 X80 Y10 I0 J20 F100\nG3 X70 Y20 I-10 J0\nG1 X60\n" + TAIL
     found = reordered(tmp_path, text, air=True, workpiece=BLOCK)
-    path = interpret_program(found.text, dialect("linuxcnc")).path
+    path = interpret_program(found.text, load_dialect("linuxcnc")).path
     arcs = path.value[path.kind == Kind.ARC_CCW]
     assert arcs.tolist() == [pytest.approx(found.machine.max_feed), pytest.approx(100 / 60)]
     assert found.detail.pace.air_s == pytest.approx(10 * math.pi / (100 / 60), rel=0.1)
@@ -175,12 +175,12 @@ def test_random_series_keep_clear_of_the_material_on_all_their_ways(seed: int, t
     found = reordered(tmp_path, text, low_retracts=True, air=True, workpiece=BLOCK, cell=0.2)
     assert not told(found)
     assert found.after.time_s <= found.before.time_s * (1 + 1e-9)
-    path = interpret_program(found.text, dialect("linuxcnc")).path
+    path = interpret_program(found.text, load_dialect("linuxcnc")).path
     status, said = run_rs274(rs274, found.text, tmp_path)
     assert status == 0
     assert_same_moves(moves_of_toolpath(path), moves_of_rs274(said), 1e-4)
     holes = path.kind == Kind.DRILL
-    old = interpret_program(text, dialect("linuxcnc")).path
+    old = interpret_program(text, load_dialect("linuxcnc")).path
     assert (path.end[holes] <= old.end[old.kind == Kind.DRILL] + 1e-9).all()
     check_ways(path)
 

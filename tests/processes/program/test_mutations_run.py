@@ -9,7 +9,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import LeafcutError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.proof.certificate import certify
 
@@ -49,7 +49,7 @@ def damaged(lines: list[str], rng: random.Random) -> str:
 )
 def test_damaged_programs_are_refused_or_proved(data: Path, tmp_path: Path, every: int, times: int, least: int) -> None:
     """The test interprets and certifies each result again."""
-    words, done, refused = dialect("linuxcnc"), 0, 0
+    words, done, refused = load_dialect("linuxcnc"), 0, 0
     for file in sorted((data / "gcode").glob("*.[ng]*"))[::every]:
         lines = file.read_text(encoding="latin-1").splitlines(keepends=True)[:LINES]
         for seed in range(times):

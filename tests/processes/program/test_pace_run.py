@@ -14,7 +14,7 @@ import pytest
 import leafcut
 from leafcut.cli.app import run
 from leafcut.errors import OptionError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from pace_programs import BLOCK, HEAD, TAIL, body, reordered
 from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
@@ -348,7 +348,7 @@ def judge(text: str, tmp_path: Path, rs274: str, **options: bool) -> leafcut.Out
     for one in (text, found.text):
         status, said = run_rs274(rs274, one, tmp_path)
         assert status == 0
-        ours = moves_of_toolpath(interpret_program(one, dialect("linuxcnc")).path)
+        ours = moves_of_toolpath(interpret_program(one, load_dialect("linuxcnc")).path)
         assert_same_moves(ours, moves_of_rs274(said), 1e-4)
         seen.append(moves_of_rs274(said))
     stocks = [SteppedStock((0, 0, -10), (70, 50, 0)) for _ in seen]

@@ -17,7 +17,7 @@ import leafcut
 from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, PostError, ReadError
 from leafcut.gcode import control_flow
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.heartbeat import Progress
@@ -88,7 +88,7 @@ def test_random_order_loses_most_of_its_travel(tmp_path: Path, n: int) -> None:
     assert found.gap is not None
     assert found.gap <= 0.02
     assert found.process == "drill"
-    words = dialect("linuxcnc")
+    words = load_dialect("linuxcnc")
     new = interpret_program(found.text, words)
     assert work_of(new) == work_of(interpret_program(path.read_text(), words))
     assert found.detail.certificate.same
@@ -333,7 +333,7 @@ def test_a_process_is_what_was_said() -> None:
 
 
 def test_the_proof_stands_below_the_percent_sign_and_the_number() -> None:
-    text = with_comments("%\r\nO0001 (X)\r\nG21\r\n", ["one", "two"], dialect("haas"))
+    text = with_comments("%\r\nO0001 (X)\r\nG21\r\n", ["one", "two"], load_dialect("haas"))
     assert text == "%\r\nO0001 (X)\r\n(one)\r\n(two)\r\nG21\r\n"
 
 
@@ -461,7 +461,7 @@ def test_the_spindle_changes_speed_no_more_often_than_before(tmp_path: Path) -> 
     outcome = leafcut.optimize(file, machine="linuxcnc-mill")
     assert not outcome.detail.staying and outcome.after.time_s < outcome.before.time_s
     texts = (file.read_text(), outcome.text)
-    old, new = (interpret_program(text, dialect("linuxcnc")) for text in texts)
+    old, new = (interpret_program(text, load_dialect("linuxcnc")) for text in texts)
     assert work_of(new) == work_of(old)
     speeds = [p.path.value[p.path.kind == Kind.SPINDLE] for p in (old, new)]
     changes = [int((np.diff(speed) != 0).sum()) for speed in speeds]
@@ -498,7 +498,7 @@ def test_a_shorter_order_that_alternates_between_speeds_is_grouped_by_speed(tmp_
     file = tmp_path / "speeds.ngc"
     file.write_text(f"G21 G90 G94 G17\nT1 M6\nS1000 M3\nG43 H1\nG0 Z5\n{body}M5\nM2\n")
     outcome = leafcut.optimize(file, machine="linuxcnc-mill")
-    path = interpret_program(outcome.text, dialect("linuxcnc")).path
+    path = interpret_program(outcome.text, load_dialect("linuxcnc")).path
     changes = np.diff(path.value[path.kind == Kind.SPINDLE]) != 0
     assert outcome.after.time_s < outcome.before.time_s
     assert changes[1:-1].sum() == 1

@@ -10,7 +10,7 @@ import pytest
 
 import leafcut
 from leafcut.cli.app import run
-from leafcut.material.height_field import StockBlock, usual_cell
+from leafcut.material.height_field import StockBlock, default_cell_size
 
 #: A slot 20 long and 2 deep with a flat mill of 6, gone back at feed; 100 mm/s² is the default machine's business.
 SLOT = """G21 G90
@@ -279,4 +279,4 @@ def test_a_large_stock_keeps_cells_that_see_the_smallest_tool_and_says_what_they
         100_000_000,
     )
     assert answer["removed_mm3"] == pytest.approx(2 * 998 + math.pi / 2, rel=0.01)
-    assert usual_cell(StockBlock((0, 0, -5), (3000, 3000, 0)), 1.0) == pytest.approx(0.38)
+    assert default_cell_size(StockBlock((0, 0, -5), (3000, 3000, 0)), 1.0) == pytest.approx(0.38)

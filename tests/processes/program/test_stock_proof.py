@@ -11,7 +11,7 @@ import pytest
 import leafcut
 from leafcut.cli.app import run
 from leafcut.errors import VerifyError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.program.planning import Judging, stock_judge
@@ -51,7 +51,7 @@ def written(folder: Path, text: str) -> str:
 def judging(text: str, **options: object) -> tuple[Judging, Job]:
     """Return the judge of a program's text."""
     made = Job(settings := collect_settings(options), machine_of(settings), Deadline())
-    program = read_foreign(text, "part.nc", settings, made.machine, dialect("linuxcnc")).program
+    program = read_foreign(text, "part.nc", settings, made.machine, load_dialect("linuxcnc")).program
     return stock_judge(made, program, "part.nc", "mill"), made
 
 
@@ -59,7 +59,7 @@ def check(original: str, new: str, **options: object) -> None:
     """Judge another text by a program's."""
     found, made = judging(original, **options)
     assert found.judge is not None
-    found.judge.check(read_foreign(new, "new.nc", made.settings, made.machine, dialect("linuxcnc")).program)
+    found.judge.check(read_foreign(new, "new.nc", made.settings, made.machine, load_dialect("linuxcnc")).program)
 
 
 def test_every_reordered_program_of_known_tools_is_judged_by_what_it_leaves(tmp_path: Path) -> None:

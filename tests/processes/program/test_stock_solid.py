@@ -13,7 +13,7 @@ import pytest
 import leafcut
 from leafcut.cli.app import run
 from leafcut.material.height_field import HeightField
-from leafcut.material.mesh_field import field_of_mesh
+from leafcut.material.mesh_field import mesh_to_height_field
 from leafcut.read.meshes import load_mesh
 from leafcut.report.stock_report import stock_stl
 
@@ -62,7 +62,7 @@ def test_what_a_set_up_left_comes_back_from_its_file_cell_by_cell(through: bool,
     heights[5:9, 10:20] = -11.0 if through else -9.5
     field = HeightField(heights, 3.25, -7.75, 0.5, -10.0)
     (tmp_path / "left.stl").write_bytes(stock_stl(field)[0])
-    back = field_of_mesh(load_mesh(tmp_path / "left.stl"), 0.5)
+    back = mesh_to_height_field(load_mesh(tmp_path / "left.stl"), 0.5)
     assert back.heights.shape == heights.shape
     assert (back.x, back.y, back.floor) == pytest.approx((field.x, field.y, field.floor))
     inner = np.maximum(heights, np.float32(-10.0))
@@ -89,7 +89,7 @@ def test_two_set_ups_one_after_the_other_leave_what_one_program_of_both_does(tmp
 def test_a_solid_is_as_high_as_it_is_over_every_cell(tmp_path: Path) -> None:
     """A plate with a block on it, and a wedge whose height is known everywhere."""
     file = stl(tmp_path / "stepped.stl", box((0, 0, -10), (40, 40, -2)) + box((10, 10, -2), (20, 30, 3)))
-    field = field_of_mesh(load_mesh(file), 0.5)
+    field = mesh_to_height_field(load_mesh(file), 0.5)
     assert field.height_at(5.0, 5.0) == pytest.approx(-2.0)
     assert field.height_at(15.0, 20.0) == pytest.approx(3.0)
     assert field.volume == pytest.approx(40 * 40 * 8 + 10 * 20 * 5)
@@ -102,7 +102,7 @@ def test_a_solid_is_as_high_as_it_is_over_every_cell(tmp_path: Path) -> None:
         ]
         for t in box(low, high)
     ]
-    field = field_of_mesh(load_mesh(stl(tmp_path / "wedge.stl", wedge)), 0.1)
+    field = mesh_to_height_field(load_mesh(stl(tmp_path / "wedge.stl", wedge)), 0.1)
     x = field.x + field.cell * np.arange(field.heights.shape[1])
     assert np.abs(field.heights - 4.0 * (1.0 - x / 10.0)).max() < 1e-5
 

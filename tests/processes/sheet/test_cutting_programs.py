@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import PostError
-from leafcut.gcode.dialects import dialect, dialects
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import dialect_names, load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.model.cutting import CutData, CutPlan
 from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
@@ -76,7 +76,7 @@ def two_cuts(dark: bool = False, mark: bool = False, scribe: bool = False, hole_
 
 def written(words: str, path: Toolpath, post: PostOptions | None = None, header: tuple[str, ...] = ()) -> str:
     """The program."""
-    return write_cut_program(CutPlan(Sheet("s"), DATA, ()), path, dialect(words), post or PostOptions(), header)
+    return write_cut_program(CutPlan(Sheet("s"), DATA, ()), path, load_dialect(words), post or PostOptions(), header)
 
 
 QTPLASMAC = """\
@@ -169,12 +169,12 @@ def test_a_fanuc_laser_is_to_be_checked_on_the_machine() -> None:
     assert "G0 X20. Y10.\nM3 S900\nG4 P500\nG1 X25. F720.\n" in text
 
 
-@pytest.mark.parametrize("words", dialects(torch=True))
+@pytest.mark.parametrize("words", dialect_names(torch=True))
 @pytest.mark.parametrize("units", ["mm", "inch"])
 def test_no_line_is_longer_than_the_controller_takes(words: str, units: str) -> None:
     post = PostOptions(output_units=units, line_numbers=True)
     text = written(words, two_cuts(), post, ("a sheet with a name " * 8,))
-    assert max(map(len, text.splitlines())) <= dialect(words).max_line
+    assert max(map(len, text.splitlines())) <= load_dialect(words).max_line
 
 
 def test_the_controllers_own_material_has_the_feed() -> None:
@@ -211,13 +211,13 @@ def test_linuxcnc_makes_the_same_moves(words: str, units: str, rs274: str, tmp_p
     text = written(words, two_cuts(dark=words == "qtplasmac"), PostOptions(output_units=units))
     status, output = run_rs274(rs274, text, tmp_path)
     assert status == 0, output
-    path = interpret(text.replace("Q60", "Q100"), dialect(words))
+    path = interpret_own_program(text.replace("Q60", "Q100"), load_dialect(words))
     ours = [m for m in moves_of_toolpath(path) if m[0] != "dwell" or words == "plasma"]
     assert_same_moves(ours, moves_of_rs274(output), PRINTED[units])
 
 
 def test_every_row_is_read_back() -> None:
-    path = interpret(written("plasma", two_cuts()), dialect("plasma"), left_over=True)
+    path = interpret_own_program(written("plasma", two_cuts()), load_dialect("plasma"), left_over=True)
     cuts = [m for m in path if m.kind in (Kind.FEED, Kind.ARC_CCW)]
     assert [m.value for m in cuts] == [20.0, 12.0, 12.0, 12.0, 20.0, *5 * [20.0]]
 
@@ -281,10 +281,10 @@ def test_marks_are_made_with_the_scribe_by_its_own_offset(rs274: str, qtplasmac_
 )
 def test_a_scribe_that_is_not_chosen_or_has_not_gone_by_its_offset_is_a_difference(was: str, now: str) -> None:
     text = written("qtplasmac", marks_among_cuts())
-    words = dialect("qtplasmac")
+    words = load_dialect("qtplasmac")
     assert was in text
-    assert check_lighting_tool(interpret(text, words), words) == []
-    assert check_lighting_tool(interpret(text.replace(was, now, 1), words), words)
+    assert check_lighting_tool(interpret_own_program(text, words), words) == []
+    assert check_lighting_tool(interpret_own_program(text.replace(was, now, 1), words), words)
 
 
 def lit(*, feed: float = 20.0) -> ToolpathBuilder:
@@ -336,7 +336,7 @@ def _scribe_under_compensation(b: ToolpathBuilder) -> None:
             _switched_under_compensation,
             "outputs cannot be switched (M62) while the controller compensates the kerf (G41, G42)",
         ),
-        ("flame", _probed, f"{dialect('flame').name} has no probing command"),
+        ("flame", _probed, f"{load_dialect('flame').name} has no probing command"),
         ("qtplasmac", _scribe_while_lit, "the tool cannot be changed (M6) while the torch is on"),
         ("qtplasmac", _scribe_under_compensation, "the tool cannot be changed (M6) while the torch is on"),
     ],

@@ -17,8 +17,8 @@ from cut_sheets import assert_leads_in_scrap, assert_nothing_is_gouged
 from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import OptionError, PlanError, PostError, VerifyError
-from leafcut.gcode.dialects import dialect
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.model.toolpath import Kind
 from leafcut.processes.registry import report_of
 from leafcut.read.plan_file import load_plan
@@ -218,7 +218,7 @@ def moving_z(drawing: Path):
 def test_the_program_pierces_as_often_as_there_are_cuts(outcome, moving_z) -> None:
     """QtPlasmaC waits for the pierce itself; elsewhere the program does."""
     for found, runs, dwells in ((outcome, 16, 0), (moving_z, 12, 12)):
-        path = interpret(found.text, dialect(found.dialect), left_over=True)
+        path = interpret_own_program(found.text, load_dialect(found.dialect), left_over=True)
         on = (path.kind == Kind.SPINDLE) & (path.value > 0)
         assert on.sum() == runs
         assert (path.kind == Kind.DWELL).sum() == dwells

@@ -11,17 +11,17 @@ from pathlib import Path
 import pytest
 from test_cutting_programs import choose, light, written
 
-from leafcut.gcode.dialects import Torch, dialect, dialects
-from leafcut.gcode.own_program import interpret
+from leafcut.gcode.dialects import Torch, dialect_names, load_dialect
+from leafcut.gcode.own_program import interpret_own_program
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 
 GOLDEN = Path(__file__).parents[2] / "golden"
-CASES = [(name, units) for name in dialects(torch=True) for units in ("mm", "inch")]
+CASES = [(name, units) for name in dialect_names(torch=True) for units in ("mm", "inch")]
 
 
 def torch_of(name: str) -> Torch:
-    torch = dialect(name).torch
+    torch = load_dialect(name).torch
     assert torch is not None
     return torch
 
@@ -72,13 +72,13 @@ def sheet(name: str) -> Toolpath:
 
 
 def program(name: str, units: str) -> str:
-    numbered = units == "inch" and dialect(name).line_numbers
+    numbered = units == "inch" and load_dialect(name).line_numbers
     return written(name, sheet(name), PostOptions(output_units=units, line_numbers=numbered), ("sheet of 6 mm",))
 
 
 @pytest.mark.parametrize("name, units", CASES)
 def test_a_cutting_program_is_the_golden_one(name: str, units: str) -> None:
-    file = GOLDEN / f"sheet_{name}_{units}{dialect(name).extension}"
+    file = GOLDEN / f"sheet_{name}_{units}{load_dialect(name).extension}"
     text = program(name, units)
     if os.environ.get("LEAFCUT_WRITE_GOLDEN") == "1":
         file.write_bytes(text.encode("ascii"))
@@ -88,7 +88,9 @@ def test_a_cutting_program_is_the_golden_one(name: str, units: str) -> None:
 @pytest.mark.parametrize("name, units", CASES)
 def test_a_golden_cutting_program_reads_back_as_its_cuts(name: str, units: str) -> None:
     """Every cut ends at its place, with its feed; the torch burns for as many of them."""
-    meant, read = (_cuts(path) for path in (sheet(name), interpret(program(name, units), dialect(name))))
+    meant, read = (
+        _cuts(path) for path in (sheet(name), interpret_own_program(program(name, units), load_dialect(name)))
+    )
     assert [kind for kind, _, _ in read] == [kind for kind, _, _ in meant]
     for (_, place, feed), (_, wanted, planned) in zip(read, meant, strict=True):
         assert place == pytest.approx(wanted, abs=0.003)

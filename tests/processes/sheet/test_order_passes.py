@@ -19,7 +19,7 @@ from leafcut.processes.settings import collect_settings
 from leafcut.processes.sheet.order_passes import PASSES, cached_motion, choose_fastest_order, cuts_in_order
 from leafcut.processes.sheet.plan.cutting import CutSequence, drawing_order
 from leafcut.processes.sheet.spec import plan_sheet
-from leafcut.read.format import load
+from leafcut.read.format import load_source
 
 
 @pytest.mark.hazard
@@ -45,7 +45,7 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> Plan:
     file = tmp_path_factory.mktemp("passes") / "squares.dxf"
     document.saveas(file)
     settings = collect_settings({"thickness": 6.0, "machine": "plasma-table", "heat_distance": 20.0, "algorithm": "nn"})
-    return plan_sheet(Job(settings, machine_of(settings), Deadline()), load(file))
+    return plan_sheet(Job(settings, machine_of(settings), Deadline()), load_source(file))
 
 
 def test_each_pass_cuts_every_contour_once_and_the_last_motion_is_that_of_the_order(plan: Plan) -> None:

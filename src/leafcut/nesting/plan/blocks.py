@@ -138,7 +138,7 @@ def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
     If the piece has arcs, the outline grows by the chord error, so that no arc is cut off.
     """
     union: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
-    if piece.slack:
+    if piece.chord_allowance:
         union = union.buffer(CHORD, join_style="mitre")
     edge: Any = shapely.Polygon(union.exterior).simplify(0.1 * CHORD)
     return Polyline.of_points(edge.exterior.coords, closed=True)

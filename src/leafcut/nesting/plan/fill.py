@@ -36,10 +36,10 @@ class Packer(Protocol):
     offered: float
     repeatable: bool
 
-    def holds(self, piece: int) -> bool:
+    def fits_on_empty_sheet(self, piece: int) -> bool:
         """Return whether a piece fits on an empty sheet."""
 
-    def weight(self, piece: int) -> float:
+    def required_area(self, piece: int) -> float:
         """Return the area that a piece requires, mm²."""
 
     @property
@@ -68,7 +68,7 @@ class NestTask:
     kerf: float
     remnants: Mapping[int, Packer] = field(default_factory=dict)
 
-    def inner(self, stock: int) -> tuple[float, float]:
+    def usable_size(self, stock: int) -> tuple[float, float]:
         """Return the length and width of a sheet without its margins, mm.
 
         If it is not a rectangle, its bounding box counts.
@@ -131,7 +131,7 @@ class Filling:
         self.n_sheets += count
         return count
 
-    def nest(self, method: str, seed: int) -> Nest:
+    def as_nest(self, method: str, seed: int) -> Nest:
         """Return the nest with all sheets filled so far."""
         missing = Counter[int]()
         for piece, count in self.left.items():
@@ -150,13 +150,17 @@ class Filling:
         only_here: Counter[int] = Counter()
         if later:
             for piece, count in remaining.items():
-                if packer.holds(piece) and not any(self.packers[k].holds(piece) for k in later):
+                if packer.fits_on_empty_sheet(piece) and not any(
+                    self.packers[k].fits_on_empty_sheet(piece) for k in later
+                ):
                     only_here[piece] = count
         if not only_here or only_here == remaining:
-            return select_by_area(remaining, packer.weight, area)
-        offered = select_by_area(only_here, packer.weight, area)
-        area -= sum(packer.weight(piece) * count for piece, count in offered.items())
-        return offered + (select_by_area(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
+            return select_by_area(remaining, packer.required_area, area)
+        offered = select_by_area(only_here, packer.required_area, area)
+        area -= sum(packer.required_area(piece) * count for piece, count in offered.items())
+        return offered + (
+            select_by_area(remaining - only_here, packer.required_area, area) if area > 0.0 else Counter()
+        )
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
         """Place the largest piece that fits into the corner of the sheet.
@@ -165,7 +169,7 @@ class Filling:
         """
         if self.task.stocks[stock].edge:
             return []
-        length, width = self.task.inner(stock)
+        length, width = self.task.usable_size(stock)
         pieces, margin = self.task.pieces, self.task.options.margin
         for piece in sorted(self.left, key=lambda p: (-pieces[p].area, p)):
             for box in pieces[piece].boxes:
@@ -181,4 +185,4 @@ def fill_sheets(task: NestTask, packers: Sequence[Packer], plan: FillPlan, metho
         later, count = [k for k, _ in plan[step + 1 :]], 0
         while filling.left.total() and count < limit and (placed := filling.fill_sheet(stock, later)):
             count += filling.add(stock, placed, limit - count)
-    return filling.nest(method, seed)
+    return filling.as_nest(method, seed)

@@ -24,7 +24,7 @@ from leafcut.model.nest import Nest, NestPart, Placement, Stock
 from leafcut.nesting.options import NestOptions
 from leafcut.nesting.plan.blocks import group_in_blocks
 from leafcut.nesting.plan.fill import FillPlan, NestTask, Packer, fill_sheets
-from leafcut.nesting.plan.pieces import NestPiece, angles_within, check_fit, pieces_of, polygon_of
+from leafcut.nesting.plan.pieces import NestPiece, check_fit, chord_polygon, has_common_rotation, pieces_from_parts
 from leafcut.nesting.plan.positions import FREE_ANGLES, buffer_distance, find_position
 from leafcut.nesting.plan.rectangles import RULES, RectanglePacker
 from leafcut.nesting.plan.remnant import RemnantPacker
@@ -32,7 +32,7 @@ from leafcut.nesting.plan.shapes import ShapePacker
 from leafcut.nesting.plan.sheet_choice import (
     cheaper_plans,
     cheapest_by_density,
-    cheapest_nest,
+    find_cheapest_nest,
     plan_of_nest,
     single_kind_plan,
 )
@@ -78,11 +78,11 @@ def prepare_task(parts: Sequence[NestPart], options: NestOptions, kerf: float, s
     """
     if options.blocks != "none" and kerf <= 0.0:
         raise OptionError("--blocks needs --kerf, the kerf width of the cutting data")
-    pieces = pieces_of(parts)
+    pieces = pieces_from_parts(parts)
     plain = NestTask(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), tuple(stocks), options, kerf)
-    inner = [plain.inner(k) for k in range(len(stocks))]
+    inner = [plain.usable_size(k) for k in range(len(stocks))]
     check_fit(parts, pieces, inner)
-    pieces, counts = fill_holes(parts, pieces, plain.spacing)
+    pieces, counts = nest_in_holes(parts, pieces, plain.spacing)
     if options.blocks != "none":
         pieces, counts = _grouped_pieces(pieces, counts, options, kerf, inner)
     return replace(plain, pieces=tuple(pieces), counts=tuple(counts))
@@ -105,18 +105,18 @@ def _grouped_pieces(
     return grouped, numbers
 
 
-def variants(
+def nest_variants(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
     """Yield nests that are not yet checked. If a variant fails, yield a message instead.
 
     Nests by shapes use consecutive seeds. Nests by rectangles use each of the `RULES`.
     """
-    task = _with_packers(task, search)
+    task = _with_remnant_packers(task, search)
     if len(task.stocks) > 1:
         yield from _nest_on_several_kinds(task, search, on_progress, cancelled)
         return
-    if _uses_shapes(task):
+    if _nests_by_shapes(task):
         numbers = range(task.options.n_offered)
         yield from _shape_variants(
             search,
@@ -138,15 +138,15 @@ def _nest_on_several_kinds(
     The first variant by shapes chooses the sheets for all other variants. With a time limit, it is the only variant by
     shapes.
     """
-    shapes, nests = _uses_shapes(task), list[Nest]()
+    shapes, nests = _nests_by_shapes(task), list[Nest]()
     start_time, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
     timed_out = [False]
 
-    def late() -> bool:
+    def is_late() -> bool:
         timed_out[0] |= time.monotonic() > start_time + (CHOOSING if shapes else 1.0) * limit
         return timed_out[0] or cancelled.is_set()
 
-    for rectangle_nest in _rectangle_variants(task, on_progress, late, cancelled):
+    for rectangle_nest in _rectangle_variants(task, on_progress, is_late, cancelled):
         nests.append(replace(rectangle_nest, repeatable=not timed_out[0]))
         yield nests[-1]
     if not shapes or not nests:
@@ -183,19 +183,19 @@ def _rectangle_variants(
     for rule in range(len(RULES)):
         if not (rule and (cancelled.is_set() or late())):
             on_progress(Progress(Message("nesting by rectangles"), 0.99, trial=Trial(f"rectangles {rule}")))
-            yield cheapest_nest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
+            yield find_cheapest_nest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
 
 
 def _rectangle_packers(task: NestTask, rule: int) -> list[Packer]:
     margin, spacing = task.options.margin, task.spacing
-    return _packers(task, lambda k: RectanglePacker(task.pieces, *task.inner(k), margin, spacing, rule))
+    return _sheet_packers(task, lambda k: RectanglePacker(task.pieces, *task.usable_size(k), margin, spacing, rule))
 
 
-def _packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packer]:
+def _sheet_packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packer]:
     return [task.remnants[k] if k in task.remnants else rectangular(k) for k in range(len(task.stocks))]
 
 
-def _with_packers(task: NestTask, search: SolveOptions) -> NestTask:
+def _with_remnant_packers(task: NestTask, search: SolveOptions) -> NestTask:
     """Create a packer for each non-rectangular sheet, and add it to the task. All variants share these packers."""
     limit = math.inf if search.time_limit is None else search.time_limit
     end = time.monotonic() + limit
@@ -262,7 +262,7 @@ def _shape_variants(
             raise
 
 
-def _uses_shapes(task: NestTask) -> bool:
+def _nests_by_shapes(task: NestTask) -> bool:
     nester = task.options.nester
     return nester == "shapes" or (nester == "auto" and not all(piece.is_rectangle for piece in task.pieces))
 
@@ -298,10 +298,10 @@ def _shape_packers(
     margin, spacing = task.options.margin, task.spacing
 
     def packer(k: int) -> Packer:
-        inner = task.inner(k)
+        inner = task.usable_size(k)
         return ShapePacker(task.pieces, *inner, margin, spacing, seed, budget, cancelled, shorten=shorten)
 
-    return _packers(task, packer)
+    return _sheet_packers(task, packer)
 
 
 class _Clock:
@@ -322,7 +322,7 @@ class _Clock:
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         sheets = 0.0
         for stock, count in plan:
-            sheet_area = math.prod(task.inner(stock))
+            sheet_area = math.prod(task.usable_size(stock))
             sheets += min(count, area / sheet_area)
             area -= min(count * sheet_area, area)
         self.strips = plans * max(1.0, STRIPS_PER_SHEET * math.floor(sheets))
@@ -338,7 +338,7 @@ class _Clock:
         return StripBudget(self.steps, self.failures, share, self.workers)
 
 
-def fill_holes(
+def nest_in_holes(
     parts: Sequence[NestPart], pieces: Sequence[NestPiece], spacing: float
 ) -> tuple[list[NestPiece], list[int]]:
     """Put small parts into the holes of other pieces, starting with the smallest pieces.
@@ -349,9 +349,9 @@ def fill_holes(
     filled, counts = list(pieces), [part.quantity for part in parts]
     clear = buffer_distance(spacing)
     for root in sorted(range(len(parts)), key=lambda i: (pieces[i].area, i)):
-        spaces = _hole_spaces(parts[root].holes, clear)
+        spaces = _free_spaces_in_holes(parts[root].holes, clear)
         while spaces and counts[root]:
-            members, used = _fill_spaces(root, spaces, filled, counts, clear)
+            members, used = _nest_in_spaces(root, spaces, filled, counts, clear)
             if not used:
                 break
             number = min([counts[root], *(counts[piece] // count for piece, count in used.items())])
@@ -364,14 +364,14 @@ def fill_holes(
     return [filled[i] for i in kept], [counts[i] for i in kept]
 
 
-def _hole_spaces(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
+def _free_spaces_in_holes(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
     large = sorted(holes, key=lambda hole: -abs(hole.area))[:MAX_HOLES]
-    polygons = [polygon_of(hole) for hole in large]
+    polygons = [chord_polygon(hole) for hole in large]
     spaces = [polygon.buffer(-clear) for polygon in polygons if polygon.is_valid]
     return [space for space in spaces if not space.is_empty]
 
 
-def _fill_spaces(
+def _nest_in_spaces(
     root: int, spaces: list[BaseGeometry], pieces: list[NestPiece], counts: list[int], clear: float
 ) -> tuple[list[Placement], Counter[int]]:
     members: list[Placement] = []
@@ -382,7 +382,7 @@ def _fill_spaces(
         for number in sorted(fitting, key=lambda i: (-pieces[i].area, i))[:MAX_TRIED]:
             piece = pieces[number]
             while used[number] < counts[number] and piece.area < remaining.area:
-                position = find_position(piece, remaining, _angles(piece, pieces[root].angles), quick=True)
+                position = find_position(piece, remaining, _relative_angles(piece, pieces[root].angles), quick=True)
                 if position is None:
                     break
                 angle, x, y, polygon = position
@@ -392,10 +392,10 @@ def _fill_spaces(
     return members, +used
 
 
-def _angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
+def _relative_angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
     """Return the rotations of a piece relative to the surrounding part, rad.
 
     Each of them must work for every rotation in `outer` that the surrounding part may have.
     """
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
-    return [angle for angle in angles if angles_within(piece.angles, outer, angle)]
+    return [angle for angle in angles if has_common_rotation(piece.angles, outer, angle)]

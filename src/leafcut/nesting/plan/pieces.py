@@ -65,7 +65,7 @@ class NestPiece:
     @cached_property
     def polygon(self) -> Polygon:
         """The outline as a polygon. Arcs are approximated by chords."""
-        return polygon_of(self.path)
+        return chord_polygon(self.path)
 
     @cached_property
     def area(self) -> float:
@@ -73,7 +73,7 @@ class NestPiece:
         return abs(self.path.area)
 
     @cached_property
-    def slack(self) -> float:
+    def chord_allowance(self) -> float:
         """Additional distance that covers the chord error of arcs, mm."""
         return CHORD if self.path.bulges.any() else 0.0
 
@@ -117,12 +117,12 @@ class NestPiece:
         ]
 
 
-def polygon_of(path: Polyline) -> Polygon:
+def chord_polygon(path: Polyline) -> Polygon:
     """Convert a closed path to a polygon. Arcs are approximated by chords."""
     return Polygon(path.flattened(CHORD))
 
 
-def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
+def pieces_from_parts(parts: Sequence[NestPart]) -> list[NestPiece]:
     """Create one piece for each part.
 
     Raises
@@ -196,7 +196,7 @@ def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: f
     return +share or Counter({order[0]: 1})
 
 
-def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, turn: float) -> bool:
+def has_common_rotation(inner: Iterable[float] | None, outer: Sequence[float] | None, turn: float) -> bool:
     """Return whether a part in a hole has an allowed rotation for every rotation of the surrounding part.
 
     Parameters

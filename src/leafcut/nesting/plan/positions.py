@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from leafcut.nesting.plan.pieces import CHORD, NestPiece, polygon_of
+from leafcut.nesting.plan.pieces import CHORD, NestPiece, chord_polygon
 
 #: Rotations to try for a part that may be rotated freely, rad.
 FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
@@ -54,9 +54,9 @@ def find_position(
     shapely.prepare(grown)
     best: PiecePosition | None = None
     for angle in angles:
-        ring = np.asarray(polygon_of(piece.path.turned(angle)).exterior.coords)
-        for x, y, polygon in _positions(ring, corners, region, grown):
-            if best is None or _rank(polygon) < _rank(best[3]):
+        ring = np.asarray(chord_polygon(piece.path.turned(angle)).exterior.coords)
+        for x, y, polygon in _fitting_positions(ring, corners, region, grown):
+            if best is None or _leftmost_lowest_key(polygon) < _leftmost_lowest_key(best[3]):
                 best = (angle, x, y, polygon)
             break
         if quick and best is not None:
@@ -64,12 +64,12 @@ def find_position(
     return best
 
 
-def _rank(polygon: Polygon) -> tuple[float, float]:
+def _leftmost_lowest_key(polygon: Polygon) -> tuple[float, float]:
     _, y0, x1, y1 = polygon.bounds
     return (round(x1, 6), round(y0 + y1, 6))
 
 
-def _positions(
+def _fitting_positions(
     ring: NDArray[np.float64], corners: NDArray[np.float64], region: BaseGeometry, grown: Any
 ) -> Iterator[tuple[float, float, Polygon]]:
     """Yield the positions at which a rotated piece fits, from left to right and from bottom to top.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from leafcut.nesting.plan.pieces import Box, NestPiece
-from leafcut.nesting.plan.strip import require
+from leafcut.nesting.plan.strip import require_package
 
 #: Packing algorithms and sort orders of `rectpack`. These are the pairs that filled sheets best.
 RULES = (
@@ -73,21 +73,21 @@ class RectanglePacker:
     def __init__(
         self, pieces: Sequence[NestPiece], length: float, width: float, margin: float, spacing: float, rule: int
     ) -> None:
-        require("rectpack")
+        require_package("rectpack")
         self.pieces, self.inner = pieces, (length, width)
-        self.slack = 2.0 * max(piece.slack for piece in pieces)
-        self.cells = [_cell(piece, spacing + self.slack) for piece in pieces]
+        self.slack = 2.0 * max(piece.chord_allowance for piece in pieces)
+        self.cells = [_packing_cell(piece, spacing + self.slack) for piece in pieces]
         self.rotation = all(cell.turned is not None for cell in self.cells)
-        self.length = _floor(length + spacing + self.slack)
-        self.width = _floor(width + spacing + self.slack)
+        self.length = _floor_to_microns(length + spacing + self.slack)
+        self.width = _floor_to_microns(width + spacing + self.slack)
         self.corner = margin
         self.rule = RULES[rule]
 
-    def holds(self, piece: int) -> bool:
+    def fits_on_empty_sheet(self, piece: int) -> bool:
         """Return whether a piece fits on an empty sheet."""
         return self.pieces[piece].fits(*self.inner)
 
-    def weight(self, piece: int) -> float:
+    def required_area(self, piece: int) -> float:
         """Return the area that a piece requires, mm²."""
         return self.cells[piece].width * self.cells[piece].height / MICRON**2
 
@@ -130,19 +130,19 @@ class RectanglePacker:
         return PlacedPiece(number, box.angle, self.corner + x / MICRON - box.x, self.corner + y / MICRON - box.y)
 
 
-def _cell(piece: NestPiece, spacing: float) -> Cell:
+def _packing_cell(piece: NestPiece, spacing: float) -> Cell:
     box = min(piece.boxes, key=lambda b: (b.width * b.height, b.angle))
-    turned = next((b for b in piece.boxes if _is_turned(box, b)), None)
-    return Cell(box, turned, _ceil(box.width + spacing), _ceil(box.height + spacing))
+    turned = next((b for b in piece.boxes if _fits_when_turned(box, b)), None)
+    return Cell(box, turned, _ceil_to_microns(box.width + spacing), _ceil_to_microns(box.height + spacing))
 
 
-def _is_turned(a: Box, b: Box) -> bool:
+def _fits_when_turned(a: Box, b: Box) -> bool:
     return b.width <= a.height + 1e-6 and b.height <= a.width + 1e-6
 
 
-def _ceil(mm: float) -> int:
+def _ceil_to_microns(mm: float) -> int:
     return math.ceil(mm * MICRON - 1e-3)
 
 
-def _floor(mm: float) -> int:
+def _floor_to_microns(mm: float) -> int:
     return math.floor(mm * MICRON + 1e-3)

@@ -8,7 +8,7 @@ import shapely
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
-from leafcut.nesting.plan.pieces import polygon_of
+from leafcut.nesting.plan.pieces import chord_polygon
 from leafcut.nesting.plan.positions import buffer_distance
 
 #: Tolerance for simplifying the edge of a remnant, mm.
@@ -21,21 +21,21 @@ _MITRE = 2.0
 KeptRemnant = tuple[Stock, tuple[float, float]]
 
 
-def remnants_of_layout(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
+def find_remnants(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
     """Return the remnants of a sheet, largest first. Each remnant is moved to (0, 0).
 
     Remnants keep a distance of at least `spacing` mm from the parts. Strips narrower than `least` mm are cut off, and a
     remnant is dropped if no disc of this diameter fits into it.
     """
-    outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
+    outline, *holes = (chord_polygon(path) for path in nest.stock_of(layout).paths)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline
     clear = buffer_distance(spacing) + _COARSE
-    shells = [polygon_of(p.placed(nest.parts[p.part].outline)) for p in layout.placements]
+    shells = [chord_polygon(p.placed(nest.parts[p.part].outline)) for p in layout.placements]
     remaining = sheet.difference(shapely.union_all([shell.buffer(clear, quad_segs=8) for shell in shells]))
     simplified = _without_strips(remaining, least).simplify(_COARSE)
     pieces = [piece for piece in shapely.get_parts(simplified) if not piece.buffer(-0.5 * least).is_empty]
     pieces.sort(key=lambda piece: (-round(piece.area, 3), piece.bounds))
-    return [_as_stock(piece, f"{name}_{number}") for number, piece in enumerate(pieces, 1)]
+    return [_remnant_as_stock(piece, f"{name}_{number}") for number, piece in enumerate(pieces, 1)]
 
 
 def _without_strips(region: Any, least: float) -> Any:
@@ -44,7 +44,7 @@ def _without_strips(region: Any, least: float) -> Any:
     return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
 
 
-def _as_stock(piece: Any, name: str) -> KeptRemnant:
+def _remnant_as_stock(piece: Any, name: str) -> KeptRemnant:
     x0, y0, x1, y1 = piece.bounds
     rings = [piece.exterior, *piece.interiors]
     paths = [Polyline.of_points([(x - x0, y - y0) for x, y in ring.coords[:-1]], closed=True) for ring in rings]

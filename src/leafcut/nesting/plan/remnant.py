@@ -55,15 +55,15 @@ class RemnantPacker:
         outline, *holes = (path.flattened(CHORD) for path in stock.paths)
         round_edge = any(path.bulges.any() for path in stock.paths)
         sheet = shapely.Polygon(outline, holes)
-        inset = margin + (SLACK if round_edge or any(piece.slack for piece in pieces) else 0.0)
+        inset = margin + (SLACK if round_edge or any(piece.chord_allowance for piece in pieces) else 0.0)
         self.inner: BaseGeometry = sheet.buffer(-inset, join_style="mitre", mitre_limit=_MITRE)
         self._cached_has_room = cache(self._has_room)
 
-    def holds(self, piece: int) -> bool:
+    def fits_on_empty_sheet(self, piece: int) -> bool:
         """Return whether a piece fits on an empty sheet."""
         return self._cached_has_room(piece)
 
-    def weight(self, piece: int) -> float:
+    def required_area(self, piece: int) -> float:
         """Return the area that a piece requires, mm²."""
         return self.pieces[piece].area
 
@@ -79,10 +79,10 @@ class RemnantPacker:
         """
         key = tuple(sorted((+offered).items()))
         if key not in self._filled:
-            self._filled[key] = self._fill(offered)
+            self._filled[key] = self._fill_uncached(offered)
         return self._filled[key]
 
-    def _fill(self, offered: Counter[int]) -> list[PlacedPiece]:
+    def _fill_uncached(self, offered: Counter[int]) -> list[PlacedPiece]:
         end = min(self.end, time.monotonic() + self.seconds)
         placed: list[PlacedPiece] = []
         free_area = self.inner

@@ -18,7 +18,7 @@ from shapely import Polygon
 
 from leafcut.nesting.plan.pieces import NestPiece, select_by_area
 from leafcut.nesting.plan.rectangles import PlacedPiece
-from leafcut.nesting.plan.strip import Strip, StripBudget, StripItem, pack_strip, require
+from leafcut.nesting.plan.strip import Strip, StripBudget, StripItem, pack_strip, require_package
 
 #: Allowance for the single precision of the nester, in mm, and relative to the size of the sheet.
 ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
@@ -68,7 +68,7 @@ class ShapePacker:
         *,
         shorten: bool = True,
     ) -> None:
-        require("spyrrow")
+        require_package("spyrrow")
         self.pieces, self.inner = pieces, (length, width)
         self.length, self.width = length + spacing, width + spacing
         self.corner = margin - 0.5 * spacing
@@ -78,11 +78,11 @@ class ShapePacker:
         self.shape = cache(self._shape)
         self.extent = cache(self._extent)
 
-    def holds(self, piece: int) -> bool:
+    def fits_on_empty_sheet(self, piece: int) -> bool:
         """Return whether a piece fits on an empty sheet."""
         return self.pieces[piece].fits(*self.inner)
 
-    def weight(self, piece: int) -> float:
+    def required_area(self, piece: int) -> float:
         """Return the area that a piece requires, mm². Its outline is enlarged by at least half the spacing."""
         return self.shape(piece)[2]
 
@@ -106,34 +106,34 @@ class ShapePacker:
             band, bands = _limit_total(offered, MAX_PIECES), 1
         band_pieces, width = self._fill_strip(band, self.length / bands, last)
         pitch = width if last else self.length / bands
-        result = [_shift(placed, k * pitch) for k in range(bands) for placed in band_pieces]
+        result = [_shift_piece(placed, k * pitch) for k in range(bands) for placed in band_pieces]
         if last and (remaining := offered - Counter(placed.piece for placed in result)) and bands > 1:
             extra, _ = self._fill_strip(_limit_total(remaining, MAX_PIECES), self.length - bands * pitch, last)
-            result += [_shift(placed, bands * pitch) for placed in extra]
+            result += [_shift_piece(placed, bands * pitch) for placed in extra]
         return result
 
     def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[PlacedPiece], float]:
-        strip = self._pack(offered, 0.0 if last and self.shorten else length)
+        strip = self._pack_strip(offered, 0.0 if last and self.shorten else length)
         if strip.width <= length:
             return self._placed_pieces(strip), strip.width
         best = self._placed_pieces(strip, length)
-        density = self._area(offered) / (strip.width * self.width)
+        density = self._total_area(offered) / (strip.width * self.width)
         for share in SHARES:
-            fewer = select_by_area(offered, self.weight, share * density * length * self.width)
-            if self._area(fewer) <= sum(self.weight(placed.piece) for placed in best):
+            fewer = select_by_area(offered, self.required_area, share * density * length * self.width)
+            if self._total_area(fewer) <= sum(self.required_area(placed.piece) for placed in best):
                 break
-            retry = self._pack(fewer, length)
+            retry = self._pack_strip(fewer, length)
             if retry.width <= length:
                 return self._placed_pieces(retry), retry.width
         return best, length
 
-    def _area(self, counts: Counter[int]) -> float:
-        return sum(self.weight(piece) * count for piece, count in counts.items())
+    def _total_area(self, counts: Counter[int]) -> float:
+        return sum(self.required_area(piece) * count for piece, count in counts.items())
 
-    def _pack(self, counts: Counter[int], enough: float) -> Strip:
+    def _pack_strip(self, counts: Counter[int], enough: float) -> Strip:
         order = sorted(piece for piece, count in counts.items() if count > 0)
         items = [StripItem(self.shape(p)[0], counts[p], self._degrees(p)) for p in order]
-        shortest = PERFECT * max(self._area(counts) / self.width, *(self.extent(p)[0] for p in order))
+        shortest = PERFECT * max(self._total_area(counts) / self.width, *(self.extent(p)[0] for p in order))
         strip = pack_strip(
             items, self.width, self.seed, self.budget(), enough=max(enough, shortest), cancelled=self.cancelled
         )
@@ -169,7 +169,7 @@ class ShapePacker:
         placed = []
         for piece, degrees, x, y in strip.items:
             shape, middle, _ = self.shape(piece)
-            angle = _nearest_allowed(math.radians(degrees), self.pieces[piece].angles)
+            angle = _nearest_allowed_angle(math.radians(degrees), self.pieces[piece].angles)
             cos, sin = math.cos(angle), math.sin(angle)
             if x + max(cos * px - sin * py for px, py in shape) > length:
                 continue
@@ -196,7 +196,7 @@ class ShapePacker:
         points = len(piece.polygon.exterior.coords)
         kept = shapely.count_coordinates(shapely.simplify(piece.polygon, coarse))
         exact = points <= FEW_POINTS or kept > KEPT * points
-        grow = 0.5 * self.spacing + piece.slack + rounding + (0.0 if exact else coarse)
+        grow = 0.5 * self.spacing + piece.chord_allowance + rounding + (0.0 if exact else coarse)
         grown = piece.polygon.buffer(grow, join_style="mitre", mitre_limit=MITRE)
         rough: Any = Polygon(grown.exterior)
         if not exact:
@@ -206,7 +206,7 @@ class ShapePacker:
         return corners, middle, float(rough.area)
 
 
-def _shift(placed: PlacedPiece, x: float) -> PlacedPiece:
+def _shift_piece(placed: PlacedPiece, x: float) -> PlacedPiece:
     return PlacedPiece(placed.piece, placed.angle, placed.x + x, placed.y)
 
 
@@ -222,7 +222,7 @@ def _limit_total(counts: Counter[int], limit: int) -> Counter[int]:
     return Counter(kept)
 
 
-def _nearest_allowed(angle: float, angles: tuple[float, ...] | None) -> float:
+def _nearest_allowed_angle(angle: float, angles: tuple[float, ...] | None) -> float:
     if angles is None:
         return angle % math.tau
     return min(angles, key=lambda a: abs((a - angle + math.pi) % math.tau - math.pi))

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from leafcut.model.nest import Nest, sheet_costs
+from leafcut.model.nest import Nest, costs_per_sheet
 from leafcut.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, fill_sheets
 
 #: Effort for trying combinations of sheets: total number of pieces to place, and minimum and maximum number of trials.
@@ -31,20 +31,23 @@ def plan_of_nest(nest: Nest) -> FillPlan:
     return tuple((layout.stock, layout.count) for layout in nest.layouts)
 
 
-def cheapest_nest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
+def find_cheapest_nest(
+    task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]
+) -> Nest:
     """Return the cheapest nest on any combination of sheets.
 
     No more combinations are tried once `late` returns true.
     """
     if len(packers) == 1:
         return fill_sheets(task, packers, single_kind_plan(task), method, seed)
-    best = _greedy(task, packers).nest(method, seed)
+    best = _fill_greedily(task, packers).as_nest(method, seed)
     # A mix of kinds must never cost more than the best single kind, even if there is little time.
     alone = (fill_sheets(task, packers, single_kind_plan(task, kind), method, seed) for kind in range(len(packers)))
-    best = min([best, *alone], key=_rank)
+    best = min([best, *alone], key=_nest_rank)
     if any(best.unplaced):
         best = min(
-            [best, *(fill_sheets(task, packers, plan, method, seed) for plan in _all_sheets(task, packers))], key=_rank
+            [best, *(fill_sheets(task, packers, plan, method, seed) for plan in _plans_with_all_sheets(task, packers))],
+            key=_nest_rank,
         )
     tries = min(max(TRIES // sum(task.counts), MIN_TRIES), MAX_TRIES)
     plans = cheaper_plans(task, packers, best)
@@ -69,7 +72,7 @@ def cheapest_of_plans(
             break
         index = low if high - low <= tries_left else (low + high) // 2
         nest = attempt(plans[index])
-        best = min(best, nest, key=_rank)
+        best = min(best, nest, key=_nest_rank)
         low, high = (index + 1, high) if any(nest.unplaced) else (low, index)
     return best
 
@@ -88,7 +91,7 @@ def cheapest_by_density(
     `plans` are sorted by cost. The first attempt uses plans with a utilisation of at most `density`, and each attempt
     updates this value.
     """
-    need = _needs(task, packers)[0][1]
+    need = _area_needs(task, packers)[0][1]
     densities = [need / sum(packers[k].sheet_area * count for k, count in plan) for plan in plans]
     total_area = sum(part.area * part.quantity for part in task.parts)
     candidates, best = list(range(len(plans))), None
@@ -108,14 +111,14 @@ def cheapest_by_density(
     return best
 
 
-def _rank(nest: Nest) -> tuple[float, ...]:
+def _nest_rank(nest: Nest) -> tuple[float, ...]:
     return nest.rank
 
 
-def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
+def _fill_greedily(task: NestTask, packers: Sequence[Packer]) -> Filling:
     """Choose the sheets with the most parts per cost. The last sheet is the cheapest that holds all remaining parts."""
     filling = Filling(task, packers)
-    costs, sheets_left = sheet_costs(task.stocks), task.available_sheets
+    costs, sheets_left = costs_per_sheet(task.stocks), task.available_sheets
     while filling.left.total() and filling.n_sheets < task.max_sheets:
         available = [k for k in range(len(packers)) if sheets_left[k] > 0]
         tried = {
@@ -136,13 +139,13 @@ def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
     return filling
 
 
-def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
+def _plans_with_all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
     """Yield plans that use all available sheets. If their total number is limited, large kinds are preferred."""
     remaining, counts = task.max_sheets, [0.0] * len(packers)
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].sheet_area, k)):
         counts[k] = min(task.available_sheets[k], remaining)
         remaining -= counts[k]
-    return _filling_orders(packers, counts, sheet_costs(task.stocks))
+    return _filling_orders(packers, counts, costs_per_sheet(task.stocks))
 
 
 def cheaper_plans(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
@@ -153,16 +156,18 @@ def cheaper_plans(task: NestTask, packers: Sequence[Packer], reference: Nest, de
     """
     if any(reference.unplaced):
         return []
-    costs, areas = sheet_costs(task.stocks), [densest * packer.sheet_area for packer in packers]
+    costs, areas = costs_per_sheet(task.stocks), [densest * packer.sheet_area for packer in packers]
     below = reference.rank[1] * (1.0 - SAME)
     choices = _SheetCounts(
-        costs, areas, task.available_sheets, task.max_sheets, _needs(task, packers), below
+        costs, areas, task.available_sheets, task.max_sheets, _area_needs(task, packers), below
     ).counts_below()
-    choices.sort(key=lambda counts: (_cost(counts, costs), -_free_count(counts, costs), sum(counts), counts))
+    choices.sort(
+        key=lambda counts: (_total_cost(counts, costs), -_count_sheets_without_cost(counts, costs), sum(counts), counts)
+    )
     return [plan for counts in choices for plan in _filling_orders(packers, counts, costs)]
 
 
-def _free_count(counts: Sequence[int], costs: Sequence[float]) -> int:
+def _count_sheets_without_cost(counts: Sequence[int], costs: Sequence[float]) -> int:
     return sum(number for number, cost in zip(counts, costs, strict=True) if cost <= 0.0)
 
 
@@ -179,7 +184,7 @@ def _filling_orders(packers: Sequence[Packer], counts: Sequence[float], costs: S
         yield (*unpaid, *plan[::-1])
 
 
-def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:
+def _total_cost(counts: Sequence[float], costs: Sequence[float]) -> float:
     return sum(number * cost for number, cost in zip(counts, costs, strict=True))
 
 
@@ -187,13 +192,13 @@ def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:
 _Need = tuple[frozenset[int], float]
 
 
-def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
+def _area_needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
     """Return sets of kinds of sheet. For each set, give the total area of the pieces that fit on no other kind, mm²."""
     areas: dict[frozenset[int], float] = {frozenset(range(len(packers))): 0.0}
     for piece, count in enumerate(task.counts):
-        kinds = frozenset(k for k, packer in enumerate(packers) if packer.holds(piece))
+        kinds = frozenset(k for k, packer in enumerate(packers) if packer.fits_on_empty_sheet(piece))
         if kinds:
-            areas[kinds] = areas.get(kinds, 0.0) + count * min(packers[k].weight(piece) for k in kinds)
+            areas[kinds] = areas.get(kinds, 0.0) + count * min(packers[k].required_area(piece) for k in kinds)
     return [(kinds, sum(area for subset, area in areas.items() if subset <= kinds)) for kinds in areas]
 
 
@@ -243,7 +248,7 @@ class _SheetCounts:
         return int(min(self.available_sheets[k], self.max_sheets - taken, affordable, MAX_CHOICES))
 
     def _has_enough_area(self, counts: Sequence[int]) -> bool:
-        if not any(counts) or _cost(counts, self.costs) >= self.below:
+        if not any(counts) or _total_cost(counts, self.costs) >= self.below:
             return False
         return all(
             sum(counts[k] * self.areas[k] for k in kinds) >= need and any(counts[k] for k in kinds)

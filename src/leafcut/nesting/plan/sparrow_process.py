@@ -60,7 +60,7 @@ class StripSearch:
         return {"width": self.best.width, "items": items, "steps": self.steps, "ended": self.reason}
 
 
-def phases(seconds: float) -> tuple[int, int]:
+def phase_time_limits(seconds: float) -> tuple[int, int]:
     """Return time limits for the exploration and the compression phase of the nester, s.
 
     Together they last at least `seconds`. The nester ignores fractions of a second, so this script ends the search
@@ -72,7 +72,7 @@ def phases(seconds: float) -> tuple[int, int]:
     return exploration, max(math.ceil(seconds) - exploration, 1)
 
 
-def solve(task: dict[str, Any]) -> dict[str, Any]:
+def pack_items(task: dict[str, Any]) -> dict[str, Any]:
     """Pack the items of a task into the shortest strip, and return the answer.
 
     The task has the following keys: ``height`` (of the strip), ``items`` (``shape``, ``demand``, ``angles``), ``seed``,
@@ -84,7 +84,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
         for number, item in enumerate(task["items"])
     ]
     instance = spyrrow.StripPackingInstance("strip", task["height"], items)
-    exploration, compression = phases(task["seconds"])
+    exploration, compression = phase_time_limits(task["seconds"])
     config = spyrrow.StripPackingConfig(
         early_termination=True,
         total_computation_time=None,
@@ -121,5 +121,5 @@ def _exit_with_parent() -> None:
 if __name__ == "__main__":
     given = json.loads(sys.stdin.buffer.readline())
     threading.Thread(target=_exit_with_parent, daemon=True).start()
-    print(json.dumps(solve(given)), flush=True)
+    print(json.dumps(pack_items(given)), flush=True)
     os._exit(0)  # the search thread is still running, and a normal exit would wait for it

@@ -99,7 +99,7 @@ def pack_strip(
     PlanError
         If the nester is not installed.
     """
-    require("spyrrow")
+    require_package("spyrrow")
     task = {
         "height": height,
         "items": [{"shape": list(i.shape), "demand": i.demand, "angles": i.angles} for i in items],
@@ -115,7 +115,7 @@ def pack_strip(
     return Strip(float(answer["width"]), placed, int(answer["steps"]), str(answer["ended"]))
 
 
-def require(package: str) -> None:
+def require_package(package: str) -> None:
     """Raise PlanError if a package is not installed. The message contains the command that installs it."""
     if importlib.util.find_spec(package) is None:
         raise PlanError("nesting needs the package {}: pip install 'leafcut[nest]'", package)

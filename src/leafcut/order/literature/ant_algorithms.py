@@ -8,10 +8,10 @@ from leafcut.errors import SolveError
 from leafcut.options import AcoOptions, FireflyOptions
 from leafcut.order.directed import DirectedInstance
 from leafcut.order.instance import Instance
-from leafcut.order.literature.ants import AntColony, Ants, initial_trails, move_set
+from leafcut.order.literature.ants import AntColony, Ants, create_move_set, initial_trails
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.literature.processes import AntProcesses
-from leafcut.order.search import AlgorithmRun, SearchResult, search, set_budget_of_visits
+from leafcut.order.search import AlgorithmRun, SearchResult, run_population, set_visit_budget
 from leafcut.order.workers import thread_count, thread_pool
 
 
@@ -38,13 +38,13 @@ def check_ants(algorithm: str, aco: AcoOptions, _: FireflyOptions, choices: bool
 def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> SearchResult:
     """Run one of the five ant algorithms."""
     options, stop, best = run.options, run.stop, run.best
-    parameters = AntParameters.of(options.algorithm, run.aco, instance.n, options.local_search)
+    parameters = AntParameters.from_options(options.algorithm, run.aco, instance.n, options.local_search)
     threads = min(thread_count(options), parameters.ants) if isinstance(instance, Instance) else 1
-    moves = move_set(instance, options.local_search, threads)
+    moves = create_move_set(instance, options.local_search, threads)
     c_nn = moves.start(best)
-    set_budget_of_visits(stop, options, parameters.ants * instance.n)
+    set_visit_budget(stop, options, parameters.ants * instance.n)
     if best.cost <= 0.0:
-        return SearchResult(moves.result(best.tour))  # all nodes at the same position: nothing to gain
+        return SearchResult(moves.instance_nodes(best.tour))  # all nodes at the same position: nothing to gain
     with ExitStack() as stack:
         if run.aco.parallel in ("processes", "exchange", "partners"):
             ants: AntColony = stack.enter_context(closing(AntProcesses(moves, run, parameters, c_nn)))
@@ -53,12 +53,12 @@ def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> Search
                 initial_trails(moves, parameters, c_nn, options.seed),
                 stack.enter_context(thread_pool(threads, stop)),
             )
-            ants = _ants_of(run.aco.parallel)(moves, trails, options.seed, stop, executor, threads)
-        iterations = search(ants, best)
-        return SearchResult(moves.result(best.tour), iterations, ants.log.figures())
+            ants = _ants_class(run.aco.parallel)(moves, trails, options.seed, stop, executor, threads)
+        iterations = run_population(ants, best)
+        return SearchResult(moves.instance_nodes(best.tour), iterations, ants.log.worker_figures())
 
 
-def _ants_of(parallel: str) -> type[Ants]:
+def _ants_class(parallel: str) -> type[Ants]:
     if parallel != "gpu":
         return Ants
     from leafcut.order.literature.gpu import GpuAnts

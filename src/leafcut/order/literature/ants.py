@@ -10,19 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
-from leafcut.order.construction import random_words
+from leafcut.order.construction import random_states
 from leafcut.order.directed import AnyInstance, DirectedInstance
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.pheromone import TRAILS, AntParameters, Trails
 from leafcut.order.literature.places import Places
 from leafcut.order.search import Best, Population, Tours
 from leafcut.order.stop import Stop, clock
-from leafcut.order.workers import WorkerLog, on_all_workers
+from leafcut.order.workers import WorkerLog, run_on_all_workers
 
 MoveSet = Places | Choices
 
 
-def move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> MoveSet:
+def create_move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> MoveSet:
     """Create the move set that fits an instance."""
     if isinstance(instance, DirectedInstance):
         return Choices(instance, local_search)
@@ -41,7 +41,7 @@ class AntColony(Population):
     """Ants that share pheromone trails. If each worker has its own trails, `trails` is None."""
 
     def __init__(self, moves: MoveSet, trails: Trails | None, ants: int, workers: int) -> None:
-        super().__init__(moves.instance, WorkerLog.of(workers))
+        super().__init__(moves.instance, WorkerLog.empty(workers))
         self.moves, self.trails = moves, trails
         self.tours = np.zeros((ants, moves.instance.n), dtype=np.int32)
         self.costs = np.full(ants, math.inf)
@@ -51,18 +51,18 @@ class AntColony(Population):
         if self.trails is not None:
             self.trails.reinforce(iteration, tours, costs, best)
 
-    def result(self, tour: Ints) -> Ints:
+    def instance_nodes(self, tour: Ints) -> Ints:
         """Convert a tour to nodes of the instance."""
-        return self.moves.result(tour)
+        return self.moves.instance_nodes(tour)
 
-    def parts(self, best: Best) -> dict[str, Any]:
+    def snapshot_fields(self, best: Best) -> dict[str, Any]:
         """Return the fields that this algorithm adds to a snapshot: worker statistics, pheromone, and last step."""
-        shown = {} if self.trails is None else self.moves.parts(self.trails, best)
-        return super().parts(best) | shown
+        shown = {} if self.trails is None else self.moves.snapshot_fields(self.trails, best)
+        return super().snapshot_fields(best) | shown
 
-    def branching(self) -> float | None:
+    def branching_factor(self) -> float | None:
         """Return the mean λ-branching factor of the pheromone trails."""
-        return None if self.trails is None else self.trails.branching()
+        return None if self.trails is None else self.trails.branching_factor()
 
 
 class Ants(AntColony):
@@ -86,10 +86,10 @@ class Ants(AntColony):
         """
         words = self._random_states(iteration)
         built = self._construct_all(words)
-        on_all_workers(self.executor, self.workers, lambda w: self._run_ants(w, words, built, self.workers))
+        run_on_all_workers(self.executor, self.workers, lambda w: self._run_ants(w, words, built, self.workers))
         return self.tours, self.costs
 
-    def share(self, iteration: int, worker: int, workers: int) -> Tours:
+    def construct_share(self, iteration: int, worker: int, workers: int) -> Tours:
         """Return the tours and costs of ants `worker`, `worker` + `workers`, `worker` + 2 `workers`, and so on."""
         words = self._random_states(iteration)
         self._run_ants(worker, words, self._construct_in_turn(words, worker, workers), workers)
@@ -97,7 +97,7 @@ class Ants(AntColony):
 
     def _random_states(self, iteration: int) -> NDArray[np.uint64]:
         self.costs[:] = math.inf
-        return random_words(self.seed, iteration, count=len(self.costs))
+        return random_states(self.seed, iteration, count=len(self.costs))
 
     def _construct_all(self, words: NDArray[np.uint64]) -> int | None:
         """If the algorithm requires it, construct all tours before the workers start.
@@ -114,7 +114,7 @@ class Ants(AntColony):
         if not self.trails.parameters.local_rate:
             return None
         for ant in range(first, len(self.tours), step):
-            if ant > first and self.stop.now():
+            if ant > first and self.stop.must_stop():
                 return ant
             self.moves.construct(self.trails, words, ant, self.tours[ant], 0)
         return len(self.tours)
@@ -126,11 +126,11 @@ class Ants(AntColony):
         """
         began, ants, mine = clock(), 0, worker % self.workers
         for ant in range(worker, len(self.costs) if built is None else built, step):
-            if ant >= step and self.stop.now():
+            if ant >= step and self.stop.must_stop():
                 break
             if built is None:
                 self.moves.construct(self.trails, words, ant, self.tours[ant], mine)
-            self.costs[ant] = self.moves.finish(self.tours[ant], self.stop)
+            self.costs[ant] = self.moves.improve_and_measure(self.tours[ant], self.stop)
             ants += 1
         best = float(self.costs[worker::step].min(initial=math.inf))
         self.log.add(mine, ants, clock() - began, best)

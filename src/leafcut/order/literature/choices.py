@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cluster_paths import Clusters
-from leafcut.kernels.ordering import choose_all, construct_order
+from leafcut.kernels.ordering import choose_nodes_of_order, construct_order
 from leafcut.kernels.route import Route
 from leafcut.kernels.sequential import improve_route
 from leafcut.order.annealing import build_clusters
-from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, queue_all, route_of
-from leafcut.order.instance import cluster_places
+from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, create_route, greedy_path, queue_all_nodes
+from leafcut.order.instance import cluster_positions
 from leafcut.order.literature.pheromone import Trails
 from leafcut.order.pheromone_view import pheromone_on_edges
 from leafcut.order.search import Best
@@ -47,7 +47,7 @@ class Choices:
         self.sums, self.links = np.zeros((2, widest)), np.zeros((m, widest), dtype=np.int32)
         self.breadth = np.array(BREADTH, dtype=np.int64)
 
-    def nearest_neighbour(self) -> tuple[Ints, float]:
+    def nearest_neighbour_order(self) -> tuple[Ints, float]:
         """Return the nearest-neighbour order, int32[m], and its length.
 
         The order always continues with the cheapest cluster whose predecessors have all been visited.
@@ -57,7 +57,7 @@ class Choices:
 
     def start(self, best: Best) -> float:
         """Offer the nearest-neighbour order as the first solution, and return its cost C_nn."""
-        order, length = self.nearest_neighbour()
+        order, length = self.nearest_neighbour_order()
         best.offer(order, length, 0)
         return max(length, 1e-9)
 
@@ -95,17 +95,17 @@ class Choices:
 
         Store the nodes of that path.
         """
-        return float(choose_all(self.layers, order, self.chosen, self.trial, self.sums, self.links))
+        return float(choose_nodes_of_order(self.layers, order, self.chosen, self.trial, self.sums, self.links))
 
-    def nodes(self) -> Ints:
+    def nodes_of_last_order(self) -> Ints:
         """Return the path that `length` stored, as nodes of the problem, int32[clusters]."""
         instance = self.instance
         chosen = self.chosen[1:] if instance.anchored else self.chosen
         enter = instance.enter.copy()
         enter[self.layers.owner[chosen]] = instance.rules.way[chosen]
-        return instance.nodes(self.layers.owner[self.chosen], enter)
+        return instance.nodes_from_path(self.layers.owner[self.chosen], enter)
 
-    def finish(self, order: Ints, stop: Stop) -> float:
+    def improve_and_measure(self, order: Ints, stop: Stop) -> float:
         """Choose the nodes for an order of clusters, int32[m], and return the length of the path.
 
         If local search is requested, it improves both the order and the nodes.
@@ -116,20 +116,20 @@ class Choices:
         if not self.local_search or self.instance.n < 5:
             return length
         instance = self.instance
-        route = route_of(instance, *instance.path_of(self.nodes()))
-        queue_all(instance, route)
+        route = create_route(instance, *instance.path_from_nodes(self.nodes_of_last_order()))
+        queue_all_nodes(instance, route)
         least = LEAST * max(length, 0.0) / instance.n
-        while route.counts[1] > 0 and not stop.now():
+        while route.counts[1] > 0 and not stop.must_stop():
             improve_route(instance.cost, route, instance.rules, self.breadth, least, LOOKS)
         order[:] = route.node
         return self.length(order)
 
-    def result(self, order: Ints) -> Ints:
+    def instance_nodes(self, order: Ints) -> Ints:
         """Return the nodes, int32[clusters], of the shortest path that visits the clusters in this order, int32[m]."""
         self.length(order)
-        return self.nodes()
+        return self.nodes_of_last_order()
 
-    def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
+    def snapshot_fields(self, trails: Trails, best: Best) -> dict[str, Any]:
         """Return the pheromone and the last step for observers.
 
         The step has no example move, because moves are directed.
@@ -137,5 +137,5 @@ class Choices:
         problem = self.instance.problem
         m = problem.n_clusters
         owner = np.arange(m, dtype=np.int32)
-        pheromone = pheromone_on_edges(cluster_places(problem), owner, trails.lists[:m], trails.pheromone[:m])
-        return {"pheromone": pheromone, "step": trails.step(best)}
+        pheromone = pheromone_on_edges(cluster_positions(problem), owner, trails.lists[:m], trails.pheromone[:m])
+        return {"pheromone": pheromone, "step": trails.describe_iteration(best)}

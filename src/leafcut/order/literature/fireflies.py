@@ -40,20 +40,28 @@ from numpy.typing import NDArray
 from leafcut.errors import SolveError
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
+from leafcut.kernels.firefly import count_different_edges, invert_and_repair, make_random_inversions
 from leafcut.kernels.lin_kernighan import Tour
-from leafcut.kernels.ordering import invert_runs, steps_apart
+from leafcut.kernels.ordering import count_different_steps, invert_runs
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.construction import random_words
+from leafcut.order.construction import random_states
 from leafcut.order.directed import DirectedInstance
 from leafcut.order.instance import Instance, costs_of_edges
-from leafcut.order.kicks import BREADTH, LONGEST_REWRITE, descend, search_breadth, tour_with_buffers
+from leafcut.order.kicks import BREADTH, LONGEST_REWRITE, improve_queued_nodes, search_breadth, tour_with_buffers
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.flight import Flight, Swarm, completed_share, initial_tour
 from leafcut.order.literature.published_fireflies import PublishedFireflies
-from leafcut.order.search import AlgorithmRun, Best, SearchResult, Tours, search, set_budget, set_budget_of_visits
+from leafcut.order.search import (
+    AlgorithmRun,
+    Best,
+    SearchResult,
+    Tours,
+    run_population,
+    set_preset_budget,
+    set_visit_budget,
+)
 from leafcut.order.stop import Stop
-from leafcut.order.workers import on_all_workers, thread_count, thread_pool
+from leafcut.order.workers import run_on_all_workers, thread_count, thread_pool
 
 #: Number of flights per iteration and node, without and with repair. A move with repair takes the place of about a
 #: hundred simple moves.
@@ -83,15 +91,15 @@ class PlaceFireflies(Swarm):
     ) -> None:
         super().__init__(instance, flight, options, workers)
         self.instance, self.stop, self.executor, self.workers = instance, stop, executor, workers
-        self.swarm = [self._begin(f) for f in range(flight.fireflies)]
+        self.swarm = [self._create_firefly(f) for f in range(flight.fireflies)]
         self.lengths[0] = tour_cost(instance.cost, self.swarm[0].node)
-        self.costs = np.zeros((0, 0), dtype=np.float32) if self.mended else all_costs(instance)
+        self.costs = np.zeros((0, 0), dtype=np.float32) if self.mended else cost_table(instance)
         self.breadth = search_breadth(instance, BREADTH)
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
         """Set the preset's budget as a number of moves."""
-        moves = self.flight.fireflies * self.moves_of(self.flight.attractiveness)
-        set_budget(stop, options, PRESETS[options.preset][self.mended] / moves)
+        moves = self.flight.fireflies * self.moves_per_flight(self.flight.attractiveness)
+        set_preset_budget(stop, options, PRESETS[options.preset][self.mended] / moves)
 
     def start(self, best: Best) -> None:
         """Offer the first firefly's tour as the first solution."""
@@ -102,59 +110,63 @@ class PlaceFireflies(Swarm):
         """Return the swarm's tours, int32[fireflies, h]."""
         return np.stack([tour.node for tour in self.swarm])
 
-    def moves_of(self, attraction: float) -> int:
+    def moves_per_flight(self, attraction: float) -> int:
         """Return the number of moves that a firefly makes in an iteration."""
         flights = self.size * (FLIGHTS_MENDED if self.mended else FLIGHTS)
         return max(1, round(attraction * flights))
 
-    def _begin(self, f: int) -> Tour:
+    def _create_firefly(self, f: int) -> Tour:
         node = initial_tour(self.instance, self.flight, self.seed, f)
         return tour_with_buffers(node, log=2 * self.size + 1000 if self.mended else 0)
 
     def construct(self, iteration: int) -> Tours:
         """Move every firefly. Return the swarm's tours, int32[fireflies, h], and their lengths."""
         self.done = completed_share(self.stop, iteration)
-        plan = [self._plan(f) for f in range(len(self.swarm))] if iteration else []
-        words = random_words(self.seed, iteration, count=len(self.swarm))
-        on_all_workers(self.executor, self.workers, lambda w: self._work(w, plan, words))
+        plan = [self._plan_flight(f) for f in range(len(self.swarm))] if iteration else []
+        words = random_states(self.seed, iteration, count=len(self.swarm))
+        run_on_all_workers(self.executor, self.workers, lambda w: self._move_share(w, plan, words))
         return self.tours, self.lengths
 
-    def apart(self, one: int, other: int) -> int:
+    def count_different_edges(self, one: int, other: int) -> int:
         """Count the edges in tour `one` that are missing in tour `other`."""
-        return int(edges_apart(self.swarm[one].node, self.swarm[other].node, self.swarm[other].place))
+        return int(count_different_edges(self.swarm[one].node, self.swarm[other].node, self.swarm[other].place))
 
-    def _plan(self, f: int) -> tuple[int, int]:
+    def _plan_flight(self, f: int) -> tuple[int, int]:
         moves, longest = self.moves_to_target(f)
         return moves, min(longest, LONGEST_REWRITE) if self.mended else longest
 
-    def _work(self, worker: int, plan: list[tuple[int, int]], words: NDArray[np.uint64]) -> None:
+    def _move_share(self, worker: int, plan: list[tuple[int, int]], words: NDArray[np.uint64]) -> None:
         began, flown = time.perf_counter(), 0
         for f in range(worker, len(self.swarm), self.workers):
-            if f and self.stop.now():
+            if f and self.stop.must_stop():
                 break
             if plan:
-                self._fly(f, *plan[f], words)
+                self._fly_to_target(f, *plan[f], words)
             elif self.mended:
-                descend(self.instance, self.swarm[f]._replace(log=np.zeros((0, 2), dtype=np.int32)), BREADTH, self.stop)
+                improve_queued_nodes(
+                    self.instance, self.swarm[f]._replace(log=np.zeros((0, 2), dtype=np.int32)), BREADTH, self.stop
+                )
             self.lengths[f] = tour_cost(self.instance.cost, self.swarm[f].node)
             flown += 1
         mine = self.lengths[worker :: self.workers]
         self.log.add(worker, flown, time.perf_counter() - began, float(mine.min(initial=math.inf)))
 
-    def _fly(self, f: int, moves: int, longest: int, words: NDArray[np.uint64]) -> None:
+    def _fly_to_target(self, f: int, moves: int, longest: int, words: NDArray[np.uint64]) -> None:
         tour, instance, per_look = self.swarm[f], self.instance, MENDED_PER_LOOK if self.mended else MOVES_PER_LOOK
         while moves > 0:
             now = min(moves, per_look)
             if self.mended:
-                fly_and_mend(instance.cost, tour, *instance.exchange_lists, self.breadth, now, longest, words, f)
+                invert_and_repair(
+                    instance.cost, tour, *instance.exchange_candidates, self.breadth, now, longest, words, f
+                )
             else:
-                fly(self.costs, tour.node, tour.place, now, longest, words, f)
+                make_random_inversions(self.costs, tour.node, tour.place, now, longest, words, f)
             moves -= now
-            if self.stop.now():
+            if self.stop.must_stop():
                 return
 
 
-def all_costs(instance: Instance) -> NDArray[np.float32]:
+def cost_table(instance: Instance) -> NDArray[np.float32]:
     """Compute the costs between all nodes, float32[h, h]. Raises SolveError for more than `MOST_NODES` nodes."""
     h = instance.n
     if h > MOST_NODES:
@@ -183,13 +195,13 @@ class ChoiceFireflies(Swarm):
         count, m = flight.fireflies, instance.n
         self.orders = np.zeros((count, m), dtype=np.int32)
         self.place, self.moved = np.zeros(m, dtype=np.int32), np.zeros(m, dtype=np.int32)
-        words = random_words(self.seed, 0, count=count)
+        words = random_states(self.seed, 0, count=count)
         for f in range(count):
             self.moves.construct_at_random(words, f, self.orders[f])
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
         """Set the preset's budget as a number of visited clusters."""
-        set_budget_of_visits(stop, options, self.size * self.flight.fireflies * max(1.0, self.flight.attractiveness))
+        set_visit_budget(stop, options, self.size * self.flight.fireflies * max(1.0, self.flight.attractiveness))
 
     def start(self, best: Best) -> None:
         """Give the nearest-neighbour order to the first firefly and offer it as the first solution."""
@@ -199,31 +211,31 @@ class ChoiceFireflies(Swarm):
     def construct(self, iteration: int) -> Tours:
         """Move every firefly once. Return the swarm's orders, shortest first, and their lengths."""
         began, flown = time.perf_counter(), 0
-        words = random_words(self.seed, iteration + 1, count=len(self.orders))
+        words = random_states(self.seed, iteration + 1, count=len(self.orders))
         if iteration:
             self.done = completed_share(self.stop, iteration)
         for f in np.argsort(self.lengths, kind="stable").tolist():
-            if self.stop.now() and (iteration or f):
+            if self.stop.must_stop() and (iteration or f):
                 break
             if iteration:
-                self._fly(f, words)
+                self._fly_to_target(f, words)
             else:
-                self.lengths[f] = self.moves.finish(self.orders[f], self.stop)
+                self.lengths[f] = self.moves.improve_and_measure(self.orders[f], self.stop)
             flown += 1
         self.log.add(0, flown, time.perf_counter() - began, float(self.lengths.min()))
         return self.orders, self.lengths
 
-    def apart(self, one: int, other: int) -> int:
+    def count_different_edges(self, one: int, other: int) -> int:
         """Count the directed steps in order `one` that are missing in order `other`."""
         place = np.zeros(self.size, dtype=np.int32)
         place[self.orders[one]] = np.arange(self.size, dtype=np.int32)
-        return int(steps_apart(self.orders[other], place))
+        return int(count_different_steps(self.orders[other], place))
 
-    def moves_of(self, attraction: float) -> int:
+    def moves_per_flight(self, attraction: float) -> int:
         """Return the number of moves in a flight."""
         return max(1, round(attraction))
 
-    def _fly(self, f: int, words: NDArray[np.uint64]) -> None:
+    def _fly_to_target(self, f: int, words: NDArray[np.uint64]) -> None:
         """Make the moves of a flight. A move is undone if it makes the order longer."""
         if self.size < 4:
             return
@@ -232,15 +244,15 @@ class ChoiceFireflies(Swarm):
             self.moved[:] = self.orders[f]
             self.place[self.moved] = np.arange(self.size, dtype=np.int32)
             invert_runs(self.moves.layers, self.moved, self.place, 2 if self.mended else 1, longest, words, f)
-            length = self.moves.finish(self.moved, self.stop)
+            length = self.moves.improve_and_measure(self.moved, self.stop)
             if length <= self.lengths[f]:
                 self.orders[f], self.lengths[f] = self.moved, length
-            if self.stop.now():
+            if self.stop.must_stop():
                 return
 
-    def result(self, tour: Ints) -> Ints:
+    def instance_nodes(self, tour: Ints) -> Ints:
         """Choose the nodes for an order of clusters."""
-        return self.moves.result(tour)
+        return self.moves.instance_nodes(tour)
 
 
 def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bool) -> None:
@@ -256,7 +268,7 @@ def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bo
 def run_fireflies(instance: Instance | DirectedInstance, run: AlgorithmRun) -> SearchResult:
     """Run the firefly algorithm."""
     options, stop, best = run.options, run.stop, run.best
-    flight = Flight.of(run.firefly, limited=options.is_limited)
+    flight = Flight.from_options(run.firefly, limited=options.is_limited)
     threads = min(thread_count(options), flight.fireflies)
     with thread_pool(threads, stop) as executor:
         if isinstance(instance, DirectedInstance):
@@ -269,6 +281,6 @@ def run_fireflies(instance: Instance | DirectedInstance, run: AlgorithmRun) -> S
         stop.patience = flight.patience
         swarm.start(best)
         if best.cost <= 0.0:
-            return SearchResult(swarm.result(best.tour))  # all nodes at the same position: nothing to gain
-        iterations = search(swarm, best)
-    return SearchResult(swarm.result(best.tour), iterations, swarm.log.figures())
+            return SearchResult(swarm.instance_nodes(best.tour))  # all nodes at the same position: nothing to gain
+        iterations = run_population(swarm, best)
+    return SearchResult(swarm.instance_nodes(best.tour), iterations, swarm.log.worker_figures())

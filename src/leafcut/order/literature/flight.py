@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Ints
 from leafcut.model.snapshot import SearchStep
 from leafcut.options import FireflyOptions, SolveOptions
-from leafcut.order.construction import greedy
+from leafcut.order.construction import greedy_tour
 from leafcut.order.directed import AnyInstance
 from leafcut.order.instance import Instance
 from leafcut.order.search import Best, Population
@@ -52,7 +52,7 @@ class Flight:
     short_by_distance: bool
 
     @classmethod
-    def of(cls, options: FireflyOptions, limited: bool) -> Flight:
+    def from_options(cls, options: FireflyOptions, limited: bool) -> Flight:
         """Read the parameters from the options.
 
         If the time or the iterations are `limited`, the search does not stop early when it finds no improvement.
@@ -71,17 +71,17 @@ class Flight:
         )
 
     def attraction(self, apart: int, h: int) -> float:
-        """Compute the attractiveness β between two tours of h nodes that differ in `apart` edges."""
+        """Compute the attractiveness β between two tours of h nodes that differ in `count_different_edges` edges."""
         r = 10.0 * apart / h
         return self.attractiveness * math.exp(-self.absorption * r * r)
 
-    def target(self, lengths: NDArray[np.float64], f: int, apart: dict[int, int], h: int) -> int:
+    def most_attractive(self, lengths: NDArray[np.float64], f: int, apart: dict[int, int], h: int) -> int:
         """Find the most attractive of the brighter fireflies and return its index. The brightness is 1 / length."""
         # Costs from a table may be negative. Then all fireflies are equally bright.
         floor = max(float(lengths[f]), 1e-300)
         return max(apart, key=lambda j: self.attraction(apart[j], h) * floor / max(float(lengths[j]), 1e-300))
 
-    def aim(
+    def choose_target(
         self, lengths: NDArray[np.float64], f: int, apart: Callable[[int], int], h: int, done: float, mended: bool
     ) -> tuple[float, int]:
         """Return the attractiveness of a firefly's target, and the maximum number of nodes in an inversion.
@@ -91,11 +91,11 @@ class Flight:
         short = SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h)
         seen = {j: apart(j) for j in np.flatnonzero(lengths < lengths[f]).tolist()}
         if not seen:
-            return self.attractiveness, self.longest(h, h, done, short)
-        away = seen[self.target(lengths, f, seen, h)]
-        return self.attraction(away, h), self.longest(away, h, done, short)
+            return self.attractiveness, self.longest_inversion(h, h, done, short)
+        away = seen[self.most_attractive(lengths, f, seen, h)]
+        return self.attraction(away, h), self.longest_inversion(away, h, done, short)
 
-    def longest(self, apart: int, h: int, share_done: float, short: int) -> int:
+    def longest_inversion(self, apart: int, h: int, share_done: float, short: int) -> int:
         """Return the maximum number of nodes in an inversion, between 2 and h - 2."""
         limit = apart if share_done < SWITCH else min(apart, short)
         return max(2, min(limit, h - 2))
@@ -110,7 +110,7 @@ class Swarm(Population):
     """Fireflies with their parameters and tour lengths, and a view of the swarm for observers."""
 
     def __init__(self, instance: AnyInstance, flight: Flight, options: SolveOptions, workers: int = 1) -> None:
-        super().__init__(instance, WorkerLog.of(workers))
+        super().__init__(instance, WorkerLog.empty(workers))
         self.flight, self.seed, self.mended = flight, options.seed, options.local_search
         self.size = instance.n
         self.lengths = np.full(flight.fireflies, math.inf)
@@ -124,31 +124,34 @@ class Swarm(Population):
     def start(self, best: Best) -> None:
         """Offer the first tour if its cost is known."""
 
-    def apart(self, one: int, other: int) -> int:
+    def count_different_edges(self, one: int, other: int) -> int:
         """Count the edges in tour `one` that are missing in tour `other`."""
         raise NotImplementedError
 
-    def moves_of(self, attraction: float) -> int:
+    def moves_per_flight(self, attraction: float) -> int:
         """Return the number of moves in a flight."""
         raise NotImplementedError
 
     def moves_to_target(self, f: int) -> tuple[int, int]:
         """Choose the number of a firefly's moves towards its target, and the maximum length of an inversion."""
-        attraction, longest = self.flight.aim(
-            self.lengths, f, lambda j: self.apart(f, j), self.size, self.done, self.mended
+        attraction, longest = self.flight.choose_target(
+            self.lengths, f, lambda j: self.count_different_edges(f, j), self.size, self.done, self.mended
         )
-        return self.moves_of(attraction), longest
+        return self.moves_per_flight(attraction), longest
 
-    def parts(self, best: Best) -> dict[str, Any]:
+    def snapshot_fields(self, best: Best) -> dict[str, Any]:
         """Return the fields that this algorithm adds to a snapshot: worker statistics, brightness, and next step."""
-        return super().parts(best) | {"brightness": self.brightness(), "step": self.step(best)}
+        return super().snapshot_fields(best) | {
+            "brightness": self.brightness(),
+            "step": self.describe_next_flight(best),
+        }
 
     def brightness(self) -> NDArray[np.float64]:
         """Compute each firefly's brightness, 1 / length. It is 0 if the length is unknown or not positive."""
         known = np.isfinite(self.lengths) & (self.lengths > 0.0)
         return np.where(known, 1.0 / np.where(known, self.lengths, 1.0), 0.0)
 
-    def step(self, best: Best) -> SearchStep | None:
+    def describe_next_flight(self, best: Best) -> SearchStep | None:
         """Describe the darkest firefly's next flight: the distance to its target, and the moves."""
         flight, lengths, h = self.flight, self.lengths, self.size
         dark = int(np.argmax(np.where(np.isfinite(lengths), lengths, -math.inf)))
@@ -156,13 +159,13 @@ class Swarm(Population):
             "n": len(lengths), "beta_0": flight.attractiveness, "gamma": flight.absorption, "h": h,
             "c_best": best.cost, "dark": dark + 1, "c_dark": float(lengths[dark]),
         }  # fmt: skip
-        seen = {j: self.apart(dark, j) for j in np.flatnonzero(lengths < lengths[dark]).tolist()}
+        seen = {j: self.count_different_edges(dark, j) for j in np.flatnonzero(lengths < lengths[dark]).tolist()}
         if seen:
-            target = flight.target(lengths, dark, seen, h)
+            target = flight.most_attractive(lengths, dark, seen, h)
             values |= {"target": target + 1, "c_target": float(lengths[target]), "edges_apart": seen[target]}
             values["r"] = 10.0 * seen[target] / h
-        beta, longest = flight.aim(lengths, dark, seen.__getitem__, h, self.done, self.mended)
-        values |= {"beta": beta, "moves": self.moves_of(beta), "longest": longest}
+        beta, longest = flight.choose_target(lengths, dark, seen.__getitem__, h, self.done, self.mended)
+        values |= {"beta": beta, "moves": self.moves_per_flight(beta), "longest": longest}
         return SearchStep("firefly", values)
 
 
@@ -170,6 +173,6 @@ def initial_tour(instance: Instance, flight: Flight, seed: int, f: int) -> Ints:
     """Create a firefly's initial tour, int32[h]: a random tour, or the greedy tour with small random changes."""
     rng = np.random.default_rng((seed, f))
     if not flight.at_random:
-        return greedy(instance, rng if f else None)
+        return greedy_tour(instance, rng if f else None)
     tied = [node for node in (instance.first, instance.second) if instance.second >= 0]
     return np.append(rng.permutation(np.setdiff1d(np.arange(instance.n), tied)), tied).astype(np.int32)

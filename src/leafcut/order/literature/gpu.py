@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import SolveError, printable
 from leafcut.kernels.construct import Decay, Unvisited, WeightedEdges, construct_tour
-from leafcut.order.construction import unvisited_buffers
+from leafcut.order.construction import allocate_unvisited_buffers
 from leafcut.order.instance import Instance
 from leafcut.order.literature.ants import Ants, MoveSet
 from leafcut.order.literature.pheromone import Trails
@@ -73,12 +73,12 @@ class _Builder:
 
         self.instance, self.trails, self.tours = instance, trails, tours
         ants, n = tours.shape
-        buffers = unvisited_buffers(instance)
+        buffers = allocate_unvisited_buffers(instance)
         bytes_of_ant = tours[0].nbytes + sum(array.nbytes for array in buffers) + np.uint64().nbytes
         free, _ = there.current_context().get_memory_info()
         self.share = int(min(max(_OF_FREE_MEMORY * free / bytes_of_ant, 1.0), ants))
-        self.cost = _copied_to_gpu(instance.cost)
-        self.tree = _copied_to_gpu(instance.tree)
+        self.cost = _copy_to_gpu(instance.cost)
+        self.tree = _copy_to_gpu(instance.tree)
         self.weights = there.to_device(trails.weights)
         candidates, nearness = there.to_device(instance.candidates), there.to_device(trails.nearness)
         # The weights also stand for the pheromone: only Ant Colony System, which does not run on a GPU, uses it.
@@ -96,7 +96,7 @@ class _Builder:
             mine = words[begin : begin + self.share]
             states = there.to_device(mine)
             blocks = -(-len(mine) // _BLOCK)
-            _kernel()[blocks, _BLOCK](
+            _compile_tour_kernel()[blocks, _BLOCK](
                 self.cost,
                 self.tree,
                 self.edges,
@@ -142,31 +142,31 @@ def _build_tours(
 
 
 @cache
-def _kernel() -> Any:
+def _compile_tour_kernel() -> Any:
     from numba import cuda as there
 
-    return there.jit(_bound_to_gpu_kernels(_build_tours, {"cuda": there}))
+    return there.jit(_bind_to_gpu_kernels(_build_tours, {"cuda": there}))
 
 
 @cache
-def for_gpu(function: Any) -> Any:
+def compile_for_gpu(function: Any) -> Any:
     """Compile a CPU kernel and the kernels it calls for the GPU, from the same source."""
     from numba import cuda as there
 
-    return there.jit(device=True)(_bound_to_gpu_kernels(function, {}))
+    return there.jit(device=True)(_bind_to_gpu_kernels(function, {}))
 
 
-def _bound_to_gpu_kernels(function: Any, more: dict[str, Any]) -> Any:
+def _bind_to_gpu_kernels(function: Any, more: dict[str, Any]) -> Any:
     """Copy a function so that the names of kernels refer to their GPU versions."""
     source = getattr(function, "py_func", function)
     names = {**source.__globals__, **more}
     for name in source.__code__.co_names:
         if hasattr(names.get(name), "py_func"):
-            names[name] = for_gpu(names[name])
+            names[name] = compile_for_gpu(names[name])
     return types.FunctionType(source.__code__, names, source.__name__, source.__defaults__)
 
 
-def _copied_to_gpu(arrays: Any) -> Any:
+def _copy_to_gpu(arrays: Any) -> Any:
     from numba import cuda as there
 
     return type(arrays)(*(there.to_device(one) if isinstance(one, np.ndarray) else one for one in arrays))

@@ -86,7 +86,7 @@ class AntParameters:
     initial: float | str | None
 
     @classmethod
-    def of(cls, algorithm: str, options: AcoOptions, n: int, local_search: bool) -> AntParameters:
+    def from_options(cls, algorithm: str, options: AcoOptions, n: int, local_search: bool) -> AntParameters:
         """Read the parameters of `algorithm` from the options, for n nodes."""
         known = RECOMMENDED[algorithm]
         asked = n if isinstance(options.n_ants, str) else options.n_ants
@@ -130,7 +130,7 @@ class Trails:
         `c_nn` is the cost C_nn of the nearest-neighbour tour. `seed` determines the random pheromone.
         """
         self.lists, self.parameters, self.c_nn, self.one_way = lists, parameters, c_nn, one_way
-        self.initial = self._initial_pheromone()
+        self.initial = self._chosen_initial_pheromone()
         self.highest, self.lowest = math.inf, 0.0
         self.pheromone = np.full(lists.shape, self.initial)
         if parameters.initial == RANDOM_TRAILS:
@@ -172,18 +172,18 @@ class Trails:
         """Add pheromone along a tour (equation 3.3)."""
         if self.changes is not None:
             self.changes.append((tour.copy(), amount))
-        self._add(tour, amount)
+        self._add_pheromone(tour, amount)
 
     def add_deposits(self, changes: list[Deposit]) -> None:
         """Add the deposits of other colonies. Each colony evaporates only its own pheromone."""
         for tour, amount in changes:
-            self._add(tour, amount)
+            self._add_pheromone(tour, amount)
         self.update_weights()
 
-    def _add(self, tour: Ints, amount: float) -> None:
+    def _add_pheromone(self, tour: Ints, amount: float) -> None:
         trails.deposit(self.lists, tour, 1.0, amount, self.highest, self.one_way, self.pheromone)
 
-    def _initial_pheromone(self) -> float:
+    def _chosen_initial_pheromone(self) -> float:
         p, n, c_nn = self.parameters, len(self.lists), self.c_nn
         if p.initial == RANDOM_TRAILS:
             return 0.5 / (n * c_nn)
@@ -193,16 +193,16 @@ class Trails:
             return 1.0 / (n * c_nn)
         return self.usual_pheromone() if p.initial is None else float(p.initial)
 
-    def branching(self) -> float:
+    def branching_factor(self) -> float:
         """Return the mean λ-branching factor of the trails."""
         return float(trails.branching_factor(self.lists, self.pheromone, BRANCHING_SHARE))
 
-    def step(self, best: Best, here: int = 0, choices: tuple[NextPlace, ...] = ()) -> SearchStep:
+    def describe_iteration(self, best: Best, here: int = 0, choices: tuple[NextPlace, ...] = ()) -> SearchStep:
         """Describe the last iteration: its variables, and an example choice with a node and its possible next nodes."""
         p = self.parameters
         values = {
             "alpha": p.alpha, "beta": p.beta, "rho": p.rate, "m": p.ants, "tau_0": self.initial,
-            "epsilon": self.offset, "c_best": best.cost, "lambda": self.branching(),
+            "epsilon": self.offset, "c_best": best.cost, "lambda": self.branching_factor(),
         }  # fmt: skip
         if self.iteration_best < math.inf:
             values["c_iteration"] = self.iteration_best
@@ -300,7 +300,7 @@ class MaxMinAntSystem(Trails):
         since = iteration - self.restarted_at
         stuck = since >= RESTART_AFTER and iteration - best.iteration >= RESTART_AFTER
         # An edge in the lists of both nodes counts twice, so converged trails have two edges per node.
-        if stuck and iteration % 100 == 0 and self.branching() <= 2.0 * CONVERGED_BRANCHING:
+        if stuck and iteration % 100 == 0 and self.branching_factor() <= 2.0 * CONVERGED_BRANCHING:
             self.pheromone[:] = self.highest
             self.restarted_at, self.depositor = iteration, "restart"
             return
@@ -355,7 +355,7 @@ class AntColonySystem(Trails):
         """Deposit 1/C on the best-so-far tour."""
         self.deposit(best.tour, 1.0 / best.cost)
 
-    def _add(self, tour: Ints, amount: float) -> None:
+    def _add_pheromone(self, tour: Ints, amount: float) -> None:
         rate = self.parameters.rate
         trails.deposit(self.lists, tour, 1.0 - rate, rate * amount, self.highest, self.one_way, self.pheromone)
 

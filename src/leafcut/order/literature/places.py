@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.local_search import improve
+from leafcut.kernels.local_search import improve_by_two_opt_and_or_opt
 from leafcut.kernels.pheromone import fill_nearness
 from leafcut.model.snapshot import NextPlace
-from leafcut.order.construction import nearest_neighbour, unvisited_buffers
+from leafcut.order.construction import allocate_unvisited_buffers, nearest_neighbour_tour
 from leafcut.order.instance import Instance
 from leafcut.order.kicks import tour_with_buffers
 from leafcut.order.literature.pheromone import MOST_CHOICES, Trails
@@ -29,20 +29,23 @@ MOVES_PER_LOOK = 2000
 def improve_locally(instance: Instance, tour: Ints, stop: Stop) -> None:
     """Improve a tour, int32[n], in place with 2-opt and Or-opt.
 
-    The search ends when the tour is locally optimal or `stop.now()` returns True.
+    The search ends when the tour is locally optimal or `stop.must_stop()` returns True.
     """
     work = tour_with_buffers(tour)
-    while improve(instance.cost, work, instance.candidates, MOVES_PER_LOOK) == MOVES_PER_LOOK and not stop.now():
+    while (
+        improve_by_two_opt_and_or_opt(instance.cost, work, instance.candidates, MOVES_PER_LOOK) == MOVES_PER_LOOK
+        and not stop.must_stop()
+    ):
         pass
     tour[:] = work.node
 
 
-def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -> float:
+def offer_first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -> float:
     """Offer the nearest-neighbour tour as the first solution. With `local_search`, also offer the improved tour.
 
     Returns the cost C_nn of the nearest-neighbour tour.
     """
-    tour = nearest_neighbour(instance)
+    tour = nearest_neighbour_tour(instance)
     c_nn = float(tour_cost(instance.cost, tour))
     best.offer(tour, c_nn, 0)
     if local_search:
@@ -59,11 +62,11 @@ class Places:
 
     def __init__(self, instance: Instance, local_search: bool, workers: int = 1) -> None:
         self.instance, self.local_search, self.lists = instance, local_search, instance.candidates
-        self._unvisited = [unvisited_buffers(instance) for _ in range(workers)]
+        self._unvisited = [allocate_unvisited_buffers(instance) for _ in range(workers)]
 
     def start(self, best: Best) -> float:
         """Offer the first tours and return the cost C_nn of the nearest-neighbour tour."""
-        return first_tour(self.instance, self.local_search, best.stop, best)
+        return offer_first_tour(self.instance, self.local_search, best.stop, best)
 
     def fill_nearness(self, trails: Trails) -> None:
         """Compute the nearness η^β of each edge. Changes: trails.nearness."""
@@ -88,20 +91,20 @@ class Places:
             self._unvisited[worker],
         )
 
-    def finish(self, tour: Ints, stop: Stop) -> float:
+    def improve_and_measure(self, tour: Ints, stop: Stop) -> float:
         """Improve a tour if local search is requested, and return its cost. Changes: tour."""
         if self.local_search:
             improve_locally(self.instance, tour, stop)
         return float(tour_cost(self.instance.cost, tour))
 
-    def result(self, tour: Ints) -> Ints:
+    def instance_nodes(self, tour: Ints) -> Ints:
         """Convert a tour to nodes of the instance."""
         return tour
 
-    def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
+    def snapshot_fields(self, trails: Trails, best: Best) -> dict[str, Any]:
         """Return the pheromone and the last step for observers."""
         pheromone = pheromone_on_candidates(self.instance, trails.lists, trails.pheromone)
-        return {"pheromone": pheromone, "step": trails.step(best, *self._example_step(trails))}
+        return {"pheromone": pheromone, "step": trails.describe_iteration(best, *self._example_step(trails))}
 
     def _example_step(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
         instance = self.instance
@@ -128,5 +131,5 @@ class Places:
 
 def run_local_search(instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Improve the nearest-neighbour tour with the local search that the ants use."""
-    first_tour(instance, True, run.stop, run.best)
+    offer_first_tour(instance, True, run.stop, run.best)
     return SearchResult(run.best.tour)

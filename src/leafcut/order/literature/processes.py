@@ -37,7 +37,7 @@ from leafcut.errors import SolveError
 from leafcut.order.directed import DirectedInstance
 from leafcut.order.executors import PROCESSES, WatchedExecutor, open_executor
 from leafcut.order.instance import Instance
-from leafcut.order.literature.ants import AntColony, Ants, MoveSet, initial_trails, move_set
+from leafcut.order.literature.ants import AntColony, Ants, MoveSet, create_move_set, initial_trails
 from leafcut.order.literature.pheromone import AntParameters, Deposit
 from leafcut.order.search import AlgorithmRun, Best, Tours
 from leafcut.order.stop import Stop
@@ -71,7 +71,7 @@ class AntWorker:
     @cached_property
     def ants(self) -> Ants:
         """The ants and their pheromone trails. They are created in the worker's process."""
-        moves = move_set(self.instance, self.parameters.local_search)
+        moves = create_move_set(self.instance, self.parameters.local_search)
         return Ants(moves, initial_trails(moves, self.parameters, self.c_nn, self.seed), self.seed, Stop())
 
     @cached_property
@@ -81,7 +81,7 @@ class AntWorker:
         best.offer(self.tour, self.cost, 0)
         return best
 
-    def iterate(
+    def run_iteration(
         self, iteration: int, seconds: float, pheromone: NDArray[np.float64] | None, changes: list[Deposit]
     ) -> WorkerAnswer:
         """Construct the tours of an iteration within the given time.
@@ -96,7 +96,7 @@ class AntWorker:
         if changes:
             trails.add_deposits(changes)
         self.ants.stop, began = Stop(seconds=seconds), time.perf_counter()
-        tours, costs = self.ants.share(iteration, self.worker, self.workers)
+        tours, costs = self.ants.construct_share(iteration, self.worker, self.workers)
         working, trails.changes = time.perf_counter() - began, []
         if self.exchange and np.isfinite(costs).all():
             winner = int(np.argmin(costs))
@@ -106,14 +106,14 @@ class AntWorker:
 
 
 @cache
-def _worker(packed: bytes) -> AntWorker:
+def _unpickle_worker(packed: bytes) -> AntWorker:
     worker: AntWorker = pickle.loads(packed)
     return worker
 
 
-def iterate(packed: bytes, *task: Any) -> WorkerAnswer:
+def run_iteration(packed: bytes, *task: Any) -> WorkerAnswer:
     """Run an iteration on the pickled worker `packed`. Each process unpickles its worker only once."""
-    return _worker(packed).iterate(*task)
+    return _unpickle_worker(packed).run_iteration(*task)
 
 
 class AntProcesses(AntColony):
@@ -164,7 +164,7 @@ class AntProcesses(AntColony):
 
     def _submit(self, k: int, packed: bytes, *task: Any) -> Future[WorkerAnswer]:
         try:
-            return self.executors[k].submit(iterate, packed, *task)
+            return self.executors[k].submit(run_iteration, packed, *task)
         except (OSError, AssertionError) as problem:  # a daemonic process must not have children
             raise SolveError("a worker process cannot be started ({}); use --parallel threads", problem) from None
 

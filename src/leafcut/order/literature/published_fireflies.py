@@ -34,13 +34,13 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.firefly import PairRules, apply_results, move_pairs
+from leafcut.kernels.firefly import PairRules, apply_results, move_firefly_pairs
 from leafcut.model.snapshot import SearchStep
 from leafcut.options import SolveOptions
-from leafcut.order.construction import random_words
+from leafcut.order.construction import random_states
 from leafcut.order.instance import Instance
 from leafcut.order.literature.flight import Flight, Swarm, completed_share, initial_tour
-from leafcut.order.search import Best, Tours, set_budget
+from leafcut.order.search import Best, Tours, set_preset_budget
 from leafcut.order.stop import Stop
 
 #: For complex pockets: during these fractions of the iterations, fireflies explore, and all moves are long.
@@ -67,17 +67,17 @@ class PublishedFireflies(Swarm):
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
         """Set the preset's number of iterations."""
-        set_budget(stop, options, PRESETS[options.preset])
+        set_preset_budget(stop, options, PRESETS[options.preset])
 
     def construct(self, iteration: int) -> Tours:
         """Move every pair of fireflies. Return the swarm's tours, int32[fireflies, h], and their lengths."""
         began = time.perf_counter()
         if iteration:
-            self._move(random_words(self.seed, iteration, count=1), completed_share(self.stop, iteration))
+            self._move_swarm(random_states(self.seed, iteration, count=1), completed_share(self.stop, iteration))
         self.log.add(0, len(self.tours), time.perf_counter() - began, float(self.lengths.min()))
         return self.tours, self.lengths
 
-    def rules(self, done: float) -> PairRules:
+    def pair_rules(self, done: float) -> PairRules:
         """Return the rules for an iteration. `done` is the completed fraction of all iterations."""
         flight = self.flight
         return PairRules(
@@ -89,20 +89,20 @@ class PublishedFireflies(Swarm):
             short=0 if flight.short_by_distance else math.ceil(TENTH * self.size),
         )
 
-    def _move(self, words: NDArray[np.uint64], done: float) -> None:
+    def _move_swarm(self, words: NDArray[np.uint64], done: float) -> None:
         """Replace the swarm with the n shortest results. If there are fewer than n results, some old tours remain."""
-        n, rules = len(self.tours), self.rules(done)
+        n, rules = len(self.tours), self.pair_rules(done)
         kept, lengths = np.zeros((n, 3), dtype=np.int32), np.full(n, math.inf)
         rows = max(1, STEPS_PER_CHECK // (n * (self.size + rules.moves)))
         for begin in range(0, n, rows):
             end = min(begin + rows, n)
-            move_pairs(self.instance.cost, self.tours, self.lengths, begin, end, rules, words, 0, kept, lengths)
-            if self.stop.now():
+            move_firefly_pairs(self.instance.cost, self.tours, self.lengths, begin, end, rules, words, 0, kept, lengths)
+            if self.stop.must_stop():
                 break
         moved = self.tours.copy()
         apply_results(self.instance.cost, self.tours, kept[np.isfinite(lengths)], moved, lengths)
         self.tours, self.lengths = moved, lengths
 
-    def step(self, best: Best) -> SearchStep | None:
+    def describe_next_flight(self, best: Best) -> SearchStep | None:
         """Always return None. The studio only explains the moves of leafcut's own variant."""
         return None

@@ -20,7 +20,7 @@ from leafcut.material.cutting_force import (
     drilling_power,
     drilling_thrust,
     drilling_torque,
-    mean_chip,
+    mean_chip_thickness,
     milling_power,
     spindle_torque,
 )
@@ -149,7 +149,9 @@ def cutting_results(
         power = drilling_power(torque, rpm, efficiency)
         thrust = drilling_thrust(material, diameter, chip, work.tool.point_angle)
     else:
-        cutting = milling_power(material, work.width * work.depth * feed, mean_chip(chip, work.width, diameter))
+        cutting = milling_power(
+            material, work.width * work.depth * feed, mean_chip_thickness(chip, work.width, diameter)
+        )
         power, torque, thrust = cutting / efficiency, spindle_torque(cutting, rpm), np.zeros_like(rpm)
     cost = prices.rate * time + worn * prices.tool
     return CuttingResults(rpm, feed, chip, speed, time, cost, life, worn, power, torque, thrust)

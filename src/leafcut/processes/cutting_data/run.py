@@ -513,7 +513,7 @@ def tool_works_from_drawing(
         raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")
     # The material determines the speeds; in drilling, the option only selects presets of a Fusion library.
     asked = settings.asked - {"material"}
-    limits = Deadline.of(settings.solve), Deadline.of_bounds(settings.solve)
+    limits = Deadline.from_options(settings.solve), Deadline.for_bounds(settings.solve)
     # The planned speeds do not matter, so the spindle may turn slower than it can.
     slow = replace(machine, spindle_min_rpm=0.0)
     job = Job(replace(settings, asked=asked), slow, limits[0], progress, bounds=limits[1])

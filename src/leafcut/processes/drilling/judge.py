@@ -28,7 +28,7 @@ from leafcut.model.tool import CONES, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import JobOptions, ReadOptions
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.proof.difference import cap_differences, position_text
+from leafcut.proof.difference import limit_differences, position_text
 
 if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
@@ -200,7 +200,7 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
         else:
             text = Message("{} drills at {}, where the drawing has no hole", plunge.tool, where)
             differences.append(Difference(Message("hole not drawn"), 0, plunge.line, text))
-    return cap_differences(differences)
+    return limit_differences(differences)
 
 
 # Cuts that the drawing needs.
@@ -271,16 +271,16 @@ def _hole_tops(
         return (drawn if use_drawn else np.zeros(len(holes))), None
     if use_drawn and not request.job.is_through:
         return drawn, None
-    from leafcut.material.surface import hole_rims  # loads a kernel, and most plates are flat
+    from leafcut.material.surface import heights_around_holes  # loads a kernel, and most plates are flat
 
     points, radii = request.points[: len(holes)], [0.5 * max(tool.diameter for tool in tools) for tools in steps]
-    rims = hole_rims(request.surface_triangles, points, np.array(radii, dtype=np.float64))
+    rims = heights_around_holes(request.surface_triangles, points, np.array(radii, dtype=np.float64))
     above = np.maximum(rims.top - drawn, 0.0) if use_drawn else np.zeros(len(holes))
     cut_radii = [
         max(min(tool_radius, 0.5 * hole.diameter), *(_cut_radius(tool, height) for tool in tools))
         for hole, tools, tool_radius, height in zip(holes, steps, radii, above.tolist(), strict=True)
     ]
-    inner = hole_rims(request.surface_triangles, points, np.array(cut_radii, dtype=np.float64))
+    inner = heights_around_holes(request.surface_triangles, points, np.array(cut_radii, dtype=np.float64))
     tops = drawn if use_drawn else np.maximum(rims.top, inner.top)
     return tops, (inner.under if request.job.is_through else None)
 
@@ -402,10 +402,12 @@ def _counterbore_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float
     if request.surface is not None:
         import shapely  # imported here because most plates are flat
 
-        from leafcut.proof.surface import surface_meets_area
+        from leafcut.proof.surface import surface_reaches_into_area
 
         x, y, z = top
-        if surface_meets_area(request.surface_triangles, shapely.Point(x, y), 0.5 * best.diameter, z + SAME_HEIGHT):
+        if surface_reaches_into_area(
+            request.surface_triangles, shapely.Point(x, y), 0.5 * best.diameter, z + SAME_HEIGHT
+        ):
             return None
     return best
 

@@ -149,10 +149,10 @@ class Drilling(Process):
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
         from leafcut.processes.zones import crossing_heights
-        from leafcut.proof.program import check_program, read_back, rounding_of
+        from leafcut.proof.program import check_program, interpret_written_program, max_rounding_error
 
         drill_plan, settings, dialect = plan.work, plan.job.settings, plan.dialect
-        written, units = read_back(text, dialect), settings.post.output_units
+        written, units = interpret_written_program(text, dialect), settings.post.output_units
         problems = check_program(
             best.path,
             written,
@@ -165,7 +165,7 @@ class Drilling(Process):
             tops=surface_tops(drill_plan, settings.read.z_zero == "drawn"),
             surface=None if drill_plan.work_surface is None else drill_plan.work_surface.triangles,
         )
-        return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(dialect, units))]
+        return written, [*problems, *judge_holes(plan.spec, text, written, max_rounding_error(dialect, units))]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
         """For each operation, return its tool, its cycle, and its holes or slots in the final order."""

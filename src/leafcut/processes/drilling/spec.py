@@ -26,9 +26,9 @@ from leafcut.processes.job import Job, library_of
 from leafcut.processes.placing import place_mesh, place_part, placement_text, turn_mesh_like_part
 from leafcut.read import Match, read
 from leafcut.read.format import SNIFF_BYTES
-from leafcut.read.order_file import drawing_of, load_order
+from leafcut.read.order_file import identify_drawing, load_order
 from leafcut.read.recognition import sniff_step
-from leafcut.read.registry import format_name
+from leafcut.read.registry import detect_format_name
 
 if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
@@ -45,9 +45,9 @@ def _with_omitted_work_issues(part: Part, job: Job, source: Source, everything: 
     issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
     besides = [*part.besides]
     if everything and part.has_hole_depths:
-        from leafcut.read.step import work_besides_holes
+        from leafcut.read.step import report_work_besides_holes
 
-        besides += work_besides_holes(source, job.settings.read)
+        besides += report_work_besides_holes(source, job.settings.read)
     issues += besides if everything else [issue.as_note() for issue in besides]
     if not job.settings.read.layers:
         issues += _pocket_layer_issues(part)
@@ -76,17 +76,17 @@ def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[M
     if drill_options.surface is None and drill_options.fixture is None and not part.has_hole_depths:
         return None, None
     from leafcut.read.meshes import load_mesh
-    from leafcut.read.step import step_mesh
+    from leafcut.read.step import read_step_mesh
 
     surface = fixture = None
     if drill_options.surface is not None:
         job.report(Message("reading the surface"))
-        if solid_number is not None and of_step and format_name(drill_options.surface) != part.format:
+        if solid_number is not None and of_step and detect_format_name(drill_options.surface) != part.format:
             solid_number = None  # the number refers to a solid of the drawing
         surface = load_mesh(drill_options.surface, drill_options.surface_unit, which=solid_number)
     elif part.has_hole_depths:
         job.report(Message("reading the surface"))
-        surface = Mesh(step_mesh(source.path, source.data, solid_number), part.name)
+        surface = Mesh(read_step_mesh(source.path, source.data, solid_number), part.name)
     if drill_options.fixture is not None:
         job.report(Message("reading the fixture"))
         fixture = load_mesh(drill_options.fixture, drill_options.surface_unit, which="all")
@@ -176,7 +176,7 @@ def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
     if path is None:
         return {}
 
-    order, drawing = load_order(path), drawing_of(plan.part.hole_xy.tolist())
+    order, drawing = load_order(path), identify_drawing(plan.part.hole_xy.tolist())
     if order.drawing is not None and order.drawing != drawing:
         same_number = order.drawing.holes == drawing.holes
         difference = Message("the same number at other positions") if same_number else f"{drawing.holes}"

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import shapely
 
 from leafcut.errors import PlanError
-from leafcut.model.cutter import discs_of
+from leafcut.model.cutter import wide_discs_above_flutes
 from leafcut.model.tool import Tool
 from leafcut.processes.zones import crossing_heights, parse_zones
 
@@ -59,7 +59,9 @@ def refuse_clamp_collisions(
                 clamp.text,
                 tool.label,
             )
-        hits = [disc for disc in discs_of(tool) if disc.radius > away and floor + disc.above < clamp.height]
+        hits = [
+            disc for disc in wide_discs_above_flutes(tool) if disc.radius > away and floor + disc.above < clamp.height
+        ]
         if hits:
             lowest = min(hits, key=lambda disc: disc.above)
             farther = math.ceil(clamp.height - floor - lowest.above)

@@ -46,7 +46,7 @@ def chamfers_of(
             Polyline.circle(hole.x, hole.y, 0.5 * hole.drill.diameter),
             True,
             0.0,
-            Message("the hole at {:g}, {:g}", hole.x, hole.y),
+            Message("the hole at ({:g}, {:g})", hole.x, hole.y),
             hole.layer,
         )
         for hole in drilled
@@ -73,7 +73,7 @@ def _check_chamfers(
     """Check that the V-bit can cut the chamfers, and that it cuts nothing else."""
     walls = [(edge.name, ring_of(edge.path)) for edge in edges]
     walls += [
-        (Message("the hole at {:g}, {:g}", hole.x, hole.y), ring_of(Polyline.circle(hole.x, hole.y, 0.5 * diameter)))
+        (Message("the hole at ({:g}, {:g})", hole.x, hole.y), ring_of(Polyline.circle(hole.x, hole.y, 0.5 * diameter)))
         for hole in drilled
         for diameter in [hole.drill.diameter]
     ]

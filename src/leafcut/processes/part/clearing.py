@@ -111,14 +111,14 @@ def drawn_areas(
     """
     from leafcut.processes.contours import open_contours
     from leafcut.processes.layers import contour_kinds
-    from leafcut.read.pocket_outlines import as_pockets
+    from leafcut.read.pocket_outlines import contours_to_pockets
 
     every = replace(settings.sheet, cut_layers=("*",), mark_layers=(), ignore_layers=(), sheet_layers=())
     drawn = tuple(contour for contour in contours if contour.kind != "text")
     contour_kinds(contours, every, issues)  # reports the texts that are left out
     for contour in open_contours(drawn, every):
         raise open_shape(rule, contour)
-    part = as_pockets(Part(rule.layer, contours=drawn), [EITHER] * len(drawn), every, rule.place, POCKET)
+    part = contours_to_pockets(Part(rule.layer, contours=drawn), [EITHER] * len(drawn), every, rule.place, POCKET)
     issues += part.issues
     return [PocketArea(one.outline, one.islands, rule.depth, layer=one.layer) for one in part.pockets]
 
@@ -284,7 +284,7 @@ def _tasks_of(
         dialect=dialect,
         start=plane_point(asked.start_point),
     )
-    time = SearchTime(job.deadline.part(share))
+    time = SearchTime(job.deadline.for_share(share))
     shapes = shapely.STRtree([shapely.Polygon(edge.path.flattened(_TOUCH)) for edge in edges])
     tasks: list[PocketTask] = []
     issues: list[Issue] = []

@@ -123,9 +123,9 @@ class PartMilling(Process):
         """Check the program against the planned motion, the limits of the machine, and the drawing."""
         from leafcut.processes.part.proof.part import judge_part
         from leafcut.processes.zones import crossing_heights, parse_zones
-        from leafcut.proof.program import check_program, read_back
+        from leafcut.proof.program import check_program, interpret_written_program
 
-        settings, written = plan.job.settings, read_back(text, plan.dialect)
+        settings, written = plan.job.settings, interpret_written_program(text, plan.dialect)
         problems = check_program(
             best.path,
             written,

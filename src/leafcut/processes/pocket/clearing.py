@@ -18,8 +18,8 @@ from leafcut.errors import PlanError, SolveError
 from leafcut.geometry.arrays import Floats, Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.material.engagement import Engaged
-from leafcut.material.removal import engaged_tool_path, entry_mask, removal, reported_width
-from leafcut.material.step_over import widest_gaps
+from leafcut.material.removal import engaged_tool_path, entry_mask, measure_removal, min_reported_width
+from leafcut.material.step_over import measure_widest_step_overs
 from leafcut.material.tool_steps import ToolSteps
 from leafcut.message import Message
 from leafcut.model.heartbeat import Trial
@@ -509,13 +509,13 @@ def measure_path(
     PlanError
         The outline and the islands of the pocket cross themselves or touch.
     """
-    removed = removal(pocket, path, rules)
+    removed = measure_removal(pocket, path, rules)
     samples, (angle, width, _) = engaged_tool_path(path, rules) if engaged is None else engaged
     entry = entry_mask(path, samples)
     step = np.where(entry, 0.0, samples.step)
     length = float(step.sum())
     opened = [shapely.Polygon(piece.path.flattened()) for piece in path.pieces if piece.kind == "entry"]
-    gaps = widest_gaps(samples, removed.centres.difference(shapely.union_all(opened)), rules, ~entry)
+    gaps = measure_widest_step_overs(samples, removed.centres.difference(shapely.union_all(opened)), rules, ~entry)
     return PocketMeasures(
         feed_mm=path.feed_mm,
         rapid_mm=path.rapid_mm,
@@ -529,7 +529,7 @@ def measure_path(
         max_engagement=float(angle.max(initial=0.0)),
         mean_engagement=float(angle @ step) / length if length > 0.0 else 0.0,
         max_width=float(width.max(initial=0.0)),
-        wide_mm=float(step[width > reported_width(rules)].sum()),
+        wide_mm=float(step[width > min_reported_width(rules)].sum()),
         air_mm=float(step[angle == 0.0].sum()),
         floor_mm=float(removed.centres.area) / rules.step_over,
     )

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.material.chip_feeds import allowed_feed, minimum_around
+from leafcut.material.chip_feeds import allowed_feed, sliding_minimum_along_path
 from leafcut.material.engagement import Engaged, slot_engagement
 from leafcut.material.removal import engaged_tool_path
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps
@@ -101,7 +101,7 @@ def _allowed_feed_shares(
     before[~np.isfinite(path.back[:, 0])] = np.inf
     step = np.minimum(allowed, before)
     step[kind == "air"] = np.inf
-    least = minimum_around(step, path.step, AROUND * limits.diameter)
+    least = sliding_minimum_along_path(step, path.step, AROUND * limits.diameter)
     highest = limits.most / limits.feed
     down = np.ceil(np.log(highest / np.minimum(least, highest)) / math.log(STEP) - 1e-9)
     shares: Floats = highest / STEP**down

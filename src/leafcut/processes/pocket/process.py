@@ -172,7 +172,7 @@ class Pocketing(Process):
         from leafcut.processes.pocket.strategies import SearchTime
 
         pockets, cleared = ours.part.pockets, []
-        time = SearchTime(ours.run.deadline.part(1.0 - ORDERING if len(pockets) > 1 else 1.0))
+        time = SearchTime(ours.run.deadline.for_share(1.0 - ORDERING if len(pockets) > 1 else 1.0))
         for number, pocket in enumerate(pockets):
             result, more = clear_pocket(ours, pocket, number, time)
             cleared.append(result)
@@ -207,7 +207,7 @@ class Pocketing(Process):
             order_problem(work.job, [pocket.usual_clearings for pocket in work.cleared]), False, stage.given, stage.name
         )
         options = replace(job.settings.solve, bound=False)
-        order = find_order(job.quiet(), [usual], options, job.deadline.part(0.5))
+        order = find_order(job.quiet(), [usual], options, job.deadline.for_share(0.5))
         return self.generate(plan, Order((order.choices[0] + len(work.chosen_clearings),)))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:

@@ -14,7 +14,7 @@ from leafcut.processes.job import refuse_differences
 from leafcut.processes.pocket.job import PocketJob, PocketMotion, raise_path, required_holes
 from leafcut.processes.pocket.plan.rules import finishing_levels
 from leafcut.processes.zones import crossing_heights, parse_zones
-from leafcut.proof.program import check_program, read_back
+from leafcut.proof.program import check_program, interpret_written_program
 from leafcut.report.wording import area_words
 from leafcut.units import MM_PER_INCH
 
@@ -77,7 +77,7 @@ def prove_pockets(
 
     job.run.report(Message("verifying"))
     heights, tool = job.heights, job.data.tool
-    written = read_back(text, job.dialect)
+    written = interpret_written_program(text, job.dialect)
     refuse_differences(
         check_program(
             motion.path,

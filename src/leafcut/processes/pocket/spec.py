@@ -12,7 +12,7 @@ from leafcut.errors import OptionError, count_of
 from leafcut.geometry.regions import tool_centres
 from leafcut.geometry.zones import widen_zones
 from leafcut.message import Message
-from leafcut.model.cutter import bodies_of, widest_below
+from leafcut.model.cutter import shank_and_holder_discs, widest_radius_below
 from leafcut.model.issue import Issue
 from leafcut.model.mesh import Mesh
 from leafcut.model.pocket import Pocket, PocketRules
@@ -40,7 +40,7 @@ from leafcut.processes.pocket.plan.stock_top import fill_pockets, stock_tops
 from leafcut.processes.pocket.plan.toolpath import PocketHeights
 from leafcut.processes.pocket.strategies import check_algorithm
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
-from leafcut.proof.envelope import check_envelope
+from leafcut.proof.envelope import check_machine_limits
 from leafcut.read import read_pockets
 from leafcut.read.work_materials import load_material
 
@@ -100,7 +100,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         settings.job.retract_height + surface,
     )
     high, radius = over > retract, 0.5 * data.tool.diameter
-    beside = widest_below(radius, bodies_of(data.tool), retract, over) - radius
+    beside = widest_radius_below(radius, shank_and_holder_discs(data.tool), retract, over) - radius
     heights = PocketHeights(
         clearance=settings.job.clearance_height,
         retract=settings.job.retract_height,
@@ -129,7 +129,7 @@ def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]
         made_for,
     )
     refuse_missing_work(settings, source, (*part.issues, *left))
-    refuse_too_large(check_envelope(_extent_moves(job), run.machine), part, settings)
+    refuse_too_large(check_machine_limits(_extent_moves(job), run.machine), part, settings)
     return job, [*part.issues, *left, *issues, *_lower_top_issues(part.pockets, tops)]
 
 
@@ -145,11 +145,11 @@ def _load_solid(
         return None, [0.0] * len(part.pockets)
     if any(one.top is None for one in part.pockets):
         raise OptionError("--pocket-top surface requires a STEP file; leave the option out, or give a STEP file")
-    from leafcut.read.step import Pose, step_mesh
+    from leafcut.read.step import Pose, read_step_mesh
 
     run.report(Message("reading the surface"))
     read = run.settings.read
-    triangles = step_mesh(source.path, source.data, read.solid, Pose.of(read))
+    triangles = read_step_mesh(source.path, source.data, read.solid, Pose.of(read))
     all_tops = stock_tops(whole.pockets, whole.pockets, triangles, radius)
     before = place_mesh(Mesh(fill_pockets(triangles, whole.pockets, all_tops), part.name), part, read)
     tops = [all_tops[k] for k, one in enumerate(whole.pockets) if any(one is mine for mine in part.pockets)]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError
 from leafcut.message import Message
-from leafcut.model.heartbeat import progress_of_search
+from leafcut.model.heartbeat import report_as_step
 from leafcut.model.pocket import PocketPath
 from leafcut.options import Settings
 from leafcut.order.stop import Deadline
@@ -123,7 +123,7 @@ def _grid_strategy(name: str) -> Strategy:
             replace(options, algorithm=ants if name == "ants" else name),
             settings.aco,
             firefly=settings.firefly,
-            progress=progress_of_search(run.progress, Message("{}: ordering the points of a grid", name)),
+            progress=report_as_step(run.progress, Message("{}: ordering the points of a grid", name)),
             observe=run.observe,
             cancelled=run.cancelled,
         )
@@ -169,6 +169,6 @@ class SearchTime:
     def plan_path(self, strategy: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
         """Plan the path of a strategy through a region. If the strategy searches, it gets its share of the time."""
         if strategy.searches:
-            run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))
+            run = replace(run, deadline=self.deadline.for_share(1.0 / max(self.to_come, 1)))
             self.to_come -= 1
         return strategy.path(region, run, self.grids)

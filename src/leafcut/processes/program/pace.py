@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
 from leafcut.files.digests import sign_program
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY, spindle_torque
-from leafcut.material.height_field import StockBlock, usual_cell
-from leafcut.material.loads import MILLING, Loads, StockBefore, compute_loads, largest_stock
-from leafcut.material.straight_moves import moves_in_cells, smallest_tool, undivided_moves
+from leafcut.material.height_field import StockBlock, default_cell_size
+from leafcut.material.loads import MILLING, Loads, StockBefore, compute_loads, infer_largest_safe_stock
+from leafcut.material.straight_moves import cutting_moves_for_cells, smallest_tool, undivided_cutting_moves
 from leafcut.message import Message
-from leafcut.model.cutter import Cutter, cutter_of
+from leafcut.model.cutter import Cutter, cutter_of_tool
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.obstacles import Obstacles
@@ -124,7 +124,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
             "their material uncut"
         )
         return PacedProgram(text, program, PaceChange(), (Issue("L513", message, Message("line {}", line)),))
-    cutters = {number: cutter_of(tool) for number, tool in tools.items()}
+    cutters = {number: cutter_of_tool(tool) for number, tool in tools.items()}
     rules = PaceRules(options.air, feeds, spindle=_spindle(job) if feeds else None)
     if workpiece:
         check_size(program, cutters, block_of(workpiece, ChosenSolid.of(job.settings.read)), source, workpiece)
@@ -153,19 +153,19 @@ def _stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> 
     if options.workpiece:
         which = ChosenSolid.of(job.settings.read)
         block = block_of(options.workpiece, which)
-        field = field_of(options, block, options.cell or usual_cell(block, smallest), which)
+        field = field_of(options, block, options.cell or default_cell_size(block, smallest), which)
         return StockBefore(field, block.low[2], True)
-    whole = undivided_moves(program.path, cutters)
+    whole = undivided_cutting_moves(program.path, cutters)
     low, high = whole.extent(~whole.rapid, cutters)
-    cell = options.cell or usual_cell(
+    cell = options.cell or default_cell_size(
         StockBlock(
             (float(low[0]), float(low[1]), float(low[2]) - BELOW),
             (float(high[0]), float(high[1]), float(high[2]) + BELOW),
         ),
         smallest,
     )
-    field = largest_stock(
-        moves_in_cells(program.path, cutters, cell),
+    field = infer_largest_safe_stock(
+        cutting_moves_for_cells(program.path, cutters, cell),
         cutters,
         cell,
         job.machine.rapid_style == "dogleg",
@@ -466,7 +466,7 @@ class _PaceSteps:
                 into[at] = parts[-1].speed
         by_tool = []
         for number, limit in sorted(pace.limits.items()):
-            mine = loads.cuts_of(number) & np.isfinite(speed)
+            mine = loads.measured_cuts(number) & np.isfinite(speed)
             if not mine.any():  # all its moves except plunges are now rapids
                 continue
             feed, after = loads.feed[mine], speed[mine]
@@ -526,7 +526,7 @@ class _PaceSteps:
         for number, tool in self.tools.items() if self.rules.feeds else ():
             if number in pace.limits:
                 continue
-            mine = loads.cuts_of(number)
+            mine = loads.measured_cuts(number)
             turns = tool.kind not in MILLING or not mine.any() or bool((loads.rpm[mine] > 0).all())
             why = (
                 Message("the tool does not mill")
@@ -544,7 +544,7 @@ class _PaceSteps:
         """Explain why a tool keeps all of its feeds. Tools that exceed a limit are skipped."""
         issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded_limits(tool)}
         for number, limit in sorted(pace.limits.items()) if self.rules.feeds else ():
-            mine = loads.cuts_of(number) & np.isfinite(speed)
+            mine = loads.measured_cuts(number) & np.isfinite(speed)
             if number in above or not mine.any() or not np.allclose(speed[mine], loads.feed[mine], rtol=1e-9, atol=0.0):
                 continue
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius

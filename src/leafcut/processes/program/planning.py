@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.files.whole_files import decode_text
 from leafcut.geometry.arrays import Point
-from leafcut.material.height_field import usual_cell
-from leafcut.material.straight_moves import smallest_tool, undivided_moves
+from leafcut.material.height_field import default_cell_size
+from leafcut.material.straight_moves import smallest_tool, undivided_cutting_moves
 from leafcut.message import Message
-from leafcut.model.cutter import body_of, cutter_of
+from leafcut.model.cutter import cutter_of_tool, shank_and_holder_sections
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.part import Hole, Part
@@ -265,7 +265,7 @@ def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
     if obstacles is None:
         return travel_metric(job.machine, objective)
     over = obstacles.heights > section.clearance
-    zones, highest = obstacles.of_tool(section.tool)[over], float(obstacles.heights[over].max(initial=-math.inf))
+    zones, highest = obstacles.zones_for_tool(section.tool)[over], float(obstacles.heights[over].max(initial=-math.inf))
     rise = highest - section.clearance if math.isfinite(highest) else _AROUND
     return travel_metric(job.machine, objective, zones=zones, lift_height_mm=rise if len(zones) else 0.0)
 
@@ -412,18 +412,20 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
     from leafcut.processes.program.workpiece import block_around, block_of, field_of, stock_issues
     from leafcut.read.step import ChosenSolid
 
-    cutters = {number: cutter_of(tool) for number, tool in tools.items()}
+    cutters = {number: cutter_of_tool(tool) for number, tool in tools.items()}
     smallest = smallest_tool(cutters)
     options = job.settings.stock
     try:
-        whole = undivided_moves(program.path, cutters)
+        whole = undivided_cutting_moves(program.path, cutters)
         which = ChosenSolid.of(job.settings.read)
         block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:
             why = Message("the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece")
             return Judging(proof=StockProof(unknown=left_out, reason=why))
-        stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS, _MOST), which)
-        bodies = {number: body_of(tool) for number, tool in tools.items()}
+        stock = field_of(
+            options, block, options.cell or default_cell_size(block, smallest, _SHARE, _CELLS, _MOST), which
+        )
+        bodies = {number: shank_and_holder_sections(tool) for number, tool in tools.items()}
         judge = StockJudge.of(
             program,
             tools,

@@ -25,8 +25,8 @@ from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.program_rows import beam_off_rows
 from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.reading import read_new
-from leafcut.timing.grbl import sent_lines
-from leafcut.timing.toolpath import corner_style, measure_toolpath
+from leafcut.timing.grbl import count_line_bytes_and_words
+from leafcut.timing.toolpath import corner_style_of_machine, measure_toolpath
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -60,8 +60,8 @@ def measure_program(plan: Plan, program: Program) -> Measure:
     """
     machine = plan.job.machine
     lines = None
-    if corner_style(machine) == "grbl":
-        lines = sent_lines(program.lines)
+    if corner_style_of_machine(machine) == "grbl":
+        lines = count_line_bytes_and_words(program.lines)
     return measure_toolpath(program.path, machine, beam_off_rows(program, plan.kind), plan.work.stands, lines)
 
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from leafcut.errors import OptionError, ReadError
 from leafcut.files.whole_files import read_program
-from leafcut.gcode.dialects import Dialect, dialect
-from leafcut.gcode.languages import other_language
-from leafcut.gcode.material import with_controller_moves
+from leafcut.gcode.dialects import Dialect, load_dialect
+from leafcut.gcode.languages import describe_unsupported_language
+from leafcut.gcode.material import add_controller_moves
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import sizes_in_other_unit
 from leafcut.gcode.words import COMMENT
@@ -26,9 +26,9 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import FeedOptions, MachineOptions, Settings, flag_name
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.job import Job, machine_of
-from leafcut.proof.doubts import find_doubts
+from leafcut.proof.doubts import find_probable_mistakes
 from leafcut.read.machine import load_machine
-from leafcut.read.registry import format_name
+from leafcut.read.registry import detect_format_name
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class ProgramRead:
         # On a laser machine, S is the beam power in every program.
         process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
         found = find_dangers(self.program, self.checked, process, self.dialect.has_z_words, simulated)
-        found += find_doubts(self.program, self.dialect, process)
+        found += find_probable_mistakes(self.program, self.dialect, process)
         found.sort(key=lambda issue: (RANK[issue.severity], issue.code))
         if stated_part(self.program) is None:
             return found
@@ -125,7 +125,7 @@ def read_file(
     If another program is passed as `base`, its machine and dialect are used.
     """
     machine = base.machine if base else machine_of(settings)
-    program_dialect = base.dialect if base else dialect(dialect_name or machine.controller)
+    program_dialect = base.dialect if base else load_dialect(dialect_name or machine.controller)
     return read_foreign(
         read_program(program), str(program), settings, machine, program_dialect, check_cancelled, choose=base is None
     )
@@ -138,7 +138,7 @@ def controller_motion(program: Program, program_dialect: Dialect, clearance: flo
     """
     if program_dialect.torch is None or not program_dialect.torch.material_comment:
         return program.path, []
-    path, unknown = with_controller_moves(program.path, program.lines, clearance)
+    path, unknown = add_controller_moves(program.path, program.lines, clearance)
     message = Message(
         "{} cuts use a material that the program does not define, (o=0, …), so their pierces are not timed", unknown
     )
@@ -174,11 +174,11 @@ def refuse_other_languages(text: str, source: str) -> None:
     ReadError
         The program is in a language other than G-code.
     """
-    if Path(source).suffix.lower() in DRAWINGS and (kind := format_name(source)) not in ("", "gcode"):
+    if Path(source).suffix.lower() in DRAWINGS and (kind := detect_format_name(source)) not in ("", "gcode"):
         raise OptionError(
             "{}: this is a drawing ({}), not a program; create its program first: leafcut {}", source, kind, source
         )
-    if what := other_language(text):
+    if what := describe_unsupported_language(text):
         raise ReadError(source, what)
 
 
@@ -303,7 +303,7 @@ def _process(read: ProgramRead, process: str) -> str:
 
 def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
     machine = machine_of(settings.but(replace(settings.machine, machine=name)))
-    return machine, dialect(machine.controller)
+    return machine, load_dialect(machine.controller)
 
 
 def _assumed_machine_note(machine: Machine, what: str) -> Issue:
@@ -333,12 +333,14 @@ def _read_leafcut_language(
     text: str, source: str, settings: Settings, machine: Machine, program_dialect: Dialect
 ) -> ProgramRead:
     """Read a program in a language other than G-code. Only programs that leafcut wrote are supported."""
-    from leafcut.gcode.own_program import interpret
+    from leafcut.gcode.own_program import interpret_own_program
     from leafcut.gcode.program_interpreter import split_lines
 
     if "units" in settings.asked:
         raise OptionError("--units: the program states its own units; leave it out")
-    program = Program.of_toolpath(interpret(text, program_dialect, source), split_lines(text, program_dialect, source))
+    program = Program.of_toolpath(
+        interpret_own_program(text, program_dialect, source), split_lines(text, program_dialect, source)
+    )
     return ProgramRead(program, program_dialect, machine)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.message import Message
 from leafcut.model.fact import Fact
-from leafcut.model.json_values import plain
+from leafcut.model.json_values import to_plain_json
 from leafcut.model.outcome import Outcome
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.program.model import ProgramDetail, StockProof
@@ -60,7 +60,9 @@ class ProgramReport(PathReport[ProgramDetail]):
         head, *reasons = staying_words(detail, MOST_REASONS) or [""]
         stays = f"{head}: {'; '.join(reasons)}" if head else ""
         left = (
-            [] if detail.stock is None else [Fact("stock", plain(detail.stock), "", stock_words(detail.stock), "stock")]
+            []
+            if detail.stock is None
+            else [Fact("stock", to_plain_json(detail.stock), "", stock_words(detail.stock), "stock")]
         )
         return [
             Fact("certificate", detail.certificate.as_json()),

@@ -15,8 +15,8 @@ from leafcut.model.toolpath import Toolpath
 from leafcut.options import Settings
 from leafcut.processes.job import assumed_machine_note
 from leafcut.processes.program.reading import controller_motion, read_file
-from leafcut.timing.grbl import sent_lines
-from leafcut.timing.toolpath import measure_toolpath, starved_rows
+from leafcut.timing.grbl import count_line_bytes_and_words
+from leafcut.timing.toolpath import measure_toolpath, rows_waiting_for_serial_line
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,7 +42,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     _check_clearance_height(settings, read.dialect)
     run, unknown = controller_motion(read.program, read.dialect, settings.job.clearance_height)
     # `optimize` starts at X0 Y0 by default too.
-    lines = sent_lines(read.program.lines)
+    lines = count_line_bytes_and_words(read.program.lines)
     cost = measure_toolpath(run, read.machine, start=(0.0, 0.0), lines=lines)
     assumed = assumed_machine_note(settings, read.machine, read.issues)
     issues = (
@@ -58,7 +58,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
 
 def _starvation_issue(path: Toolpath, machine: Machine, lines: SentLines, seconds: float) -> list[Issue]:
     """Return a warning if a GRBL board spends more than `WORTH_TELLING` of the program time waiting for lines."""
-    rows, lost = starved_rows(path, machine, lines)
+    rows, lost = rows_waiting_for_serial_line(path, machine, lines)
     if not lost.sum() > WORTH_TELLING * seconds:
         return []
     whole = float(lost.sum())

@@ -86,17 +86,17 @@ def stock_before_cuts(
     PlanError
         The height field would have too many cells.
     """
-    from leafcut.material.cutting import cut
-    from leafcut.material.mesh_field import block_of_mesh, field_of_mesh
+    from leafcut.material.cutting import simulate_cutting
+    from leafcut.material.mesh_field import bounding_block, mesh_to_height_field
 
-    field = field_of_mesh(mesh, cell)
+    field = mesh_to_height_field(mesh, cell)
     fed = ~moves.rapid & np.isin(moves.tool, list(cutters))
     across = np.hypot(*(moves.ends[:, 3:5] - moves.ends[:, :2]).T) > 0.0
     mills = {number: cutters[number] for number in set(moves.tool[fed & across].tolist())}
     if mills:
-        block = HeightField.of_block(block_of_mesh(mesh), cell)
+        block = HeightField.of_block(bounding_block(mesh), cell)
         top = block.heights.copy()
-        cut(block, moves.of_tools(mills), mills, os.cpu_count() or 1, check_cancelled)
+        simulate_cutting(block, moves.of_tools(mills), mills, os.cpu_count() or 1, check_cancelled)
         milled = block.heights < top
         field.heights[milled] = top[milled]
     holes = fed & ~across & ~np.isin(moves.tool, list(mills))

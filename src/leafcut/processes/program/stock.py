@@ -10,13 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of
-from leafcut.material.height_field import COARSEST, HeightField, StockBlock, usual_cell
-from leafcut.material.mesh_field import block_of_mesh
+from leafcut.material.height_field import COARSEST, HeightField, StockBlock, default_cell_size
+from leafcut.material.mesh_field import bounding_block
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
-from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, undivided_moves
+from leafcut.material.straight_moves import (
+    StraightMoves,
+    cutting_moves_for_cells,
+    smallest_tool,
+    undivided_cutting_moves,
+)
 from leafcut.message import Message
-from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
+from leafcut.model.cutter import Body, BodyPart, Cutter, cutter_of_tool, shank_and_holder_sections
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
@@ -96,8 +101,8 @@ def cut_stock(
     part = None
     if settings.stock.part:
         part = place_part_as_stated(solid_file(settings.stock.part, ChosenSolid(settings.read.solid)), stated)
-    block = block_of_mesh(part) if part is not None else block_of(given, which) if given else _common_block(every)
-    cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
+    block = bounding_block(part) if part is not None else block_of(given, which) if given else _common_block(every)
+    cell = settings.stock.cell or default_cell_size(block, min(one.smallest for one in every))
     check_cancelled = heartbeat_for_step(progress, Message("cutting the stock"))
     if part is not None:
         stock = stock_before_cuts(part, cell, _divided_moves(mine, cell), mine.cutters, check_cancelled)
@@ -173,9 +178,9 @@ def _read(program: Input, settings: Settings, dialect: str | None, check_cancell
     tools = tools_of(read.program, source, settings, read.machine)
     if not tools:
         raise PlanError("{}: the program cuts nothing, so the stock is unchanged", source)
-    cutters = {number: cutter_of(tool) for number, tool in tools.items()}
-    bodies = {number: body_of(tool) for number, tool in tools.items()}
-    return _Cuts(source, read, tools, cutters, bodies, undivided_moves(read.program.path, cutters))
+    cutters = {number: cutter_of_tool(tool) for number, tool in tools.items()}
+    bodies = {number: shank_and_holder_sections(tool) for number, tool in tools.items()}
+    return _Cuts(source, read, tools, cutters, bodies, undivided_cutting_moves(read.program.path, cutters))
 
 
 def _simulate(one: _Cuts, field: HeightField, check_cancelled: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
@@ -183,15 +188,19 @@ def _simulate(one: _Cuts, field: HeightField, check_cancelled: Heartbeat) -> tup
 
     Return the remaining stock, the moves, and the material that each move removes.
     """
-    from leafcut.material.cutting import cut
+    from leafcut.material.cutting import simulate_cutting
 
     moves = _divided_moves(one, field.cell)
-    return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, check_cancelled, bodies=one.bodies)
+    return (
+        field,
+        moves,
+        simulate_cutting(field, moves, one.cutters, os.cpu_count() or 1, check_cancelled, bodies=one.bodies),
+    )
 
 
 def _divided_moves(one: _Cuts, cell: float) -> StraightMoves:
     longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
-    return moves_in_cells(one.read.program.path, one.cutters, cell, longest)
+    return cutting_moves_for_cells(one.read.program.path, one.cutters, cell, longest)
 
 
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.gcode.tool_comments import tool_in_comments, tool_width
+from leafcut.gcode.tool_comments import tool_diameter_in_comments, tool_in_comments
 from leafcut.message import Message
 from leafcut.model.heartbeat import ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
@@ -69,7 +69,7 @@ def tool_diameter_warnings(program: Program, settings: Settings, machine: Machin
         return []
     found = []
     for number, block, tool in _tools_in_use(program, settings, machine):
-        named = tool_width(program, block)
+        named = tool_diameter_in_comments(program, block)
         if tool is not None and named and abs(named - tool.diameter) > max(_OTHER_TOOL, _OTHER_SHARE * named):
             message = Message(
                 "T{} is Ø{:.4g} mm in the library, but Ø{:.4g} mm in the program's comment; name the library of "
@@ -106,7 +106,9 @@ def known_tools(
     unknown: dict[int, int] = {}
     for number, first, listed in _tools_in_use(program, settings, machine):
         tool = listed or tool_in_comments(program, first)
-        diameter = 0.0 if tool else settings.job.tool_diameter or (tool_width(program, first) if flat else 0.0)
+        diameter = (
+            0.0 if tool else settings.job.tool_diameter or (tool_diameter_in_comments(program, first) if flat else 0.0)
+        )
         if diameter:
             tool = Tool(number, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
         if tool is None:

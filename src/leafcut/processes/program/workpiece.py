@@ -11,8 +11,8 @@ import numpy as np
 
 from leafcut.errors import OptionError, PlanError, ReadError, count_of, printable
 from leafcut.material.height_field import HeightField, StockBlock
-from leafcut.material.mesh_field import block_of_mesh, field_of_mesh, overhang
-from leafcut.material.straight_moves import StraightMoves, undivided_moves
+from leafcut.material.mesh_field import bounding_block, mesh_to_height_field, overhang_area
+from leafcut.material.straight_moves import StraightMoves, undivided_cutting_moves
 from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.options import StockOptions
@@ -51,7 +51,7 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
         The file contains no closed solid.
     """
     if _is_file(text):
-        return block_of_mesh(solid_file(text, which))
+        return bounding_block(solid_file(text, which))
     if which != THE_ONLY:
         raise OptionError("--solid, --up and --z-zero apply to STEP files only, not to a block; leave them out")
     parts = text.replace(";", ",").split(",")
@@ -88,7 +88,7 @@ def field_of(options: StockOptions, block: StockBlock, cell: float, which: Chose
     if not options.workpiece or not _is_file(options.workpiece):
         return HeightField.of_block(block, cell)
 
-    return field_of_mesh(solid_file(options.workpiece, which), cell)
+    return mesh_to_height_field(solid_file(options.workpiece, which), cell)
 
 
 def stock_issues(
@@ -107,7 +107,7 @@ def stock_issues(
     outside = first_cut_beyond(program, cutters, block)
     found = [outside.issue(unit_that_fits(options.workpiece, program, cutters, block))] if outside else []
     if _is_file(options.workpiece):
-        area = overhang(solid_file(options.workpiece, which))
+        area = overhang_area(solid_file(options.workpiece, which))
         if area > _SMALL_AREA:
             message = Message(
                 "the stock has undercuts ({:.1f} mm² seen from below), which are treated as solid material", area
@@ -238,7 +238,7 @@ def first_cut_beyond(program: Program, cutters: Mapping[int, Cutter], block: Sto
 
     A tool may start outside the block by its diameter plus the length of a lead.
     """
-    moves = undivided_moves(program.path, cutters)
+    moves = undivided_cutting_moves(program.path, cutters)
     across = np.abs(moves.ends[:, 3:5] - moves.ends[:, :2]).max(axis=1) > 0
     fed = ~moves.rapid & across & (np.maximum(moves.ends[:, 2], moves.ends[:, 5]) < block.high[2])
     if not fed.any():

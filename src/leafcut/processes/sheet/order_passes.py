@@ -103,7 +103,7 @@ def slide_all_starts(plan: Plan, order: Order) -> Order:
     cuts = cuts_in_order(plan, order)
     plan.job.report(Message("refining the starts"))
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
-    with plan.job.deadline.part(share).running(plan.job.cancelled) as late:
+    with plan.job.deadline.for_share(share).running(plan.job.cancelled) as late:
         return _with_cuts(order, slide_starts(cuts, plan.work.head, late))
 
 
@@ -117,7 +117,7 @@ def avoid_hot_starts(plan: Plan, order: Order) -> Order:
     if options.heat_distance <= 0.0:
         return order
 
-    with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
+    with plan.job.deadline.for_share(1.0).running(plan.job.cancelled) as late:
         groups = sweep_bands(cuts.cutting, options)
         return _with_cuts(order, spread_starts(cuts, options.heat_distance, plan.work.head, groups, late))
 
@@ -144,7 +144,7 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
             break
         cutting, known = without_conflicting_starts(plan.work.cutting, best.choices[0].starts), best.choices[0].starts
         again = replace(plan, stages=build_stages(plan.job, cutting, plan.work.head, known))
-        found = find_order(plan.job, again.stages, deadline=plan.job.deadline.part(SEARCH_SHARE))
+        found = find_order(plan.job, again.stages, deadline=plan.job.deadline.for_share(SEARCH_SHARE))
         spent += sum(s.seconds for s in found.solutions)
         other = Order((sequence_from_choices(plan.job, cutting, found.choices),), found.solutions)
         for improve in (slide_all_starts, avoid_hot_starts, move_pierces_out_of_kerfs, _move_leads_apart):
@@ -175,7 +175,7 @@ def postpone_detaching_cuts(plan: Plan, order: Order) -> Order:
 
     place_of = {k: at for at, start in enumerate(cuts.starts) for k in start.contours}
     pairs = [(place_of[a], place_of[b]) for a, b in cuts.cutting.pairs if place_of[a] != place_of[b]]
-    with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
+    with plan.job.deadline.for_share(1.0).running(plan.job.cancelled) as late:
         place = cut_outlines_later(work.parts, cut_plan.cuts, pairs, work.head.cost, late)
     # Use all starts of the sheet, even if a second search used fewer.
     moved = CutSequence(work.cutting, tuple(cuts.starts[k] for k in place))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
-from leafcut.gcode.torch import KERF_REGISTER, LEAST_PERCENT, convert_for_controller
+from leafcut.gcode.torch import KERF_REGISTER, LEAST_PERCENT, convert_torch_path_for_controller
 from leafcut.model.cutting import CutPlan
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.options import PostOptions
@@ -59,7 +59,7 @@ def check_dialect_support(dialect: Dialect, options: PostOptions, *, marks: bool
 
 class _TorchWriter(Writer):
     def __init__(self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions) -> None:
-        super().__init__(convert_for_controller(path, dialect), dialect, options)
+        super().__init__(convert_torch_path_for_controller(path, dialect), dialect, options)
         self.plan, self.torch = plan, torch
         self.lit: Motion | None = None
         self.compensating = False
@@ -68,18 +68,18 @@ class _TorchWriter(Writer):
         # If the controller moves Z, the program may travel from its first block.
         self.safe = not dialect.has_z_words
 
-    def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
+    def _row_writers(self) -> dict[Kind, Callable[[Motion], None]]:
         more: dict[Kind, Callable[[Motion], None]] = {
             Kind.TORCH: self._switch,
             Kind.HEIGHT: self._switch,
-            Kind.BLENDING: self._blending,
+            Kind.BLENDING: self._write_blending,
             Kind.RADIUS: self._compensation,
             Kind.PROBE: self._probe,
             Kind.SHIFT: self._shift,
             Kind.TOOL: self._choose_tool,
             Kind.OFFSET: self._activate_offset,
         }
-        return {**super()._writers(), **more}
+        return {**super()._row_writers(), **more}
 
     # -- the head ----------------------------------------------------------------------------------------------------
 
@@ -121,13 +121,13 @@ class _TorchWriter(Writer):
 
     # -- moves -------------------------------------------------------------------------------------------------------
 
-    def _feed_move(self, row: Motion) -> None:
+    def _write_feed_move(self, row: Motion) -> None:
         self._set_feed_share(row)
-        super()._feed_move(row)
+        super()._write_feed_move(row)
 
-    def _arc(self, row: Motion) -> None:
+    def _write_arc(self, row: Motion) -> None:
         self._set_feed_share(row)
-        super()._arc(row)
+        super()._write_arc(row)
 
     def _set_feed_share(self, row: Motion) -> None:
         """Write the feed of a row as a percentage of the feed in the chart (M67).
@@ -193,7 +193,7 @@ class _TorchWriter(Writer):
     def _activate_offset(self, row: Motion) -> None:
         """Write the tool offset, and make the next move contain both X and Y, which activates the offset."""
         self.out.write("G43", f"H{row.ref}")
-        self.out.forget(["motion", *"XY"])
+        self.out.forget_modal_words(["motion", *"XY"])
         for axis in range(2):
             self.place[axis], self.position[axis] = None, math.nan
 
@@ -222,9 +222,9 @@ class _TorchWriter(Writer):
         if not self.torch.probe:
             raise PostError("{} has no probing command", self.dialect.name)
         self._check_cutting(row)
-        self.out.forget(["motion", "Z"])
+        self.out.forget_modal_words(["motion", "Z"])
         feed = self.out.modal("F", "F" + self.numbers.feed(row.value))
-        self.out.write(self.out.modal("motion", self.torch.probe), self._axis(row, 2), feed)
+        self.out.write(self.out.modal("motion", self.torch.probe), self._axis_word(row, 2), feed)
         self._forget_height()
 
     def _shift(self, row: Motion) -> None:
@@ -233,17 +233,17 @@ class _TorchWriter(Writer):
         if math.isnan(row.end[2]):
             self.out.write("G92.1")
             return
-        self.out.write("G92", self._axis(row, 2))
+        self.out.write("G92", self._axis_word(row, 2))
         self._track_position(row)
 
     def _forget_height(self) -> None:
-        self.out.forget("Z")
+        self.out.forget_modal_words("Z")
         self.place[2], self.position[2] = None, math.nan
 
-    def _end(self, row: Motion) -> None:
+    def _write_end(self, row: Motion) -> None:
         for block in self.torch.finish:
             self.out.write(block)
-        super()._end(row)
+        super()._write_end(row)
 
 
 def _first_compensated_moves(path: Toolpath) -> Iterator[Motion]:

@@ -207,9 +207,9 @@ class SheetCutting(Process):
         plan = settings.of(CutOptions).save_plan
         if not plan:
             return {}
-        from leafcut.read.plan_file import plan_text
+        from leafcut.read.plan_file import plan_file_text
 
-        return {str(plan): plan_text(outcome.detail.plan.file)}
+        return {str(plan): plan_file_text(outcome.detail.plan.file)}
 
     def report(self, outcome: Outcome[SheetDetail]) -> SheetReport:
         """Return the report of an outcome, with its facts and pictures."""

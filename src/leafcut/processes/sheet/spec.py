@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, printable
-from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.dialects import dialect_names, load_dialect
 from leafcut.gcode.torch import KERF_REGISTER
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.cutting import CutData, PlanFile
-from leafcut.model.heartbeat import progress_of_search
+from leafcut.model.heartbeat import report_as_step
 from leafcut.model.issue import Issue, Severity
-from leafcut.model.kinds import CutMethod, Head, method_of
+from leafcut.model.kinds import CutMethod, Head, first_word_of_process
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.plan import Order
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
@@ -59,8 +59,8 @@ from leafcut.processes.sheet.plan.toolpath import TORCH_ON, TorchSetup
 from leafcut.processes.sheet.post import check_dialect_support
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
-from leafcut.proof.envelope import check_envelope
-from leafcut.read.cutchart import find_cut_data, is_kind_of_process, load_chart
+from leafcut.proof.envelope import check_machine_limits
+from leafcut.read.cutchart import find_cut_data, is_variant_of_process, load_chart
 from leafcut.timing.profile import trapezoid_time
 from leafcut.timing.travel import travel_metric
 
@@ -107,7 +107,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
         refuse_higher_zones(settings.job.keep_out, settings.job.clearance_height)
     drawn, sheet, narrow = with_narrow_shapes(sheet, rules)
     issues += narrow
-    refuse_too_large(check_envelope(_bounding_move(sheet), job.machine), part, settings)
+    refuse_too_large(check_machine_limits(_bounding_move(sheet), job.machine), part, settings)
     marks = any(c.kind == "mark" for c in sheet.contours)
     check_dialect_support(post_dialect, settings.post, marks=marks, compensates=options.compensation == "controller")
     file = _load_plan_file(settings.job.plan) if settings.job.plan else None
@@ -161,7 +161,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
         may_fall_back=False,
     )
     # The area that leads require does not depend on the order, so it is checked before the searches.
-    refuse_too_large(check_envelope(cached_motion(plan, Order((given,))).path, job.machine), part, settings)
+    refuse_too_large(check_machine_limits(cached_motion(plan, Order((given,))).path, job.machine), part, settings)
     nearest = nearest_order(job, build_stages(job, cutting, head, known))
     joined = _with_best_chains(job, cutting, file, head.overhead)
     if joined is not cutting:
@@ -252,17 +252,17 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
     if not options.chains or keep:
         return with_chains(cutting, chains)
     blocks = chain_blocks(cutting, sweep_bands(cutting, options), chains)
-    deadline, left = job.deadline.part(CHAIN_SHARE), sum(map(len, blocks))
+    deadline, left = job.deadline.for_share(CHAIN_SHARE), sum(map(len, blocks))
     for block in blocks:
         job.report(Message("looking for bridges"))
-        own = deadline.part(len(block) / left)
+        own = deadline.for_share(len(block) / left)
         left -= len(block)
         found = chain_problem(cutting, block, overhead, min(job.machine.rapid_velocity[:2]))
         if found is None:
             continue
         problem, bridges = found
         search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.seconds)
-        on_progress = progress_of_search(job.progress, Message("joining cuts"), 0.0, 1.0)
+        on_progress = report_as_step(job.progress, Message("joining cuts"), 0.0, 1.0)
         solution = solve(problem, search, settings.aco, progress=on_progress, cancelled=job.cancelled)
         own.subtract(solution.seconds)
         chains = [*chains, *chains_from_solution(cutting, bridges, [int(n) for n in solution.nodes], chains)]
@@ -345,10 +345,10 @@ def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue
     Raises OptionError if the machine uses another cutting method.
     """
     own = machine.cut_process.lower() or str(machine.head.method)
-    if asked is None or is_kind_of_process(own, asked):
+    if asked is None or is_variant_of_process(own, asked):
         return own, []
     asked = asked.lower()
-    if is_kind_of_process(asked, own):
+    if is_variant_of_process(asked, own):
         return asked, []
     kind, kind_asked = (name.split("_")[:2] for name in (own, asked))
     if kind != kind_asked:
@@ -366,7 +366,7 @@ def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue
 
 
 def _check_process(asked: str, kind: str, machine: str) -> None:
-    how = method_of(asked)
+    how = first_word_of_process(asked)
     if how == kind or how not in tuple(CutMethod):
         return
     raise OptionError(
@@ -375,14 +375,16 @@ def _check_process(asked: str, kind: str, machine: str) -> None:
         kind,
         how,
         CUTTING_MACHINES[how],
-        Head.that_cuts(CutMethod(how)),
+        Head.for_method(CutMethod(how)),
     )
 
 
 def _check_dialect(post_dialect: Dialect, process: str) -> None:
-    how = method_of(process)
+    how = first_word_of_process(process)
     if post_dialect.torch is not None and how in tuple(CutMethod) and how not in post_dialect.torch.cuts:
-        able = [name for name in dialects(torch=True) if how in (dialect(name).torch or post_dialect.torch).cuts]
+        able = [
+            name for name in dialect_names(torch=True) if how in (load_dialect(name).torch or post_dialect.torch).cuts
+        ]
         raise OptionError(
             "programs for {} cut by {}, not by {}; choose --dialect {}",
             post_dialect.name,
@@ -402,7 +404,11 @@ def usable_probe(machine: Machine, post_dialect: Dialect) -> Probe | None:
 
 def _micro_joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
     """Warn about micro-joints if the sheet is so thick that the beam cannot pierce it while it moves."""
-    if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _MAX_MOVING_PIERCE:
+    if (
+        first_word_of_process(data.process) != CutMethod.LASER
+        or not options.micro_joints
+        or data.thickness <= _MAX_MOVING_PIERCE
+    ):
         return []
     wait = Message("the {:.2g} s", data.pierce_delay) if data.pierce_delay > 0.0 else Message("the time")
     words = Message(

@@ -17,7 +17,14 @@ from typing import Any
 from leafcut.errors import ReadError, printable
 from leafcut.model.kinds import Head
 from leafcut.model.machine import XYZ
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, axis_texts, in_lines, number
+from leafcut.read.controllers.values import (
+    SPINDLE_START,
+    Axes,
+    Values,
+    format_axes,
+    format_line_numbers,
+    parse_leading_number,
+)
 
 #: Maximum size of a file, bytes. Real files have a few kB, and parsing takes about 1 ms per kB.
 MOST_BYTES = 262_144
@@ -44,7 +51,7 @@ class _Scalar:
 _Tree = dict[str, "_Scalar | _Tree"]
 
 
-def read(text: str, file: str) -> Values:
+def import_fluidnc(text: str, file: str) -> Values:
     """Import a FluidNC configuration.
 
     Raises
@@ -58,7 +65,7 @@ def read(text: str, file: str) -> Values:
     for key in ("name", "board"):
         entry = tree.get(key)
         if isinstance(entry, _Scalar) and entry.text.strip():
-            values.take("name", printable(entry.text, 40), f"{key}, {in_lines([entry.line])}")
+            values.take("name", printable(entry.text, 40), f"{key}, {format_line_numbers([entry.line])}")
             break
     axes = _subtree(tree, "axes")
     parts = [_subtree(axes, axis) for axis in "xyz"]
@@ -75,17 +82,21 @@ def read(text: str, file: str) -> Values:
     values.derive("corners.style", "grbl", "FluidNC plans as GRBL, by junction deviation")
     deviation = tree.get("junction_deviation_mm")
     if isinstance(deviation, _Scalar):
-        value = number(values, deviation.text, "junction_deviation_mm", deviation.line)
-        values.take("corners.deviation", f"{value:.10g} mm", f"junction_deviation_mm, {in_lines([deviation.line])}")
+        value = parse_leading_number(values, deviation.text, "junction_deviation_mm", deviation.line)
+        values.take(
+            "corners.deviation", f"{value:.10g} mm", f"junction_deviation_mm, {format_line_numbers([deviation.line])}"
+        )
     else:
         values.assume("corners.deviation", f"{_DEVIATION} mm", "FluidNC's default of junction_deviation_mm")
     tolerance = tree.get("arc_tolerance_mm")
     if isinstance(tolerance, _Scalar):
-        value = number(values, tolerance.text, "arc_tolerance_mm", tolerance.line)
-        values.take("corners.arc_tolerance", f"{value:.10g} mm", f"arc_tolerance_mm, {in_lines([tolerance.line])}")
+        value = parse_leading_number(values, tolerance.text, "arc_tolerance_mm", tolerance.line)
+        values.take(
+            "corners.arc_tolerance", f"{value:.10g} mm", f"arc_tolerance_mm, {format_line_numbers([tolerance.line])}"
+        )
     if all(isinstance(part.get("steps_per_mm"), _Scalar) for part in parts):
         steps = _axis_values(values, parts, "steps_per_mm", math.nan, "steps/mm")
-        values.take("motors.steps_per_mm", axis_texts(steps.numbers, steps.unit), steps.source)
+        values.take("motors.steps_per_mm", format_axes(steps.numbers, steps.unit), steps.source)
     kinematics = [name for name in _subtree(tree, "kinematics") if name != "cartesian"]
     if kinematics:
         values.note(f"its kinematics are {printable(kinematics[0], 20)}: limits are per motor, so times are estimates")
@@ -123,7 +134,7 @@ class FluidConfiguration:
     fastest: float
 
 
-def configuration_of(text: str, file: str) -> FluidConfiguration:
+def parse_board_configuration(text: str, file: str) -> FluidConfiguration:
     """Parse the complete configuration of a board, as sent in reply to ``$CD``.
 
     Raises
@@ -140,32 +151,32 @@ def configuration_of(text: str, file: str) -> FluidConfiguration:
     _store_process(values, tree)
     speed = values.entries.get("spindle.max_speed")
     return FluidConfiguration(
-        low=_xyz([low for low, _, _, _ in ends]),
-        high=_xyz([high for _, high, _, _ in ends]),
-        rates=_xyz([_number_or_default(values, part, "max_rate_mm_per_min", _RATE) / 60.0 for part in parts]),
-        accelerations=_xyz(
+        low=_as_xyz([low for low, _, _, _ in ends]),
+        high=_as_xyz([high for _, high, _, _ in ends]),
+        rates=_as_xyz([_number_or_default(values, part, "max_rate_mm_per_min", _RATE) / 60.0 for part in parts]),
+        accelerations=_as_xyz(
             [_number_or_default(values, part, "acceleration_mm_per_sec2", _ACCELERATION) for part in parts]
         ),
-        steps=_xyz([_number_or_default(values, part, "steps_per_mm", _STEPS) for part in parts]),
+        steps=_as_xyz([_number_or_default(values, part, "steps_per_mm", _STEPS) for part in parts]),
         deviation=_number_or_default(values, tree, "junction_deviation_mm", _DEVIATION),
         arc_tolerance=_number_or_default(values, tree, "arc_tolerance_mm", _ARC_TOLERANCE),
         homing=all(cycle >= 1 for cycle in cycles),
-        must_home=_is_on(_subtree(tree, "start"), "must_home", otherwise=True),
-        soft_limits=all(_is_on(part, "soft_limits", otherwise=False) for part in parts),
-        fastest=math.inf if speed is None else number(values, speed.value, "speed_map"),
+        must_home=_is_true(_subtree(tree, "start"), "must_home", otherwise=True),
+        soft_limits=all(_is_true(part, "soft_limits", otherwise=False) for part in parts),
+        fastest=math.inf if speed is None else parse_leading_number(values, speed.value, "speed_map"),
     )
 
 
-def _xyz(numbers: list[float]) -> XYZ:
+def _as_xyz(numbers: list[float]) -> XYZ:
     return (numbers[0], numbers[1], numbers[2])
 
 
 def _number_or_default(values: Values, tree: _Tree, key: str, otherwise: float) -> float:
     entry = tree.get(key)
-    return number(values, entry.text, key, entry.line) if isinstance(entry, _Scalar) else otherwise
+    return parse_leading_number(values, entry.text, key, entry.line) if isinstance(entry, _Scalar) else otherwise
 
 
-def _is_on(tree: _Tree, key: str, *, otherwise: bool) -> bool:
+def _is_true(tree: _Tree, key: str, *, otherwise: bool) -> bool:
     entry = tree.get(key)
     return entry.text.strip().lower() in ("true", "yes", "1") if isinstance(entry, _Scalar) else otherwise
 
@@ -185,16 +196,16 @@ def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, 
     entry = part.get("max_travel_mm")
     if not isinstance(entry, _Scalar):
         return -math.inf, math.inf, 0.0, 0
-    length = number(values, entry.text, f"max_travel_mm of {axis}", entry.line)
+    length = parse_leading_number(values, entry.text, f"max_travel_mm of {axis}", entry.line)
     homing = _subtree(part, "homing")
     home_entry = homing.get("mpos_mm")
     home = (
-        number(values, home_entry.text, f"mpos_mm of {axis}", home_entry.line)
+        parse_leading_number(values, home_entry.text, f"mpos_mm of {axis}", home_entry.line)
         if isinstance(home_entry, _Scalar)
         else 0.0
     )
     # Without homing, the travel counts down from machine zero, as with homing in positive direction (the default).
-    counts_down = not homing or _is_on(homing, "positive_direction", otherwise=True)
+    counts_down = not homing or _is_true(homing, "positive_direction", otherwise=True)
     if not length > 0:
         raise values.refusal(f"max_travel_mm of {axis} is {length:g}, but must be above 0", entry.line)
     return (home - length, home, home, entry.line) if counts_down else (home, home + length, home, entry.line)
@@ -211,7 +222,7 @@ def _store_travel(values: Values, parts: list[_Tree]) -> None:
     if not lines:
         values.note("the file has no max_travel_mm: the travel is not checked")
     else:
-        source = f"max_travel_mm and homing, {in_lines(lines)}"
+        source = f"max_travel_mm and homing, {format_line_numbers(lines)}"
         values.store_travel(
             Axes(tuple(lowest), "mm", source, derived=True), Axes(tuple(highest), "mm", source, derived=True)
         )
@@ -234,11 +245,13 @@ def _store_process(values: Values, tree: _Tree) -> None:
     section = _subtree(tree, spindle or _LASER)
     speeds = section.get("speed_map")
     if isinstance(speeds, _Scalar):
-        _store_speeds(values, speeds)
+        _store_speed_map(values, speeds)
     start = section.get("spinup_ms")
     if isinstance(start, _Scalar):
-        seconds = number(values, start.text, "spinup_ms", start.line) / 1000.0
-        values.take("spindle.start_time", f"{max(seconds, 0.0):.10g} s", f"spinup_ms, {in_lines([start.line])}")
+        seconds = parse_leading_number(values, start.text, "spinup_ms", start.line) / 1000.0
+        values.take(
+            "spindle.start_time", f"{max(seconds, 0.0):.10g} s", f"spinup_ms, {format_line_numbers([start.line])}"
+        )
     elif not only_laser:
         values.assume("spindle.start_time", *SPINDLE_START)
     else:
@@ -246,7 +259,7 @@ def _store_process(values: Values, tree: _Tree) -> None:
     values.store_manual_tool_changes("FluidNC changes tools by macros, which are not read")
 
 
-def _store_speeds(values: Values, entry: _Scalar) -> None:
+def _store_speed_map(values: Values, entry: _Scalar) -> None:
     """Store the lowest and the highest speed in a speed map such as ``0=0% 6000=25% 24000=100%``."""
     speeds = []
     for pair in entry.text.split():
@@ -255,13 +268,13 @@ def _store_speeds(values: Values, entry: _Scalar) -> None:
             raise values.refusal(
                 f"speed_map is '{printable(entry.text, 40)}', but must be speeds such as 0=0%", entry.line
             )
-        share = number(values, power, "a share of speed_map", entry.line)
-        speeds.append((number(values, speed, "a speed of speed_map", entry.line), share))
+        share = parse_leading_number(values, power, "a share of speed_map", entry.line)
+        speeds.append((parse_leading_number(values, speed, "a speed of speed_map", entry.line), share))
     turning = [speed for speed, power in speeds if power > 0 and speed > 0]
     if turning:
         several = len(turning) > 1
         values.store_spindle_range(
-            max(turning), min(turning) if several else 0.0, f"speed_map, {in_lines([entry.line])}"
+            max(turning), min(turning) if several else 0.0, f"speed_map, {format_line_numbers([entry.line])}"
         )
 
 
@@ -270,12 +283,12 @@ def _axis_values(values: Values, parts: list[_Tree], key: str, otherwise: float,
     for axis, part in zip("xyz", parts, strict=True):
         entry = part.get(key)
         if isinstance(entry, _Scalar):
-            numbers.append(number(values, entry.text, f"{key} of {axis}", entry.line))
+            numbers.append(parse_leading_number(values, entry.text, f"{key} of {axis}", entry.line))
             lines.append(entry.line)
         else:
             numbers.append(otherwise)
             missing.append(axis)
-    source = f"{key}, {in_lines(lines)}" if lines else key
+    source = f"{key}, {format_line_numbers(lines)}" if lines else key
     if missing:
         source += f"; of {', '.join(missing)} FluidNC's default, {otherwise:g}"
     return Axes(tuple(numbers), unit, source, assumed=bool(missing))

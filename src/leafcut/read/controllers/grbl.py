@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, format_line_numbers, parse_leading_number
 
 #: ``$110=500.000`` or ``$110 = 500 (x max rate, mm/min)``, optionally after a prefix written by the terminal.
 SETTING = re.compile(r"^[^$\[]{0,40}\$(\d{1,4})\s*=\s*([^\s(;]+)", re.MULTILINE)
@@ -42,7 +42,7 @@ class _Setting:
     line: int
 
 
-def read(text: str, file: str) -> Values:
+def import_grbl(text: str, file: str) -> Values:
     """Import GRBL settings.
 
     Raises
@@ -50,28 +50,32 @@ def read(text: str, file: str) -> Values:
     ReadError
         A required setting is missing, is not a number, or is implausible.
     """
-    settings = _settings(text)
+    settings = _parse_settings(text)
     hal = _HAL.search(text) is not None or not _ONLY_HAL.isdisjoint(settings)
     version = _VERSION.search(text)
     name = (version[1] or version[2]) if version else ""
     values = Values(file, " ".join(filter(None, ["grblHAL" if hal else "GRBL", name])))
-    values.store_motion(_axes(values, settings, _RATES, "mm/min"), _axes(values, settings, _ACCELERATIONS, "mm/s2"))
-    laser = bool(_flags(values, settings, _LASER))
+    values.store_motion(
+        _axis_settings(values, settings, _RATES, "mm/min"), _axis_settings(values, settings, _ACCELERATIONS, "mm/s2")
+    )
+    laser = bool(_setting_flags(values, settings, _LASER))
     _store_controller(values, settings, laser)
     _store_travel(values, settings, hal)
     values.derive("rapid.style", "linear", "GRBL moves all axes together on a straight line")
     values.derive("corners.style", "grbl", "GRBL plans by junction deviation")
     if _DEVIATION in settings:
         values.take(
-            "corners.deviation", f"{_number(values, settings, _DEVIATION):.10g} mm", _source(settings, _DEVIATION)
+            "corners.deviation",
+            f"{_setting_number(values, settings, _DEVIATION):.10g} mm",
+            _setting_source(settings, _DEVIATION),
         )
     else:
         values.assume("corners.deviation", "0.01 mm", "GRBL's own default of $11; the file does not have it")
-    _store_board(values, settings)
+    _store_arc_tolerance_and_steps(values, settings)
     return values
 
 
-def is_answer(text: str) -> bool:
+def is_settings_reply(text: str) -> bool:
     """Return whether a text contains GRBL settings.
 
     The text can be the reply of the controller to ``$$``, or a file saved by a G-code sender.
@@ -81,7 +85,7 @@ def is_answer(text: str) -> bool:
     )
 
 
-def _settings(text: str) -> dict[int, _Setting]:
+def _parse_settings(text: str) -> dict[int, _Setting]:
     """Parse the settings by number, with the line of each setting. If a number occurs twice, the last value wins."""
     settings = {}
     if text.lstrip("\ufeff \t\r\n").startswith("{"):
@@ -98,35 +102,37 @@ def _settings(text: str) -> dict[int, _Setting]:
     return settings
 
 
-def _store_board(values: Values, settings: dict[int, _Setting]) -> None:
+def _store_arc_tolerance_and_steps(values: Values, settings: dict[int, _Setting]) -> None:
     if _ARC_TOLERANCE in settings:
-        source = _source(settings, _ARC_TOLERANCE)
-        values.take("corners.arc_tolerance", f"{_number(values, settings, _ARC_TOLERANCE):.10g} mm", source)
+        source = _setting_source(settings, _ARC_TOLERANCE)
+        values.take("corners.arc_tolerance", f"{_setting_number(values, settings, _ARC_TOLERANCE):.10g} mm", source)
     if all(key in settings for key in _STEPS):
-        steps = [f"{_number(values, settings, key):.10g} steps/mm" for key in _STEPS]
-        values.take("motors.steps_per_mm", steps, _sources(settings, _STEPS))
+        steps = [f"{_setting_number(values, settings, key):.10g} steps/mm" for key in _STEPS]
+        values.take("motors.steps_per_mm", steps, _setting_sources(settings, _STEPS))
     if _LOCK in settings:
-        lock_time = _number(values, settings, _LOCK)
-        source = _source(settings, _LOCK)
+        lock_time = _setting_number(values, settings, _LOCK)
+        source = _setting_source(settings, _LOCK)
         values.take("motors.lock_time", f"{0.0 if lock_time == _ALWAYS_ON else lock_time:.10g} ms", source)
 
 
 def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:
     values.derive("controller", "grbl-laser" if laser else "grbl", "the settings have GRBL's format")
     if laser:
-        values.store_process(Head.LASER, f"{_source(settings, _LASER)}: laser mode")
+        values.store_process(Head.LASER, f"{_setting_source(settings, _LASER)}: laser mode")
     else:
         values.assume("process", Head.SPINDLE.value, "laser mode is off ($32); the file has no other information")
-    highest = _number(values, settings, _FASTEST_RPM) if _FASTEST_RPM in settings else 0.0
-    lowest = _number(values, settings, _SLOWEST_RPM) if _SLOWEST_RPM in settings else 0.0
+    highest = _setting_number(values, settings, _FASTEST_RPM) if _FASTEST_RPM in settings else 0.0
+    lowest = _setting_number(values, settings, _SLOWEST_RPM) if _SLOWEST_RPM in settings else 0.0
     if highest > 0:
         keys = [key for key in (_FASTEST_RPM, _SLOWEST_RPM) if key in settings]
-        values.store_spindle_range(highest, lowest, _sources(settings, keys))
+        values.store_spindle_range(highest, lowest, _setting_sources(settings, keys))
         if highest == 1000.0 and not laser:
             values.note("$30 is 1000 rpm, GRBL's own default: set it to the spindle speed at full voltage")
     if _SPINDLE_ON in settings:
         values.take(
-            "spindle.start_time", f"{_number(values, settings, _SPINDLE_ON):.10g} s", _source(settings, _SPINDLE_ON)
+            "spindle.start_time",
+            f"{_setting_number(values, settings, _SPINDLE_ON):.10g} s",
+            _setting_source(settings, _SPINDLE_ON),
         )
     elif laser:
         values.assume("spindle.start_time", "0 s", "a laser needs no start-up time")
@@ -136,10 +142,10 @@ def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool
 
 
 def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
-    homing = _flags(values, settings, _HOMING)
-    to_min = _flags(values, settings, _HOME_TO_MIN)
+    homing = _setting_flags(values, settings, _HOMING)
+    to_min = _setting_flags(values, settings, _HOME_TO_MIN)
     if any(key in settings for key in _TRAVELS):
-        lengths = _axes(values, settings, _TRAVELS, "mm")
+        lengths = _axis_settings(values, settings, _TRAVELS, "mm")
         for length, axis in zip(lengths.numbers, "xyz", strict=True):
             if not length > 0:
                 raise values.refusal(f"the travel of {axis} is {length:g} mm, but must be above 0 ({lengths.source})")
@@ -160,7 +166,7 @@ def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> N
         home = [0.0, 0.0, 0.0]
         values.note("the file has no travel ($130 to $132): it is not checked")
     if homing & 1:
-        home_source = _sources(settings, [key for key in (_HOMING, _HOME_TO_MIN) if key in settings])
+        home_source = _setting_sources(settings, [key for key in (_HOMING, _HOME_TO_MIN) if key in settings])
         values.store_home(Axes(tuple(home), "mm", f"{home_source}: the ends with its limit switches", derived=True))
     else:
         reason = "no homing ($22): machine zero is its position at power-on"
@@ -168,31 +174,31 @@ def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> N
         values.note("homing is off ($22=0): the travel starts at the position at power-on")
 
 
-def _axes(values: Values, settings: dict[int, _Setting], keys: tuple[int, ...], unit: str) -> Axes:
+def _axis_settings(values: Values, settings: dict[int, _Setting], keys: tuple[int, ...], unit: str) -> Axes:
     for key in keys:
         if key not in settings:
             raise values.refusal(f"has no ${key}; save the complete answer to $$")
-    return Axes(tuple(_number(values, settings, key) for key in keys), unit, _sources(settings, keys))
+    return Axes(tuple(_setting_number(values, settings, key) for key in keys), unit, _setting_sources(settings, keys))
 
 
-def _number(values: Values, settings: dict[int, _Setting], key: int) -> float:
+def _setting_number(values: Values, settings: dict[int, _Setting], key: int) -> float:
     setting = settings[key]
-    return number(values, setting.text, f"${key}", setting.line)
+    return parse_leading_number(values, setting.text, f"${key}", setting.line)
 
 
-def _flags(values: Values, settings: dict[int, _Setting], key: int) -> int:
+def _setting_flags(values: Values, settings: dict[int, _Setting], key: int) -> int:
     if key not in settings:
         return 0
-    flags = _number(values, settings, key)
+    flags = _setting_number(values, settings, key)
     if not 0 <= flags < 1 << 16:
         raise values.refusal(f"${key} is {flags:g}, but must be a whole number from 0", settings[key].line)
     return int(flags)
 
 
-def _source(settings: dict[int, _Setting], key: int) -> str:
-    return f"${key} = {settings[key].text}, {in_lines([settings[key].line])}"
+def _setting_source(settings: dict[int, _Setting], key: int) -> str:
+    return f"${key} = {settings[key].text}, {format_line_numbers([settings[key].line])}"
 
 
-def _sources(settings: dict[int, _Setting], keys: tuple[int, ...] | list[int]) -> str:
+def _setting_sources(settings: dict[int, _Setting], keys: tuple[int, ...] | list[int]) -> str:
     texts = ", ".join(f"${key} = {settings[key].text}" for key in keys)
-    return f"{texts}, {in_lines(settings[key].line for key in keys)}"
+    return f"{texts}, {format_line_numbers(settings[key].line for key in keys)}"

@@ -20,7 +20,7 @@ from leafcut.message import Message
 from leafcut.model.machine import Machine
 from leafcut.read.controllers import fluidnc, grbl, linuxcnc, mach, reprap
 from leafcut.read.controllers.values import Value, ValueOrigin, Values
-from leafcut.read.machine import machine_of_profile, profile_of
+from leafcut.read.machine import load_profile_values, machine_from_profile_text
 from leafcut.read.machine_keys import PROFILE_KEYS, toml_value
 
 #: Maximum size of a settings file, bytes: ten times the largest known file.
@@ -39,7 +39,7 @@ class SettingsKind:
     read: Callable[[str, str, str | None], Values]
 
 
-def _in_mm(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None], Values]:
+def _without_units_option(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None], Values]:
     def reader(text: str, file: str, units: str | None) -> Values:
         if units is not None:
             raise OptionError("--units: this file states its units; leave it out")
@@ -51,13 +51,17 @@ def _in_mm(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None
 KINDS: dict[str, SettingsKind] = {
     kind.name: kind
     for kind in (
-        SettingsKind("grbl", "the answer of GRBL or grblHAL to $$, saved as text", _in_mm(grbl.read)),
-        SettingsKind("linuxcnc", "the .ini of LinuxCNC", linuxcnc.read),
-        SettingsKind("mach3", "the .xml of Mach3", mach.read_mach3),
-        SettingsKind("mach4", "the Machine.ini of Mach4", mach.read_mach4),
-        SettingsKind("fluidnc", "the config.yaml of FluidNC", _in_mm(fluidnc.read)),
-        SettingsKind("marlin", "the answer of Marlin to M503, saved as text", _in_mm(reprap.read_marlin)),
-        SettingsKind("rrf", "the config.g of RepRapFirmware (Duet)", _in_mm(reprap.read_rrf)),
+        SettingsKind(
+            "grbl", "the answer of GRBL or grblHAL to $$, saved as text", _without_units_option(grbl.import_grbl)
+        ),
+        SettingsKind("linuxcnc", "the .ini of LinuxCNC", linuxcnc.import_linuxcnc),
+        SettingsKind("mach3", "the .xml of Mach3", mach.import_mach3),
+        SettingsKind("mach4", "the Machine.ini of Mach4", mach.import_mach4),
+        SettingsKind("fluidnc", "the config.yaml of FluidNC", _without_units_option(fluidnc.import_fluidnc)),
+        SettingsKind(
+            "marlin", "the answer of Marlin to M503, saved as text", _without_units_option(reprap.import_marlin)
+        ),
+        SettingsKind("rrf", "the config.g of RepRapFirmware (Duet)", _without_units_option(reprap.import_rrf)),
     )
 }
 
@@ -100,10 +104,10 @@ def read_settings(path: str | Path) -> str:
         raise ReadError(printable(str(path)), "not a valid file name") from None
     except OSError as problem:
         raise ReadError(path, Message("cannot be read ({})", problem.strerror)) from None
-    return settings_text(data, str(path))
+    return decode_settings(data, str(path))
 
 
-def settings_text(data: bytes, path: str) -> str:
+def decode_settings(data: bytes, path: str) -> str:
     """Decode the bytes of a settings file. Error messages use `path` as the name of the file.
 
     Raises
@@ -124,7 +128,7 @@ def settings_text(data: bytes, path: str) -> str:
     return decode_text(data)[0]
 
 
-def settings_kind(text: str, file: str) -> str:
+def detect_settings_kind(text: str, file: str) -> str:
     """Detect the kind of settings file from its contents.
 
     Raises
@@ -141,16 +145,16 @@ def settings_kind(text: str, file: str) -> str:
         return "mach4"
     if _LINUXCNC.search(text):
         return "linuxcnc"
-    if grbl.is_answer(text):
+    if grbl.is_settings_reply(text):
         return "grbl"
     if _AXES.search(text):
         return "fluidnc"
-    commands = {match[1].upper() for line in text.splitlines() if (match := reprap.word_of(line))}
+    commands = {match[1].upper() for line in text.splitlines() if (match := reprap.match_command(line))}
     if commands & {"M201", "M203"}:
         if "echo:" in text:  # Marlin starts the lines of its answers with "echo:"
             return "marlin"
         marlin = bool(commands & _MARLIN_WORDS)
-        duet = bool(commands & _RRF_WORDS) or reprap.has_travel(text)
+        duet = bool(commands & _RRF_WORDS) or reprap.has_rrf_travel(text)
         if marlin is duet:
             both = "words of both Marlin and RepRapFirmware" if marlin else "M201 and M203 only"
             raise ReadError(
@@ -194,23 +198,23 @@ def machine_from_settings(text: str, file: str, kind: str | None = None, units: 
         raise OptionError(f"--kind: unknown kind '{printable(kind, 30)}'{name_suggestion(kind[:80], KINDS)}")
     if units not in (None, "mm", "in"):
         raise OptionError(f"--units: '{printable(str(units), 20)}' is not mm or in")
-    kind_name = kind or settings_kind(text, file)
+    kind_name = kind or detect_settings_kind(text, file)
     values = KINDS[kind_name].read(text, file, units)
     if "name" not in values.entries:
         values.derive("name", printable(Path(file).stem, 40) or kind_name, "the name of the file")
     values.derive("description", f"{values.entries['name'].value}, from settings of {values.title}", "the file")
     origin = f"settings of {values.title}, {printable(Path(file).name, 60)}"
-    return _machine_of_values(kind_name, values, origin)
+    return _machine_from_values(kind_name, values, origin)
 
 
-def _machine_of_values(kind: str, values: Values, origin: str) -> ImportedMachine:
+def _machine_from_values(kind: str, values: Values, origin: str) -> ImportedMachine:
     for key in PROFILE_KEYS:
         if key.reported and key.default is not None and key.name not in values.entries:
             values.assume(key.name, key.default, key.why.removeprefix("estimate: ") or "leafcut's own default")
     order = {key.name: index for index, key in enumerate(PROFILE_KEYS)}
     sorted_values = tuple(sorted(values.entries.values(), key=lambda value: order[value.key]))
     text = profile_text(sorted_values, f"Machine profile from {origin}.")
-    machine = machine_of_profile(text, values.file)
+    machine = machine_from_profile_text(text, values.file)
     return ImportedMachine(kind, values.title, machine, sorted_values, tuple(values.notes), text)
 
 
@@ -232,18 +236,22 @@ def profile_text(values: tuple[Value, ...], title: str) -> str:
             lines.append(f"[{table}]")
         for value in values:
             if value.key.rpartition(".")[0] == table:
-                lines.append(f"# {value.how}: {_comment(value.source)}")
+                lines.append(f"# {value.how}: {_printable_comment(value.source)}")
                 lines.append(f"{value.key.rpartition('.')[2]} = {toml_value(value.value)}")
     sourced = [value for value in values if value.key not in ("name", "description")]
-    lines += ["", "[sources]", *(f"{toml_value(value.key)} = {toml_value(_comment(value.words))}" for value in sourced)]
+    lines += [
+        "",
+        "[sources]",
+        *(f"{toml_value(value.key)} = {toml_value(_printable_comment(value.words))}" for value in sourced),
+    ]
     return "\n".join(lines) + "\n"
 
 
-def _comment(text: str) -> str:
+def _printable_comment(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
-def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
+def values_of_profile(data: Mapping[str, Any]) -> tuple[Value, ...]:
     """List the values of a loaded machine profile with their sources."""
     sources = data.get("sources", {})
     values = []
@@ -264,7 +272,7 @@ def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
     return tuple(values)
 
 
-def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], place: str) -> str:
+def change_profile_values(name_or_path: str, changes: Mapping[str, tuple[Any, str]], place: str) -> str:
     """Change values of a machine profile and their sources, and return the new profile as TOML.
 
     Error messages use `place` as the name of the file to be written.
@@ -274,8 +282,8 @@ def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], p
     OptionError
         The machine does not exist, or a value is invalid.
     """
-    data = profile_of(name_or_path)
-    values = {value.key: value for value in values_of(data)}
+    data = load_profile_values(name_or_path)
+    values = {value.key: value for value in values_of_profile(data)}
     for key, (value, source) in changes.items():
         values[key] = Value(key, value, ValueOrigin.DERIVED, source)
     order = {key.name: number for number, key in enumerate(PROFILE_KEYS)}
@@ -283,5 +291,5 @@ def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], p
     text = profile_text(
         sorted_values, f"Machine profile {data.get('name', name_or_path)}, fitted by leafcut machine check."
     )
-    machine_of_profile(text, place)
+    machine_from_profile_text(text, place)
     return text

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from leafcut.errors import printable
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.ini_text import Entry, Ini, read_ini
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, parse_leading_number
 
 #: Limits beyond this mean unlimited, in machine units; LinuxCNC's default is 1e99.
 _NO_LIMIT = 1e6
@@ -28,7 +28,7 @@ _NAMES = (
 )  # fmt: skip
 
 
-def read(text: str, file: str, units: str | None = None) -> Values:
+def import_linuxcnc(text: str, file: str, units: str | None = None) -> Values:
     """Import the INI file of a LinuxCNC machine.
 
     `units` (mm or in) applies only if the file does not state its units.
@@ -41,19 +41,25 @@ def read(text: str, file: str, units: str | None = None) -> Values:
     """
     ini = read_ini(text, file, include=True)
     values = Values(file, "LinuxCNC")
-    reader = _Reader(ini, values, _units(ini, values, units), _joints(ini, values), _is_trivial(ini))
+    reader = _Reader(
+        ini,
+        values,
+        _resolve_units(ini, values, units),
+        _axis_letters_of_joints(ini, values),
+        _has_trivial_kinematics(ini),
+    )
     name = ini.get("MACHINE", "EMC")
     if name is not None and name.text:
         values.take("name", printable(name.text, 40), f"[EMC]MACHINE, {name.place}")
-    reader.motion()
-    reader.travel()
-    reader.work()
-    reader.spindle()
-    reader.tool_change()
+    reader.store_motion()
+    reader.store_travel()
+    reader.store_process()
+    reader.store_spindle()
+    reader.store_tool_change()
     return values
 
 
-def _units(ini: Ini, values: Values, given: str | None) -> str:
+def _resolve_units(ini: Ini, values: Values, given: str | None) -> str:
     entry = ini.get("LINEAR_UNITS", "TRAJ")
     if entry is None:
         if given is None:
@@ -72,10 +78,10 @@ def _units(ini: Ini, values: Values, given: str | None) -> str:
     return unit
 
 
-def _joints(ini: Ini, values: Values) -> str:
+def _axis_letters_of_joints(ini: Ini, values: Values) -> str:
     kinematics = ini.get("KINEMATICS", "KINS")
     text = kinematics.text.lower() if kinematics else "trivkins"
-    if kinematics is not None and not _is_trivial(ini):
+    if kinematics is not None and not _has_trivial_kinematics(ini):
         values.note(
             f"its kinematics are {printable(kinematics.text, 40)} ({kinematics.place}): the joints and "
             "the axes have different limits, so times are estimates"
@@ -89,7 +95,7 @@ def _joints(ini: Ini, values: Values) -> str:
     return letters
 
 
-def _is_trivial(ini: Ini) -> bool:
+def _has_trivial_kinematics(ini: Ini) -> bool:
     kinematics = ini.get("KINEMATICS", "KINS")
     return kinematics is None or kinematics.text.lower().startswith("trivkins")
 
@@ -102,7 +108,7 @@ class _Reader:
     joints: str
     trivial: bool
 
-    def motion(self) -> None:
+    def store_motion(self) -> None:
         """Store the velocities and accelerations of the axes. The limits of the path also apply to each axis."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
@@ -133,7 +139,7 @@ class _Reader:
         self.values.derive("rapid.style", "linear", "LinuxCNC moves all axes together on a straight line")
         self.values.derive("corners.style", "linuxcnc", "LinuxCNC's own planner")
 
-    def travel(self) -> None:
+    def store_travel(self) -> None:
         limits = []
         for key, unlimited in (("MIN_LIMIT", -math.inf), ("MAX_LIMIT", math.inf)):
             numbers, sources = [], []
@@ -157,7 +163,7 @@ class _Reader:
         source = _source_text(sources, "HOME") if sources else "LinuxCNC's default of HOME"
         self.values.store_home(Axes(tuple(homes), self.units, source, assumed=not sources))
 
-    def work(self) -> None:
+    def store_process(self) -> None:
         """Store the process: a plasma torch if an entry or a section mentions a torch, otherwise a spindle."""
         names = [entry for entry in (self.ini.get(*place) for place in _NAMES) if entry is not None]
         qtplasmac = next((entry for entry in names[:2] if _QTPLASMAC.search(entry.text)), None)
@@ -175,7 +181,7 @@ class _Reader:
         self.values.derive("controller", "linuxcnc", "the file is one of LinuxCNC")
         self.values.assume("process", Head.SPINDLE.value, "the file does not state the process")
 
-    def spindle(self) -> None:
+    def store_spindle(self) -> None:
         settings = (
             ("MAX_FORWARD_VELOCITY", "SPINDLE_0"),
             ("MAX_VELOCITY", "SPINDLE_0"),
@@ -194,7 +200,7 @@ class _Reader:
         if self.values.entries["controller"].value == "linuxcnc":
             self.values.assume("spindle.start_time", *SPINDLE_START)
 
-    def tool_change(self) -> None:
+    def store_tool_change(self) -> None:
         random = self.ini.get("RANDOM_TOOLCHANGER", "EMCIO")
         if random is not None and random.text.strip().lower() in ("1", "yes", "true"):
             origin = f"[EMCIO]RANDOM_TOOLCHANGER, {random.place}"
@@ -209,7 +215,10 @@ class _Reader:
                 raise self.values.refusal(
                     f"TOOL_CHANGE_POSITION is '{printable(entry.text, 30)}', but must be x, y and z ({entry.place})"
                 )
-            position = [number(self.values, text, f"[EMCIO]TOOL_CHANGE_POSITION ({entry.place})") for text in texts[:2]]
+            position = [
+                parse_leading_number(self.values, text, f"[EMCIO]TOOL_CHANGE_POSITION ({entry.place})")
+                for text in texts[:2]
+            ]
             written = [f"{coordinate:.10g} {self.units}" for coordinate in position]
             self.values.take("tool_change.position", written, f"[EMCIO]TOOL_CHANGE_POSITION, {entry.place}")
 
@@ -229,7 +238,7 @@ class _Reader:
         return self._number(entry[0], f"{entry[1]}{key}"), f"{entry[1]} {entry[0].place}"
 
     def _number(self, entry: Entry, label: str) -> float:
-        return number(self.values, entry.text, f"{label} ({entry.place})")
+        return parse_leading_number(self.values, entry.text, f"{label} ({entry.place})")
 
 
 def _source_text(sources: list[str], key: str) -> str:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.errors import ReadError, printable
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.ini_text import Ini, read_ini
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, parse_leading_number
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -33,7 +33,7 @@ _MACH3_MOTORS = tuple(f"{stem}{axis}" for axis in range(3) for stem in ("Vel", "
 _DEVIATION = "0.05 mm", "constant velocity rounds corners; the file does not state by how much"
 
 
-def read_mach3(text: str, file: str, units: str | None = None) -> Values:
+def import_mach3(text: str, file: str, units: str | None = None) -> Values:
     """Import a Mach3 profile.
 
     Raises
@@ -42,7 +42,7 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
         The text is not XML, declares entities, or does not contain the tuning of a motor. The error is also raised if a
         value is implausible or not a number.
     """
-    tags = _preferences(text, file)
+    tags = _preference_texts(text, file)
     values = Values(file, "Mach3")
 
     def tag_text(tag: str) -> str:
@@ -51,7 +51,9 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
         return tags[tag]
 
     def per_axis(stem: str) -> tuple[float, ...]:
-        return tuple(number(values, tag_text(stem.format(axis)), f"<{stem.format(axis)}>") for axis in range(3))
+        return tuple(
+            parse_leading_number(values, tag_text(stem.format(axis)), f"<{stem.format(axis)}>") for axis in range(3)
+        )
 
     untuned = [tag for tag in _MACH3_MOTORS if tag not in tags]
     if untuned:
@@ -70,7 +72,7 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
         Axes(per_axis("Vel{}"), f"{unit}/s", "motor tuning, <Vel0> to <Vel2>"),
         Axes(per_axis("Acc{}"), f"{unit}/s2", "motor tuning, <Acc0> to <Acc2>"),
     )
-    steps = [number(values, tags[f"Steps{k}"], f"<Steps{k}>") for k in range(3) if f"Steps{k}" in tags]
+    steps = [parse_leading_number(values, tags[f"Steps{k}"], f"<Steps{k}>") for k in range(3) if f"Steps{k}" in tags]
     if any(not value > 0 for value in steps):
         raise values.refusal("steps per unit (<Steps0> to <Steps2>) must be above 0; is the motor tuning done?")
     lowest, highest = per_axis("M{}Min"), per_axis("M{}Max")
@@ -98,20 +100,23 @@ def _store_mach3_process(values: Values, tags: Mapping[str, str]) -> None:
     values.assume("process", Head.SPINDLE.value, "the file does not state the process")
     if tags.get("PlasmaMode", "0").strip() == "1":
         values.note('PlasmaMode is on: if this is a plasma table, set process = "torch" and controller = "plasma"')
-    pulley = int(number(values, tags.get("PULLEY", "0"), "<PULLEY>")) + 1
+    pulley = int(parse_leading_number(values, tags.get("PULLEY", "0"), "<PULLEY>")) + 1
     fastest, slowest = tags.get(f"SPEED{pulley}"), tags.get(f"LSPEED{pulley}", "0")
-    if fastest is not None and number(values, fastest, f"<SPEED{pulley}>") > 0:
-        highest, lowest = number(values, fastest, f"<SPEED{pulley}>"), number(values, slowest, f"<LSPEED{pulley}>")
+    if fastest is not None and parse_leading_number(values, fastest, f"<SPEED{pulley}>") > 0:
+        highest, lowest = (
+            parse_leading_number(values, fastest, f"<SPEED{pulley}>"),
+            parse_leading_number(values, slowest, f"<LSPEED{pulley}>"),
+        )
         values.store_spindle_range(highest, max(lowest, 0.0), f"pulley in use, <SPEED{pulley}>")
     if "SpinDelayCW" in tags:
-        delay = number(values, tags["SpinDelayCW"], "<SpinDelayCW>")
+        delay = parse_leading_number(values, tags["SpinDelayCW"], "<SpinDelayCW>")
         values.take("spindle.start_time", f"{max(delay, 0.0):.10g} s", "<SpinDelayCW>")
     else:
         values.assume("spindle.start_time", *SPINDLE_START)
-    _store_moves(values)
+    _store_motion_style(values)
 
 
-def read_mach4(text: str, file: str, units: str | None = None) -> Values:
+def import_mach4(text: str, file: str, units: str | None = None) -> Values:
     """Import a Mach4 profile.
 
     Raises
@@ -132,7 +137,7 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
         values.take("name", printable(name.text, 40), f"[Preferences]Profile, {name.place}")
     values.derive("controller", "mach4", "the file is one of Mach4")
     values.take("units", unit, statement)
-    motors = [_motor(ini, values, axis) for axis in range(3)]
+    motors = [_motor_section(ini, values, axis) for axis in range(3)]
     values.store_motion(
         Axes(*_motor_values(ini, values, motors, "MaxVelocity", f"{unit}/s"), derived=True),
         Axes(*_motor_values(ini, values, motors, "MaxAccel", f"{unit}/s2"), derived=True),
@@ -143,18 +148,18 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
     )
     values.assume("process", Head.SPINDLE.value, "the file does not state the process")
     fastest = ini.get("MaxRPM", "SpindleRange0")
-    if fastest is not None and number(values, fastest.text, f"MaxRPM ({fastest.place})") > 0:
+    if fastest is not None and parse_leading_number(values, fastest.text, f"MaxRPM ({fastest.place})") > 0:
         slowest = ini.get("MinRPM", "SpindleRange0")
-        low = number(values, slowest.text, f"MinRPM ({slowest.place})") if slowest else 0.0
-        high = number(values, fastest.text, f"MaxRPM ({fastest.place})")
+        low = parse_leading_number(values, slowest.text, f"MinRPM ({slowest.place})") if slowest else 0.0
+        high = parse_leading_number(values, fastest.text, f"MaxRPM ({fastest.place})")
         values.store_spindle_range(high, max(low, 0.0), f"[SpindleRange0], {fastest.place}")
     delay = ini.get("SpindleDelay", "Preferences")
     if delay is not None:
-        seconds = number(values, delay.text, f"SpindleDelay ({delay.place})")
+        seconds = parse_leading_number(values, delay.text, f"SpindleDelay ({delay.place})")
         values.take("spindle.start_time", f"{max(seconds, 0.0):.10g} s", f"[Preferences]SpindleDelay, {delay.place}")
     else:
         values.assume("spindle.start_time", *SPINDLE_START)
-    _store_moves(values)
+    _store_motion_style(values)
     return values
 
 
@@ -174,7 +179,7 @@ def _store_mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) 
     values.store_travel(Axes(lowest, unit, source, derived=True), Axes(highest, unit, source, derived=True))
 
 
-def _motor(ini: Ini, values: Values, axis: int) -> str:
+def _motor_section(ini: Ini, values: Values, axis: int) -> str:
     child = ini.get("ChildMotor0", f"Axis{axis}")
     section = child.text if child is not None else f"Motor{axis}"
     if section not in ini.sections:
@@ -205,15 +210,17 @@ def _motor_values(
             raise values.refusal(
                 f"has no {key if entry is None else 'CountsPerUnit'} in [{motor}]; is the file complete?"
             )
-        scale = number(values, counts.text, f"[{motor}]CountsPerUnit ({counts.place})")
+        scale = parse_leading_number(values, counts.text, f"[{motor}]CountsPerUnit ({counts.place})")
         if not scale > 0:
             raise values.refusal(f"[{motor}]CountsPerUnit is {scale:g}, but must be above 0 ({counts.place})")
-        numbers.append(float(f"{number(values, entry.text, f'[{motor}]{key} ({entry.place})') / scale:.8g}"))
+        numbers.append(
+            float(f"{parse_leading_number(values, entry.text, f'[{motor}]{key} ({entry.place})') / scale:.8g}")
+        )
         sources.append(f"[{motor}] {entry.place}")
     return tuple(numbers), unit, f"{key} ÷ CountsPerUnit of {', '.join(sources)}"
 
 
-def _store_moves(values: Values) -> None:
+def _store_motion_style(values: Values) -> None:
     values.derive("rapid.style", "linear", "Mach moves all axes together on a straight line")
     values.assume("corners.style", "round", "constant velocity (G64) rounds corners of feed moves")
     values.assume("corners.deviation", *_DEVIATION)
@@ -228,7 +235,7 @@ def _resolve_unit(values: Values, stated: str | None, statement: str, given: str
     return stated or given or "mm"
 
 
-def _preferences(text: str, file: str) -> dict[str, str]:
+def _preference_texts(text: str, file: str) -> dict[str, str]:
     """Return the text of each tag in ``<Preferences>``. If a tag occurs twice, the last text wins."""
     from defusedxml.common import DefusedXmlException
     from defusedxml.ElementTree import ParseError, fromstring

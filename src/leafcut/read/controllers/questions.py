@@ -15,11 +15,11 @@ from typing import Any
 from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.schemas import MACHINE_ANSWERS
 from leafcut.files.whole_files import line_of, parse_toml, toml_text
-from leafcut.gcode.dialects import dialects
+from leafcut.gcode.dialects import dialect_names
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.importing import ImportedMachine, profile_text, values_of
-from leafcut.read.controllers.values import FASTEST, HARDEST, LONGEST, Value, ValueOrigin, Values, axis_texts
-from leafcut.read.machine import machine_of_profile, profile_of
+from leafcut.read.controllers.importing import ImportedMachine, profile_text, values_of_profile
+from leafcut.read.controllers.values import FASTEST, HARDEST, LONGEST, Value, ValueOrigin, Values, format_axes
+from leafcut.read.machine import load_profile_values, machine_from_profile_text
 from leafcut.read.machine_keys import PROFILE_KEYS, UNKNOWN
 from leafcut.units import add_default_unit, parse_quantity
 
@@ -88,7 +88,7 @@ QUESTIONS: tuple[Question, ...] = (
 _BY_NAME = {question.name: question for question in QUESTIONS}
 
 
-def read_answers(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
+def load_answers(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
     """Read answers from a TOML file.
 
     Returns
@@ -142,7 +142,7 @@ def ask_machine(
     for name in given:
         if name not in _BY_NAME:
             problem = OptionError(f"unknown answer '{printable(name, 40)}'{name_suggestion(name[:80], _BY_NAME)}")
-            raise _with_place(problem, places.get(name))
+            raise _error_with_place(problem, places.get(name))
     answers = _Answers(dict(given), ask, base)
     if ask is None:
         missing = [
@@ -154,18 +154,18 @@ def ask_machine(
         try:
             answers.answer(question)
         except OptionError as problem:
-            raise _with_place(problem, places.get(question.name)) from None
+            raise _error_with_place(problem, places.get(question.name)) from None
     return answers.machine()
 
 
-def _with_place(problem: OptionError, place: str | None) -> OptionError:
+def _error_with_place(problem: OptionError, place: str | None) -> OptionError:
     return problem if place is None else DataError(f"{place}: {problem}")
 
 
 class _Answers:
     def __init__(self, given: dict[str, Any], ask: Ask | None, base: str | None) -> None:
         self.given, self.ask = given, ask
-        known = values_of(profile_of(base)) if base is not None else ()
+        known = values_of_profile(load_profile_values(base)) if base is not None else ()
         self.values = Values("machine new", "", {value.key: value for value in known})
         self.suggestions: dict[str, Any] = {}
         self.similar_machine = ""
@@ -174,7 +174,7 @@ class _Answers:
         """Return whether the user answered a question, or the base profile has a value for it, even an estimate."""
         return question.name in self.given or self._has_value(question)
 
-    def _is_stated(self, question: Question) -> bool:
+    def _is_known_without_estimate(self, question: Question) -> bool:
         stated = [self.values.entries.get(key) for key in question.keys]
         return all(value is not None and value.how is not ValueOrigin.ASSUMED for value in stated)
 
@@ -186,7 +186,7 @@ class _Answers:
             value = self.given[question.name]
             typed = value if isinstance(value, str) else {True: "yes", False: "no"}.get(value) or str(value)
             self._store(question, typed, "answered")
-        elif not self._is_stated(question):
+        elif not self._is_known_without_estimate(question):
             self._ask_user(question)
         if question.name == "controller":
             self._load_suggestions()
@@ -237,7 +237,9 @@ class _Answers:
         controller = self.values.entries["controller"].value
         self.similar_machine = _SIMILAR_MACHINES.get(controller, _DEFAULT_MACHINE)
         self.suggestions = {
-            key: value for key, value in profile_of(self.similar_machine).items() if key not in ("name", "description")
+            key: value
+            for key, value in load_profile_values(self.similar_machine).items()
+            if key not in ("name", "description")
         }
         for key in (
             ()
@@ -252,8 +254,8 @@ class _Answers:
 
     def _store(self, question: Question, typed: str, why: str, assumed: bool = False) -> None:
         try:
-            entries = _TAKERS.get(question.name, _take_text)(question, typed)
-            entries = self._travel(entries) if question.name == "travel" else entries
+            entries = _TAKERS.get(question.name, _parse_text_answer)(question, typed)
+            entries = self._travel_limits(entries) if question.name == "travel" else entries
         except OptionError as problem:
             raise OptionError(f"--{question.name}: {problem}") from None
         for key, value in entries.items():
@@ -262,7 +264,7 @@ class _Answers:
             for key in question.keys:
                 self.values.entries.pop(key, None)
 
-    def _travel(self, entries: dict[str, Any]) -> dict[str, Any]:
+    def _travel_limits(self, entries: dict[str, Any]) -> dict[str, Any]:
         """Convert the given lengths to travel limits.
 
         The limits count up or down from 0, in the same direction as on the machine that supplies the suggestions.
@@ -277,8 +279,8 @@ class _Answers:
         ]
         directions = list(zip(counts_up, lengths, strict=True))
         return {
-            "travel.min": axis_texts([0.0 if rises else -length for rises, length in directions], "mm"),
-            "travel.max": axis_texts([length if rises else 0.0 for rises, length in directions], "mm"),
+            "travel.min": format_axes([0.0 if rises else -length for rises, length in directions], "mm"),
+            "travel.max": format_axes([length if rises else 0.0 for rises, length in directions], "mm"),
         }
 
     def machine(self) -> ImportedMachine:
@@ -288,7 +290,7 @@ class _Answers:
         order = {key.name: index for index, key in enumerate(PROFILE_KEYS)}
         sorted_values = tuple(sorted(entries.values(), key=lambda value: order[value.key]))
         text = profile_text(sorted_values, "Machine profile by answers (leafcut machine new).")
-        machine = machine_of_profile(text, "machine new")
+        machine = machine_from_profile_text(text, "machine new")
         return ImportedMachine("new", "answers", machine, sorted_values, tuple(self.values.notes), text)
 
 
@@ -298,7 +300,7 @@ def _as_answer(value: Any) -> str:
     return ", ".join(map(str, value)) if isinstance(value, list | tuple) else "" if value is None else str(value)
 
 
-def _take_text(question: Question, typed: str) -> dict[str, Any]:
+def _parse_text_answer(question: Question, typed: str) -> dict[str, Any]:
     if not typed.strip() or not typed.isprintable():
         raise OptionError(f"'{printable(typed, 30)}' is not an answer")
     text = typed.strip()
@@ -310,21 +312,21 @@ def _take_text(question: Question, typed: str) -> dict[str, Any]:
     return {question.keys[0]: text}
 
 
-def _take_choice(known: Sequence[str]) -> Callable[[Question, str], dict[str, Any]]:
-    def take(question: Question, typed: str) -> dict[str, Any]:
+def _choice_parser(known: Sequence[str]) -> Callable[[Question, str], dict[str, Any]]:
+    def parse(question: Question, typed: str) -> dict[str, Any]:
         word = typed.strip().lower()
         if word not in known:
             raise OptionError(f"'{printable(typed, 30)}' is unknown{name_suggestion(word[:80], known)}")
         return {question.keys[0]: word}
 
-    return take
+    return parse
 
 
-def _take_controller(question: Question, typed: str) -> dict[str, Any]:
-    return _take_choice(list(dialects()))(question, typed)
+def _parse_controller_answer(question: Question, typed: str) -> dict[str, Any]:
+    return _choice_parser(list(dialect_names()))(question, typed)
 
 
-def _take_axes(question: Question, typed: str) -> dict[str, Any]:
+def _parse_axes_answer(question: Question, typed: str) -> dict[str, Any]:
     parts = [part.strip() for part in typed.split(",")]
     if len(parts) not in (1, 3):
         raise OptionError(f"'{printable(typed, 40)}' is {len(parts)} values, but must be one, or x,y,z")
@@ -338,7 +340,7 @@ def _take_axes(question: Question, typed: str) -> dict[str, Any]:
     return {question.keys[0]: written[0] if len(written) == 1 else written}
 
 
-def _take_lengths(question: Question, typed: str) -> dict[str, Any]:
+def _parse_lengths_answer(question: Question, typed: str) -> dict[str, Any]:
     """Parse the lengths of the axes x, y and z, in mm."""
     if typed.strip().lower() == UNKNOWN:
         return {}
@@ -351,7 +353,7 @@ def _take_lengths(question: Question, typed: str) -> dict[str, Any]:
     return {"travel.max": lengths}
 
 
-def _take_yes_no(question: Question, typed: str) -> dict[str, Any]:
+def _parse_yes_no_answer(question: Question, typed: str) -> dict[str, Any]:
     word = typed.strip().lower()
     if word not in ("yes", "y", "no", "n"):
         raise OptionError(f"'{printable(typed, 30)}' is not yes or no")
@@ -359,11 +361,11 @@ def _take_yes_no(question: Question, typed: str) -> dict[str, Any]:
 
 
 _TAKERS: dict[str, Callable[[Question, str], dict[str, Any]]] = {
-    "controller": _take_controller,
-    "process": _take_choice(tuple(Head)),
-    "units": _take_choice(("mm", "in")),
-    "rapid": _take_axes,
-    "acceleration": _take_axes,
-    "travel": _take_lengths,
-    "tool-changer": _take_yes_no,
+    "controller": _parse_controller_answer,
+    "process": _choice_parser(tuple(Head)),
+    "units": _choice_parser(("mm", "in")),
+    "rapid": _parse_axes_answer,
+    "acceleration": _parse_axes_answer,
+    "travel": _parse_lengths_answer,
+    "tool-changer": _parse_yes_no_answer,
 }

@@ -17,7 +17,14 @@ from pathlib import Path
 
 from leafcut.errors import printable
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, axis_texts, in_lines, number
+from leafcut.read.controllers.values import (
+    SPINDLE_START,
+    Axes,
+    Values,
+    format_axes,
+    format_line_numbers,
+    parse_leading_number,
+)
 
 #: Maximum length of a line, characters. The rest of a longer line is ignored.
 LONGEST_LINE = 1000
@@ -62,7 +69,7 @@ class _Settings:
     inch: _Source | None = None
 
 
-def read_marlin(text: str, file: str) -> Values:
+def import_marlin(text: str, file: str) -> Values:
     """Import the reply of Marlin to M503.
 
     Raises
@@ -70,19 +77,19 @@ def read_marlin(text: str, file: str) -> Values:
     ReadError
         M203 or M201 is missing or lacks an axis, or a value is implausible or not a number.
     """
-    settings = _settings(_lines(text))
+    settings = _collect_settings(_parse_lines(text))
     values = Values(file, "Marlin")
     unit = "in" if settings.inch else "mm"
     values.store_controller("marlin", "the file is one of Marlin", "grbl")
     if settings.inch:
-        values.take("units", "in", f"G20, {_location([settings.inch])}")
-    rates = _axes(values, settings, "M203", f"{unit}/s", "highest rates")
+        values.take("units", "in", f"G20, {_sources_text([settings.inch])}")
+    rates = _axis_settings(values, settings, "M203", f"{unit}/s", "highest rates")
     values.store_motion(rates, _marlin_acceleration(values, settings, unit))
     endstops = _ENDSTOPS.search(text)
     if endstops is not None:
-        limits = [number(values, limit, "a soft endstop") for limit in endstops.groups()]
+        limits = [parse_leading_number(values, limit, "a soft endstop") for limit in endstops.groups()]
         line = text.count("\n", 0, endstops.start()) + 1
-        source = f"soft endstops (M211), {in_lines([line])}"
+        source = f"soft endstops (M211), {format_line_numbers([line])}"
         values.store_travel(Axes(tuple(limits[:3]), unit, source), Axes(tuple(limits[3:]), unit, source))
     else:
         values.note("M503 does not report the travel (M211 does): it is not checked")
@@ -90,13 +97,13 @@ def read_marlin(text: str, file: str) -> Values:
     jerk = settings.words.get("M205", {})
     if "J" in jerk:
         deviation, place = jerk["J"]
-        found_deviation = _number(values, deviation, "M205 J", place)
+        found_deviation = _parse_setting_number(values, deviation, "M205 J", place)
         if not found_deviation > 0:
             raise values.refusal(f"M205 J is {found_deviation:g}, but must be above 0", place.line)
         values.derive("corners.style", "grbl", "Marlin plans by junction deviation, as GRBL does")
-        values.take("corners.deviation", f"{found_deviation:.10g} {unit}", f"M205 J, {_location([place])}")
+        values.take("corners.deviation", f"{found_deviation:.10g} {unit}", f"M205 J, {_sources_text([place])}")
     elif "X" in jerk:
-        _store_jerk_corners(values, _first_motor(values, jerk["X"], "M205 X"), jerk["X"][1], unit, "M205 X")
+        _store_jerk_corners(values, _first_motor_value(values, jerk["X"], "M205 X"), jerk["X"][1], unit, "M205 X")
     else:
         values.assume("corners.style", "grbl", "the file has no M205")
     _store_steps(values, settings, unit)
@@ -106,20 +113,20 @@ def read_marlin(text: str, file: str) -> Values:
 
 def _marlin_acceleration(values: Values, settings: _Settings, unit: str) -> Axes:
     """Return the acceleration from M204 T (S in old versions), capped at the limits of the axes (M201)."""
-    limits = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
+    limits = _axis_settings(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     path = settings.words.get("M204", {})
     letter = next((candidate for candidate in "TSP" if candidate in path), None)
     if letter is None:
         return limits
     text, place = path[letter]
-    travel = _number(values, text, f"M204 {letter}", place)
+    travel = _parse_setting_number(values, text, f"M204 {letter}", place)
     if not travel > 0:
         raise values.refusal(f"M204 {letter} is {travel:g}, but must be above 0", place.line)
-    source = f"M204 {letter}, {_location([place])}, at most {limits.source}"
+    source = f"M204 {letter}, {_sources_text([place])}, at most {limits.source}"
     return Axes(tuple(min(travel, value) for value in limits.numbers), limits.unit, source, derived=True)
 
 
-def read_rrf(text: str, file: str) -> Values:
+def import_rrf(text: str, file: str) -> Values:
     """Import the ``config.g`` of RepRapFirmware, and the files in its folder that it runs (M98).
 
     Raises
@@ -130,11 +137,11 @@ def read_rrf(text: str, file: str) -> Values:
     """
     values = Values(file, "RepRapFirmware")
     lines = _MacroRunner(Path(file), values).lines(text)
-    settings = _settings(lines)
+    settings = _collect_settings(lines)
     unit = "in" if settings.inch else "mm"
     name = settings.words.get("M550", {}).get("P")
     if name is not None and name[0].strip('" '):
-        values.take("name", printable(name[0].strip('"'), 40), f"M550, {_location([name[1]])}")
+        values.take("name", printable(name[0].strip('"'), 40), f"M550, {_sources_text([name[1]])}")
     laser = "M452" in settings.words
     if laser:
         reason = "leafcut has no dialect of RepRapFirmware's laser mode; this is the nearest"
@@ -142,14 +149,16 @@ def read_rrf(text: str, file: str) -> Values:
     else:
         values.store_controller("rrf", "the file is one of RepRapFirmware", "grbl")
     if settings.inch:
-        values.take("units", "in", f"G20, {_location([settings.inch])}")
-    rates = _axes(values, settings, "M203", f"{unit}/min", "highest speeds")
-    acceleration = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
+        values.take("units", "in", f"G20, {_sources_text([settings.inch])}")
+    rates = _axis_settings(values, settings, "M203", f"{unit}/min", "highest speeds")
+    acceleration = _axis_settings(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     values.store_motion(rates, acceleration)
     _store_rrf_home(values, lines, _store_rrf_travel(values, lines, unit), unit)
     jerk = settings.words.get("M566", {})
     if "X" in jerk:
-        _store_jerk_corners(values, _first_motor(values, jerk["X"], "M566 X") / 60.0, jerk["X"][1], unit, "M566 X")
+        _store_jerk_corners(
+            values, _first_motor_value(values, jerk["X"], "M566 X") / 60.0, jerk["X"][1], unit, "M566 X"
+        )
     else:
         values.assume("corners.style", "grbl", "the file has no M566")
     _store_steps(values, settings, unit)
@@ -165,9 +174,11 @@ def _store_rrf_spindle(values: Values, lines: list[_Line]) -> None:
     """Store the spindle speeds from M950 R0, such as ``L24000`` or ``L6000:24000``."""
     for line in lines:
         if line.word == "M950" and "R" in line.letters and line.letters.get("L"):
-            speeds = [_number(values, part, "M950 L", line.place) for part in line.letters["L"].split(":")]
+            speeds = [
+                _parse_setting_number(values, part, "M950 L", line.place) for part in line.letters["L"].split(":")
+            ]
             slowest = min(speeds) if len(speeds) > 1 else 0.0
-            values.store_spindle_range(max(speeds), slowest, f"M950 L, {_location([line.place])}")
+            values.store_spindle_range(max(speeds), slowest, f"M950 L, {_sources_text([line.place])}")
 
 
 def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
@@ -179,7 +190,10 @@ def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str
     entries = [(line, axis) for line in lines if line.word == "M208" for axis in "XYZ" if axis in line.letters]
     plain = [(line, axis) for line, axis in entries if "{" not in line.letters[axis]]
     for line, axis in plain:
-        numbers = [_number(values, part, f"M208 {axis}", line.place) for part in line.letters[axis].split(":")[:2]]
+        numbers = [
+            _parse_setting_number(values, part, f"M208 {axis}", line.place)
+            for part in line.letters[axis].split(":")[:2]
+        ]
         if len(numbers) == 2:
             ends[axis] = numbers
         elif line.letters.get("S", "").strip() == "1":
@@ -195,7 +209,7 @@ def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str
     elif not entries:
         values.note("the file has no M208: the travel is not checked")
     if plain:
-        source = f"M208, {_location(line.place for line, _ in plain)}"
+        source = f"M208, {_sources_text(line.place for line, _ in plain)}"
         low, high = (tuple(ends[axis][k] for axis in "XYZ") for k in (0, 1))
         values.store_travel(Axes(low, unit, source), Axes(high, unit, source))
     return ends
@@ -219,24 +233,24 @@ def _store_rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[flo
     if not positions:
         _store_zero_home(values)
         return
-    source = f"M574, {_location(positions)}: the ends with its limit switches, with the values of M208"
+    source = f"M574, {_sources_text(positions)}: the ends with its limit switches, with the values of M208"
     values.store_home(Axes(tuple(homes.values()), unit, source, derived=True))
 
 
 def _store_steps(values: Values, settings: _Settings, unit: str) -> None:
     letters = settings.words.get("M92", {})
     if unit == "mm" and all(axis in letters and not letters[axis][0].startswith("{") for axis in "XYZ"):
-        steps = [_first_motor(values, letters[axis], f"M92 {axis}") for axis in "XYZ"]
+        steps = [_first_motor_value(values, letters[axis], f"M92 {axis}") for axis in "XYZ"]
         if all(step > 0 for step in steps):
-            source = _location(letters[axis][1] for axis in "XYZ")
-            values.take("motors.steps_per_mm", axis_texts(steps, "steps/mm"), f"M92, {source}")
+            source = _sources_text(letters[axis][1] for axis in "XYZ")
+            values.take("motors.steps_per_mm", format_axes(steps, "steps/mm"), f"M92, {source}")
 
 
 def _store_jerk_corners(values: Values, jerk: float, place: _Source, unit: str, label: str) -> None:
     """Convert the jerk to a junction deviation that allows the same speed at a 90° corner, and store it."""
     acceleration = values.entries["rapid.acceleration"].value
     text = acceleration if isinstance(acceleration, str) else acceleration[0]
-    axis_acceleration = number(values, text, "rapid.acceleration")
+    axis_acceleration = parse_leading_number(values, text, "rapid.acceleration")
     if not jerk > 0:
         raise values.refusal(f"{label} is {jerk:g}, but must be above 0", place.line)
     deviation = _JERK_FACTOR * jerk * jerk / axis_acceleration
@@ -244,7 +258,7 @@ def _store_jerk_corners(values: Values, jerk: float, place: _Source, unit: str, 
     values.derive(
         "corners.deviation",
         f"{deviation:.4g} {unit}",
-        f"0.41 × jerk² ÷ acceleration, which takes a corner of 90° as fast; {label}, {_location([place])}",
+        f"0.41 × jerk² ÷ acceleration, which takes a corner of 90° as fast; {label}, {_sources_text([place])}",
     )
 
 
@@ -262,7 +276,7 @@ def _store_common_values(values: Values, name: str, laser: bool = False) -> None
     values.store_manual_tool_changes("the file does not state how tools are changed")
 
 
-def _axes(values: Values, settings: _Settings, word: str, unit: str, label: str) -> Axes:
+def _axis_settings(values: Values, settings: _Settings, word: str, unit: str, label: str) -> Axes:
     letters = settings.words.get(word)
     if letters is None:
         raise values.refusal(f"has no {word}, the {label}; is the file complete?")
@@ -273,51 +287,54 @@ def _axes(values: Values, settings: _Settings, word: str, unit: str, label: str)
     numbers = []
     for axis in "XYZ":
         text, place = letters[axis]
-        numbers.append(min(_number(values, part, f"{word} {axis}", place) for part in text.split(":")))
-    return Axes(tuple(numbers), unit, f"{word}, {_location(letters[axis][1] for axis in 'XYZ')}")
+        numbers.append(min(_parse_setting_number(values, part, f"{word} {axis}", place) for part in text.split(":")))
+    return Axes(tuple(numbers), unit, f"{word}, {_sources_text(letters[axis][1] for axis in 'XYZ')}")
 
 
-def _number(values: Values, text: str, label: str, place: _Source) -> float:
+def _parse_setting_number(values: Values, text: str, label: str, place: _Source) -> float:
     if place.file:
-        return number(values, text, f"{label} ({place.file}, line {place.line})")
-    return number(values, text, label, place.line)
+        return parse_leading_number(values, text, f"{label} ({place.file}, line {place.line})")
+    return parse_leading_number(values, text, label, place.line)
 
 
-def _first_motor(values: Values, entry: tuple[str, _Source], label: str) -> float:
-    return _number(values, entry[0].partition(":")[0], label, entry[1])
+def _first_motor_value(values: Values, entry: tuple[str, _Source], label: str) -> float:
+    return _parse_setting_number(values, entry[0].partition(":")[0], label, entry[1])
 
 
-def _location(positions: Iterable[_Source]) -> str:
+def _sources_text(positions: Iterable[_Source]) -> str:
     lines_by_file: dict[str, list[int]] = {}
     for place in positions:
         lines_by_file.setdefault(place.file, []).append(place.line)
-    return ", ".join(f"{file}, {in_lines(lines)}" if file else in_lines(lines) for file, lines in lines_by_file.items())
+    return ", ".join(
+        f"{file}, {format_line_numbers(lines)}" if file else format_line_numbers(lines)
+        for file, lines in lines_by_file.items()
+    )
 
 
-def word_of(line: str) -> re.Match[str] | None:
+def match_command(line: str) -> re.Match[str] | None:
     """Match the command at the start of a settings line. Return None for other lines."""
     return LINE.match(line[:LONGEST_LINE].partition(";")[0].strip())
 
 
-def has_travel(text: str) -> bool:
+def has_rrf_travel(text: str) -> bool:
     """Return whether a text contains RepRapFirmware's M208, which has an axis letter, unlike Marlin's M208."""
-    return any(line.word == "M208" and not {"X", "Y", "Z"}.isdisjoint(line.letters) for line in _lines(text))
+    return any(line.word == "M208" and not {"X", "Y", "Z"}.isdisjoint(line.letters) for line in _parse_lines(text))
 
 
-def _lines(text: str) -> list[_Line]:
-    parsed = (_line(line, _Source(count)) for count, line in enumerate(text.splitlines(), 1))
+def _parse_lines(text: str) -> list[_Line]:
+    parsed = (_parse_line(line, _Source(count)) for count, line in enumerate(text.splitlines(), 1))
     return [line for line in parsed if line is not None]
 
 
-def _line(line: str, place: _Source) -> _Line | None:
-    match = word_of(line)
+def _parse_line(line: str, place: _Source) -> _Line | None:
+    match = match_command(line)
     if match is None:
         return None
     letters = {word[1].upper(): word[2] or "" for word in _WORD.finditer(match[2])}
     return _Line(place, match[1].upper(), letters)
 
 
-def _settings(lines: list[_Line]) -> _Settings:
+def _collect_settings(lines: list[_Line]) -> _Settings:
     settings = _Settings()
     for line in lines:
         if line.word in ("G20", "G21"):
@@ -362,7 +379,7 @@ class _MacroRunner:
             if variable is not None:
                 self.variables[f"{variable[1].split()[-1]}.{variable[2]}"] = variable[3]
                 continue
-            line = _line(
+            line = _parse_line(
                 _VARIABLE_USE.sub(lambda use: self.variables.get(f"{use[1]}.{use[2]}", use[0]), content),
                 _Source(count, file),
             )

@@ -10,7 +10,7 @@ from enum import StrEnum
 from typing import Any
 
 from leafcut.errors import ReadError, printable
-from leafcut.gcode.dialects import dialects
+from leafcut.gcode.dialects import dialect_names
 from leafcut.message import Message
 from leafcut.model.kinds import Head
 from leafcut.units import FACTORS
@@ -98,7 +98,7 @@ class Values:
 
     def store_controller(self, name: str, source: str, otherwise: str) -> None:
         """Store the dialect of a controller. If leafcut does not support the controller, store `otherwise` instead."""
-        if name in dialects():
+        if name in dialect_names():
             self.derive("controller", name, source)
         else:
             self.assume(
@@ -115,7 +115,9 @@ class Values:
         self._axes("rapid.velocity", velocity)
         self._axes("rapid.acceleration", acceleration)
         slower = min(velocity.numbers[:2])
-        self.derive("max_feed", with_unit(slower, velocity.unit), "the slower rapid of x and y: axes also limit feeds")
+        self.derive(
+            "max_feed", format_with_unit(slower, velocity.unit), "the slower rapid of x and y: axes also limit feeds"
+        )
 
     def store_travel(self, lowest: Axes, highest: Axes) -> None:
         """Store the travel limits. An infinite limit counts as unknown."""
@@ -146,7 +148,7 @@ class Values:
         moved = inside != list(position.numbers)
         source = f"{position.source}; moved into the travel" if moved else position.source
         store = self.assume if position.assumed else self.derive if moved or position.derived else self.take
-        store("home", axis_texts(inside, position.unit), source)
+        store("home", format_axes(inside, position.unit), source)
 
     def store_manual_tool_changes(self, why: str) -> None:
         """Store the fact that an operator changes tools by hand."""
@@ -167,7 +169,7 @@ class Values:
 
     def _axes(self, key: str, axes: Axes) -> None:
         store = self.assume if axes.assumed else self.derive if axes.derived else self.take
-        store(key, axis_texts(axes.numbers, axes.unit), axes.source)
+        store(key, format_axes(axes.numbers, axes.unit), axes.source)
 
 
 @dataclass(frozen=True)
@@ -200,7 +202,7 @@ class Axes:
                 )
 
 
-def number(values: Values, text: str, label: str, line: int | None = None) -> float:
+def parse_leading_number(values: Values, text: str, label: str, line: int | None = None) -> float:
     """Parse a number, and ignore any text after it, such as a comment.
 
     Raises
@@ -217,18 +219,18 @@ def number(values: Values, text: str, label: str, line: int | None = None) -> fl
     return value
 
 
-def with_unit(value: float, unit: str) -> str:
+def format_with_unit(value: float, unit: str) -> str:
     """Format a number with its unit for a machine profile. Return "unknown" if the number is infinite."""
     return f"{value:.10g} {unit}" if math.isfinite(value) else "unknown"
 
 
-def axis_texts(numbers: Sequence[float], unit: str) -> Any:
+def format_axes(numbers: Sequence[float], unit: str) -> Any:
     """Format the values of all axes for a machine profile, as a list, or as a single value if all axes are equal."""
-    written = [with_unit(value, unit) for value in numbers]
+    written = [format_with_unit(value, unit) for value in numbers]
     return written[0] if len(set(written)) == 1 else written
 
 
-def in_lines(lines: Iterable[int]) -> str:
+def format_line_numbers(lines: Iterable[int]) -> str:
     """Format line numbers: ``line 3`` or ``lines 3, 5 and 7``."""
     sorted_lines = sorted(set(lines))
     if len(sorted_lines) == 1:

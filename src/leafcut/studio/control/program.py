@@ -6,7 +6,7 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.model.kinds import Head
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.sender.firmware import conversation_class
@@ -70,7 +70,7 @@ def program_from_job(history: History, folder: Folder, job: str, machine: str, a
             answer["machine"],
             profile.name,
         )
-    return job_from_text(program.text, program.file_name, profile, dialect(profile.controller), None, accept)
+    return job_from_text(program.text, program.file_name, profile, load_dialect(profile.controller), None, accept)
 
 
 def program_from_file(
@@ -82,4 +82,4 @@ def program_from_file(
     """
     path = folder.input_path(source)
     text, made_for = read_program_text(path, path.name), included_or_own_machine(machine, folder)
-    return job_from_text(text, path.name, made_for, dialect(made_for.controller), units, accept)
+    return job_from_text(text, path.name, made_for, load_dialect(made_for.controller), units, accept)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
 from leafcut.geometry.arrays import Point
-from leafcut.read.order_file import drawing_of, order_text
+from leafcut.read.order_file import identify_drawing, order_file_text
 
 State = TypeVar("State")
 #: Maximum number of undo steps in a stored order, and maximum number of characters in all steps together.
@@ -200,7 +200,7 @@ class HoleOrder(UndoableState[HoleOrders]):
     def text(self) -> str:
         """Return the text of the order file."""
         fixed = {n: order[:fixed] for n, (order, fixed) in zip(self._numbers, self.state, strict=True)}
-        return order_text(fixed, drawing_of(self._xy.tolist()))
+        return order_file_text(fixed, identify_drawing(self._xy.tolist()))
 
 
 _OPPOSITE = {

@@ -46,7 +46,7 @@ from numpy.typing import NDArray
 from leafcut.errors import LeafcutError
 from leafcut.material.height_field import HeightField
 from leafcut.material.same_stock import connected_regions, differing_cells
-from leafcut.material.solid import Solid, shown_block, solid_of
+from leafcut.material.solid import Solid, cut_display_solid, displayed_block
 from leafcut.message import messages_from_json, messages_to_json
 from leafcut.model.cutter import BodyPart, Cutter
 from leafcut.model.machine import Machine
@@ -99,7 +99,7 @@ def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: M
     """
     shown = _shown_run(path, machine, stock, measured)
     try:
-        return _packed(solid_of(path, stock), shown.rows())
+        return _packed(cut_display_solid(path, stock), shown.rows())
     except LeafcutError as problem:
         return _refusal(problem)
 
@@ -121,7 +121,7 @@ def _refusal(problem: LeafcutError) -> bytes:
 
 def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
     try:
-        blocks = [shown_block(run.path, run.stock) for run in (first, second)]
+        blocks = [displayed_block(run.path, run.stock) for run in (first, second)]
     except LeafcutError as problem:
         return _refusal(problem), _refusal(problem)
     low = tuple(min(ends) for ends in zip(*(block.low for block in blocks), strict=True))
@@ -129,7 +129,7 @@ def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
     solids: list[Solid] = []
     for run in (first, second):
         try:
-            solids.append(solid_of(run.path, replace(run.stock, block=(low, high))))
+            solids.append(cut_display_solid(run.path, replace(run.stock, block=(low, high))))
         except LeafcutError as problem:
             return _refusal(problem), _refusal(problem)
     results = [replace(solid.after, heights=np.maximum(solid.after.heights, solid.after.floor)) for solid in solids]

@@ -105,10 +105,10 @@ def read_parts_list(path: Path, opened: Mapping[str, str]) -> tuple[list[WantedP
     `opened` maps displayed names to ids. The studio does not read other folders, so folder names in the list are
     ignored. Raises `ReadError` or `OptionError` if the list is invalid.
     """
-    from leafcut.read.nest_list import read_wanted
+    from leafcut.read.nest_list import read_drawings_to_nest
 
     parts, missing = [], []
-    for entry in read_wanted([str(path)]):
+    for entry in read_drawings_to_nest([str(path)]):
         name = Path(entry.file.replace("\\", "/")).name
         if name in opened:
             parts.append(WantedPart(opened[name], entry.quantity, " ".join(entry.rotations)))

@@ -102,9 +102,9 @@ def read_preview(
             error, broken = error or str(problem), broken and isinstance(problem, ReadError)
     pixels = None
     if format_.name == "picture" and not broken and not (options or {}).get("pixel_size"):
-        from leafcut.read.picture import size_in_pixels
+        from leafcut.read.picture import picture_size
 
-        pixels = size_in_pixels(loaded)
+        pixels = picture_size(loaded)
     return Preview(format_.name, kinds, error=error, broken=broken, whole=whole, pixels=pixels)
 
 

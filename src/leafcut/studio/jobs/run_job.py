@@ -122,7 +122,7 @@ def _optimize(
     call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer
 ) -> JobResult:
     from leafcut.processes.registry import report_of
-    from leafcut.read.plan_file import plan_text
+    from leafcut.read.plan_file import plan_file_text
     from leafcut.report.json_answer import program_as_json, studio_overview_as_json
 
     outcome = api.optimize(
@@ -164,7 +164,7 @@ def _optimize(
     plan = report.cut_plan("after")
     # Plans with common lines cannot be saved.
     if plan is not None and not call.options.get("common_lines"):
-        text = plan_text(plan.file).encode()
+        text = plan_file_text(plan.file).encode()
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.json", "application/json", text)
     norms = report.cycle_time_csv()
     if norms:
@@ -205,7 +205,7 @@ def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:
 
 
 def _order_file_artefacts(outcome: Outcome, output: str) -> dict[str, Artefact]:
-    from leafcut.read.order_file import drawing_of, order_text
+    from leafcut.read.order_file import identify_drawing, order_file_text
 
     drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
     count = sum(map(len, drilled.values()))
@@ -213,7 +213,7 @@ def _order_file_artefacts(outcome: Outcome, output: str) -> dict[str, Artefact]:
     if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MAX_HOLES:
         return {}
     places = outcome.part.hole_xy.tolist()
-    order = order_text(drilled, drawing_of(places)).encode()
+    order = order_file_text(drilled, identify_drawing(places)).encode()
     return {
         "order": Artefact(f"{Path(output).stem}_order.json", "application/json", order),
         "holes": Artefact("", "application/json", json.dumps(places).encode()),

@@ -17,7 +17,7 @@ from leafcut.options.option_spec import flag_name, split_names
 from leafcut.options.sheet_word import OFFERED, SheetWord, parse_sheet
 from leafcut.processes import registry
 from leafcut.processes.settings import collect_settings, group_of
-from leafcut.read.format import has_half_letter
+from leafcut.read.format import has_lone_surrogate
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.jobs.nest_request import WantedPart, needs_list
 
@@ -93,7 +93,7 @@ def resolve_task(task: Task, folder: Folder) -> ReadyTask:
     """
     if task.command not in COMMANDS:
         raise OptionError("unknown command '{}'{}", task.command, name_suggestion(task.command, COMMANDS))
-    if has_half_letter([task.inputs, task.options]):
+    if has_lone_surrogate([task.inputs, task.options]):
         raise OptionError("the text contains an invalid character (\\ud800 to \\udfff)")
     parts, drawn = nested_parts(task), _uploads_of_sheets(task, folder)
     parts = tuple(part for part in parts if part.input not in drawn.values())

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.read.cutchart import ChartRow, choices_of, load_chart
+from leafcut.read.cutchart import ChartRow, available_choices, load_chart
 from leafcut.studio.folder import Folder
 from leafcut.studio.page.fitting_machines import machine_of
 from leafcut.studio.wording import Words
@@ -29,7 +29,7 @@ def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine
         return {}
     thickness, amps = (_number(values.get(name), unit) for name, unit in (("thickness", "mm"), ("amps", "")))
     process = str(values.get("cut_process") or "") or _cutting_process(str(values.get("machine") or machine), folder)
-    choices = choices_of(rows, process, str(values.get("material") or "mild_steel"), thickness, amps)
+    choices = available_choices(rows, process, str(values.get("material") or "mild_steel"), thickness, amps)
     return {
         "cut_process": [(name, name) for name in choices.processes],
         "material": [(name, words.named("material", name, name.replace("_", " "))) for name in choices.materials],

@@ -290,7 +290,7 @@ def _add_points_route(routes: APIRouter, folder: Folder) -> None:
     @routes.get("/points.csv", summary="The points of a map, such as random:200:1, or of a file that is open")
     def points(source: Annotated[str, Query(max_length=200)]) -> Response:
         from leafcut.read import read
-        from leafcut.read.csvmap import points_text
+        from leafcut.read.csvmap import holes_as_csv
 
         part = read(folder.source(source))
         name = quote(f"{source.replace(':', '-')}.csv")
@@ -298,7 +298,7 @@ def _add_points_route(routes: APIRouter, folder: Folder) -> None:
             "content-disposition": f"attachment; filename*=UTF-8''{name}",
             "content-security-policy": STILL_POLICY,
         }
-        return Response(points_text(part), media_type="text/csv; charset=utf-8", headers=headers)
+        return Response(holes_as_csv(part), media_type="text/csv; charset=utf-8", headers=headers)
 
 
 def _job_answer(jobs: Jobs, record: JobRecord) -> dict[str, Any]:
@@ -397,9 +397,9 @@ def _add_job_routes(routes: APIRouter, jobs: Jobs) -> None:
 def _add_list_routes(routes: APIRouter) -> None:
     @routes.get("/machines", summary="The machines that leafcut knows")
     def machines() -> dict[str, Any]:
-        from leafcut.read.machine import machine_list
+        from leafcut.read.machine import machine_descriptions
 
-        return {"machines": [{"name": name, "description": words} for name, words in machine_list()]}
+        return {"machines": [{"name": name, "description": words} for name, words in machine_descriptions()]}
 
     @routes.get("/algorithms", summary="The algorithms that order the work")
     def algorithms() -> dict[str, Any]:

@@ -185,8 +185,8 @@ def test_levels_that_are_alike_are_simulated_once(monkeypatch: pytest.MonkeyPatc
     from leafcut.processes.pocket.proof import pocket as room
 
     calls = []
-    real = room.removal
-    monkeypatch.setattr(room, "removal", lambda *a: calls.append(1) or real(*a))
+    real = room.measure_removal
+    monkeypatch.setattr(room, "measure_removal", lambda *a: calls.append(1) or real(*a))
     rows = simulate_levels(builder.build(), POCKETS, RULES, [(-1.0, -2.0)])
     assert len(rows) == 2 and len(calls) == 1
     assert np.isclose(rows[0].removal.swept.area, rows[1].removal.swept.area)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.gcode.tool_comments import tool_width
+from leafcut.gcode.tool_comments import tool_diameter_in_comments
 from leafcut.processes.program.plan.resequencing import find_sequence
 from rewriting import program_of
 
@@ -129,14 +129,14 @@ def test_what_lies_inside_an_outline_that_tabs_hold_comes_before_it(process: str
 )
 def test_the_width_of_a_tool_is_what_its_own_comment_says(comment: str, width: float) -> None:
     program = program_of(HEAD.format(comment + " / ") + line(0) + FOOT)
-    assert tool_width(program, program.n_blocks - 4) == pytest.approx(width)
+    assert tool_diameter_in_comments(program, program.n_blocks - 4) == pytest.approx(width)
 
 
 def test_the_list_of_tools_at_the_top_tells_the_width_far_below() -> None:
     program = program_of(
         "(T1 D=8.) / (T2 D=3.) / G21 G90 / " + "G4 P0 / " * 400 + "T1 M6 / S1000 M3 / G0 Z5 / " + line(0)
     )
-    assert tool_width(program, program.n_blocks - 1) == 8.0
+    assert tool_diameter_in_comments(program, program.n_blocks - 1) == 8.0
 
 
 def test_in_a_subprogram_the_comment_of_the_tool_that_calls_it_counts() -> None:
@@ -144,9 +144,9 @@ def test_in_a_subprogram_the_comment_of_the_tool_that_calls_it_counts() -> None:
     body = "T1 M6 / (10MM ENDMILL) / S1000 M3 / M98 P2 / T2 M6 / (1MM ENDMILL) / S1000 M3 / M98 P2 / M30 / "
     called = "O2 / G90 G0 Z5. / G1 Z-1. F100. / X10. / G0 Z5. / M99 / %"
     lines = f"% / O1 / G21 G90 G94 G17 / {body}{called}".replace(" / ", "\n")
-    program = interpret_program(lines, dialect("haas"))
+    program = interpret_program(lines, load_dialect("haas"))
     cuts = [block for block in range(program.n_blocks) if program.lines[program.line[block] - 1].startswith("X10.")]
-    assert [tool_width(program, block) for block in cuts] == [10.0, 1.0]
+    assert [tool_diameter_in_comments(program, block) for block in cuts] == [10.0, 1.0]
 
 
 def test_mills_that_are_described_by_their_name_keep_what_they_reach_in_order() -> None:

@@ -7,7 +7,7 @@ import random
 import numpy as np
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.plan import precedence
@@ -75,5 +75,5 @@ def test_who_waits_is_looked_at_for_every_piece_of_work_and_may_end_the_search_f
 def test_who_waits_is_looked_at_in_plain_lines_as_well() -> None:
     looks: list[int] = []
     text = "G21 G90\nF1000\nG1 X0 Y0\n" + "X1\nX0\n" * 10_000
-    interpret_program(text, dialect("linuxcnc"), on_progress=lambda *_: looks.append(1))
+    interpret_program(text, load_dialect("linuxcnc"), on_progress=lambda *_: looks.append(1))
     assert len(looks) >= 5

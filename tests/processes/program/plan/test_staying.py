@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import StayGroup
 from leafcut.processes.program.plan.fixed_tasks import PHRASES, _immovable_tasks, count_pieces, group_stay_reasons
@@ -97,7 +97,7 @@ CASES = (
 
 def staying(case: Case, body: str) -> tuple[tuple[StayGroup, ...], int]:
     """Return why pieces of a program stay, and how many pieces there are."""
-    sequence = find_sequence(interpret_program(case.head + body, dialect(case.control)))
+    sequence = find_sequence(interpret_program(case.head + body, load_dialect(case.control)))
     return group_stay_reasons(sequence, {}, False), count_pieces(sequence)
 
 

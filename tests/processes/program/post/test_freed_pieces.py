@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Sequence
@@ -54,7 +54,7 @@ PROGRAMS: dict[str, tuple[str, str, bool]] = {
 def read(name: str) -> tuple[str, Program, Sequence, bool]:
     body, subprograms, either_way = PROGRAMS[name]
     text = f"{HEAD}{body}M5\nM30\n{subprograms}"
-    program = interpret_program(text, dialect("linuxcnc"))
+    program = interpret_program(text, load_dialect("linuxcnc"))
     return text, program, find_sequence(program, allow_reverse=either_way), either_way
 
 
@@ -67,7 +67,7 @@ def test_all_pieces_are_free_and_every_order_of_them_is_proved(name: str) -> Non
     assert len(section.pieces) == len(PLACES)
     assert [c.reversible for c in section.pieces] == [either_way] * len(PLACES)
     for order in (*(some_orders(sequence, seed) for seed in range(3)), [np.arange(len(PLACES))[::-1]]):
-        new = interpret_program(rewrite(program, sequence, order), dialect("linuxcnc"))
+        new = interpret_program(rewrite(program, sequence, order), load_dialect("linuxcnc"))
         assert certify(program, new).same
         assert work_of(new) == work_of(program)
 
@@ -102,7 +102,7 @@ def test_a_stroke_from_its_other_end_waits_behind_the_plunge_as_before() -> None
     _, program, sequence, _ = read("dwell after the plunge")
     text = rewrite(program, sequence, [np.array([0, ~2, ~1, 3, ~4])])
     assert "G0 X27. Y10.\nG1 Z-1. F100.\nG4 P0.5\nX20. F300.\nG4 P0\nG0 Z5.\n" in text
-    proof = certify(program, interpret_program(text, dialect("linuxcnc")), allow_reverse=True)
+    proof = certify(program, interpret_program(text, load_dialect("linuxcnc")), allow_reverse=True)
     assert proof.same and proof.reversed_cuts == 3
     wrong = (
         text.replace("G4 P0.5\nX20.", "G4 P0.4\nX20."),
@@ -111,7 +111,7 @@ def test_a_stroke_from_its_other_end_waits_behind_the_plunge_as_before() -> None
     )
     for said in wrong:
         assert said != text
-        assert not certify(program, interpret_program(said, dialect("linuxcnc")), allow_reverse=True).same
+        assert not certify(program, interpret_program(said, load_dialect("linuxcnc")), allow_reverse=True).same
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_a_stroke_from_its_other_end_waits_behind_the_plunge_as_before() -> None
 )
 def test_what_cannot_be_proved_stays_and_says_why(body: str, reason: str) -> None:
     subprograms = "O8\nG1 Z-1. F100.\nM8\nX1.\nM9\nG0 Z5.\nM99\nO9\nG1 Z-#1 F100.\nG0 Z5.\nM99\n"
-    program = interpret_program(f"{HEAD}{body}M5\nM30\n{subprograms}", dialect("linuxcnc"))
+    program = interpret_program(f"{HEAD}{body}M5\nM30\n{subprograms}", load_dialect("linuxcnc"))
     sequence = find_sequence(program)
     groups = group_stay_reasons(sequence, {}, False)
     assert sum(g.count for g in groups) == len(PLACES)
@@ -144,7 +144,7 @@ def test_a_section_directly_behind_a_call_that_stays_has_its_own_lines() -> None
     """The call's subprogram switches coolant; its text stands behind the end."""
     tail = "M5\nM30\nO8\nM8\nG4 P1\nM9\nM99\n"
     body = "G0 X90. Y90.\nM98 P8\n(first)\n" + strokes("(a hole)\nG0 X{x} Y{y}\nG1 Z-1. F100.\nG0 Z5.\n")
-    program = interpret_program(HEAD + body + tail, dialect("linuxcnc"))
+    program = interpret_program(HEAD + body + tail, load_dialect("linuxcnc"))
     sequence = find_sequence(program, mix_operations=True)
     (section,) = sequence.sections
     new = rewrite(program, sequence, [np.array([2, 1, 0, 4, 3])])
@@ -152,16 +152,16 @@ def test_a_section_directly_behind_a_call_that_stays_has_its_own_lines() -> None
     assert sorted(set(new.splitlines())) == sorted({*(HEAD + body + tail).splitlines()})
     assert new.endswith(tail)
     assert new.count("M98 P8\n") == 1 and new.index("M98 P8") < new.index("X20.")
-    assert certify(program, interpret_program(new, dialect("linuxcnc"))).same
+    assert certify(program, interpret_program(new, load_dialect("linuxcnc"))).same
 
 
 def test_what_follows_a_circular_pocket_of_haas_is_free() -> None:
     """The position after G12 is unknown until the next words; holes after it do not depend on it."""
     pocket = "G0 X9. Y90.\nG12 I5. Z-2. F200. D1\nG0 Z5.\n"
     body = strokes("G0 X{x} Y{y}\nG1 Z-1. F100.\nG0 Z5.\n")
-    program = interpret_program(f"%\nO1\n{HEAD}{pocket}{body}{pocket}{body}M30\n%\n", dialect("haas"))
+    program = interpret_program(f"%\nO1\n{HEAD}{pocket}{body}{pocket}{body}M30\n%\n", load_dialect("haas"))
     sequence = find_sequence(program)
     assert [len(s.pieces) for s in sequence.sections] == [5, 5]
     assert group_stay_reasons(sequence, {}, False) == ()
-    new = interpret_program(rewrite(program, sequence, some_orders(sequence, 1)), dialect("haas"))
+    new = interpret_program(rewrite(program, sequence, some_orders(sequence, 1)), load_dialect("haas"))
     assert certify(program, new).same

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Sequence
@@ -45,7 +45,7 @@ TIERED = [pytest.param(name, marks=[pytest.mark.slow] if name in LARGE else []) 
 def read(name: str) -> tuple[str, Program, Sequence]:
     """Return the text of a file, its program, and its movable tasks; none of them is ever changed."""
     text = (GCODE / name).read_bytes().decode("latin-1")
-    program = interpret_program(text, dialect("linuxcnc"), name)
+    program = interpret_program(text, load_dialect("linuxcnc"), name)
     return text, program, find_sequence(program)
 
 
@@ -61,7 +61,7 @@ def test_another_order_does_the_same_work_and_crosses_no_lower(name: str) -> Non
     work, lowest = work_of(program), lowest_way(program)
     for seed in range(2 if sequence.sections else 0):
         text = rewrite(program, sequence, some_orders(sequence, seed))
-        new = interpret_program(text, dialect("linuxcnc"), name)
+        new = interpret_program(text, load_dialect("linuxcnc"), name)
         assert work_of(new) == work
         # Exactly: the numbers are those of the text.
         assert lowest_way(new) >= lowest or np.isnan(lowest)

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.proof.certificate import certify
@@ -41,7 +41,7 @@ def text_of(data: Path, name: str) -> str:
 
 
 def program(text: str) -> Program:
-    return interpret_program(text, dialect("linuxcnc"), units="mm")
+    return interpret_program(text, load_dialect("linuxcnc"), units="mm")
 
 
 @pytest.mark.parametrize(

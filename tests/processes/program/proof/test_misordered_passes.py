@@ -7,7 +7,7 @@ import random
 import numpy as np
 import pytest
 
-from leafcut.gcode.tool_comments import narrowest_tool
+from leafcut.gcode.tool_comments import smallest_diameter_in_comments
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.proof.certificate import certify
 from rewriting import program_of, some_order
@@ -111,7 +111,7 @@ def test_lines_of_a_laser_beside_each_other_are_free(cut: str) -> None:
     ],
 )
 def test_the_narrowest_tool_is_what_comments_about_tools_say(text: str, width: float) -> None:
-    assert narrowest_tool(program_of(text + " / G21 G90 / G0 X0")) == pytest.approx(width)
+    assert smallest_diameter_in_comments(program_of(text + " / G21 G90 / G0 X0")) == pytest.approx(width)
 
 
 @pytest.mark.parametrize("seed", range(25))

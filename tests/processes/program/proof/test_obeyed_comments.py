@@ -9,13 +9,13 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import is_active_comment
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.post.words import comment_lines
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.proof.certificate import certify
-from leafcut.proof.program import read_back
+from leafcut.proof.program import interpret_written_program
 from rs274_moves import run_rs274
 
 HEAD = "G21 G90 G17 G40 G94\nT1 M6\nS900 M3\nG0 Z5.\n"
@@ -45,7 +45,7 @@ LINES = [(name, line) for name, lines in OBEYED.items() for line in lines]
 
 def same(name: str, one: str, other: str) -> bool:
     """Return whether the proof calls two programs the same work."""
-    return certify(*(interpret_program(text, dialect(name)) for text in (one, other))).same
+    return certify(*(interpret_program(text, load_dialect(name)) for text in (one, other))).same
 
 
 def mutants(line: str) -> dict[str, str]:
@@ -83,7 +83,7 @@ def test_nothing_moves_across_an_obeyed_comment(name: str, line: str) -> None:
     """Whatever the order: the same holes stand before it."""
     more = "".join(f"G0 X{x}. Y9.\nG0 Z1.\nG1 Z-1. F100.\nG0 Z5.\n" for x in (31, 41))
     text = HEAD + FIRST + SECOND + THIRD + f"{line}\n" + more + END
-    program = interpret_program(text, dialect(name))
+    program = interpret_program(text, load_dialect(name))
     sequence = find_sequence(program)
     assert sequence.sections
     new = rewrite(program, sequence, [np.arange(len(s.pieces))[::-1] for s in sequence.sections])
@@ -92,7 +92,7 @@ def test_nothing_moves_across_an_obeyed_comment(name: str, line: str) -> None:
 
 
 def test_a_reason_says_that_a_comment_may_stop_the_program() -> None:
-    program = interpret_program(HEAD + FIRST + "(abort, turn)\n" + SECOND + END, dialect("linuxcnc"))
+    program = interpret_program(HEAD + FIRST + "(abort, turn)\n" + SECOND + END, load_dialect("linuxcnc"))
     assert list(program.fixed.values()) == ["the comment in the block may stop the program"]
 
 
@@ -130,7 +130,7 @@ def test_no_name_in_a_header_makes_a_comment_that_is_obeyed(name: str, line: str
 def test_our_own_program_is_refused_with_an_obeyed_comment_in_it() -> None:
     """The judge reads the comments, whatever the writer does to names."""
     text = "G21 G90 G17 G40\nG0 Z5\n{}\nM5\nM2\n"
-    read_back(text.format("(plate)"), dialect("linuxcnc"))
+    interpret_written_program(text.format("(plate)"), load_dialect("linuxcnc"))
     for comment in ("(abort, x)", "( msg, x)", ";py,x", "(PROBEOPEN a)"):
         with pytest.raises(ReadError, match="program:3: a controller would execute the comment"):
-            read_back(text.format(comment), dialect("linuxcnc"))
+            interpret_written_program(text.format(comment), load_dialect("linuxcnc"))

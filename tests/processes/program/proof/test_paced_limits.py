@@ -156,7 +156,7 @@ def test_a_new_speed_needs_no_more_than_the_spindle_has(limited: str) -> None:
     most = 1.2 * needed * (1.0 if limited == "power" else 60_000 / (2 * math.pi * 600))
     spindle = SpindleLoad(material, **{limited: most})
     limit = FREE._replace(spindle=spindle, teeth=2)
-    ratio = float(loads.spindle_ratio(limit, 6.0)[0])
+    ratio = float(loads.max_feed_factor(limit, 6.0)[0])
     assert 1.1 < ratio < 1.4
     for part, allowed in ((1.0, True), (1.001, False)):
         stretches = {0: (PaceStretch(1.0, 10.0 * ratio * part),)}

@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 
 from golden_differences import check_golden
 from leafcut.errors import ReadError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.certificate import Certificate
 from leafcut.model.machine import Machine
 from leafcut.processes.program.proof.certificate import certify, proof_lines
 
-LINUXCNC = dialect("linuxcnc")
+LINUXCNC = load_dialect("linuxcnc")
 
 
 def program(text: str) -> Program:

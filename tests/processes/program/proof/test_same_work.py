@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.gcode.program import Program
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.program.proof.certificate import certify
@@ -89,9 +89,9 @@ def test_every_change_of_the_work_is_seen_and_said(what: str) -> None:
 def test_every_change_is_seen_when_one_program_has_no_cycles(what: str) -> None:
     new, _ = MUTATIONS[what]
     if what != "another cycle":  # feeding up instead of a rapid is a cut more, below
-        assert same_work(drill(HOLES), expand(new))
-        assert same_work(expand(drill(HOLES)), new)
-    assert same_work(expand(drill(HOLES)), expand(new))
+        assert same_work(drill(HOLES), expand_cycles(new))
+        assert same_work(expand_cycles(drill(HOLES)), new)
+    assert same_work(expand_cycles(drill(HOLES)), expand_cycles(new))
 
 
 @given(st.randoms(use_true_random=False))
@@ -102,8 +102,8 @@ def test_order_is_free(rng: random.Random) -> None:
 
 
 def test_the_same_work_with_and_without_cycles_is_the_same() -> None:
-    assert same_work(drill(HOLES), expand(drill(HOLES[::-1]))) == []
-    assert same_work(expand(drill(HOLES)), drill(HOLES[::-1])) == []
+    assert same_work(drill(HOLES), expand_cycles(drill(HOLES[::-1]))) == []
+    assert same_work(expand_cycles(drill(HOLES)), drill(HOLES[::-1])) == []
 
 
 def test_higher_planes_are_no_difference_but_lower_ones_are() -> None:

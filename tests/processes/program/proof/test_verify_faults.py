@@ -9,7 +9,7 @@ import pytest
 
 from golden_differences import check_golden
 from leafcut.errors import LeafcutError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.certificate import Certificate
 from leafcut.processes.program.proof.certificate import certify
@@ -262,7 +262,7 @@ VERIFY_FAULTS = [
 
 
 def certified(dialect_name: str, original: str, new: str) -> Certificate:
-    words = dialect(dialect_name)
+    words = load_dialect(dialect_name)
     return certify(interpret_program(original, words), interpret_program(new, words))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.difference import Difference
@@ -84,7 +84,7 @@ FIRST_CYCLE = range(11, 131)
 
 
 def of_lines(lines: list[str]) -> Program:
-    return interpret_program("\n".join(lines) + "\n", dialect("linuxcnc"))
+    return interpret_program("\n".join(lines) + "\n", load_dialect("linuxcnc"))
 
 
 def one_told(original: list[str], new: list[str]) -> Difference:

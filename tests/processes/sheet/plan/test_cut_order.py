@@ -45,7 +45,7 @@ from leafcut.processes.sheet.plan.heat import hot_start_pairs, spread_starts
 from leafcut.processes.sheet.plan.moved_starts import slide_starts
 from leafcut.processes.sheet.plan.plan_file import check_plan_fits_drawing, order_as_planned, restrict_starts_to_plan
 from leafcut.processes.sheet.spec import parse_sheet_size, with_size_and_zones
-from leafcut.read.plan_file import load_plan, plan_text
+from leafcut.read.plan_file import load_plan, plan_file_text
 
 DISTANCE = Metric()
 
@@ -228,7 +228,7 @@ def test_a_part_outside_the_sheet_of_the_given_size_is_named() -> None:
 def saved(cutting: Cutting, order, tmp_path, edit=lambda text: text):
     cuts = tuple(cutting.cut(s) for s in order)
     file = tmp_path / "plan.json"
-    file.write_text(edit(plan_text(CutPlan(cutting.sheet, cutting.rules.data, cuts).file)), encoding="utf-8")
+    file.write_text(edit(plan_file_text(CutPlan(cutting.sheet, cutting.rules.data, cuts).file)), encoding="utf-8")
     return load_plan(file)
 
 

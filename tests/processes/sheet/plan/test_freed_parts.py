@@ -13,7 +13,7 @@ import pytest
 import shapely
 
 from leafcut import api
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.obstacles import CLEARANCE, MARGIN
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
@@ -170,7 +170,7 @@ def laser(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
 
 
 def laid_of(outcome: Outcome, text: str) -> tuple[MatchedRuns, Toolpath]:
-    words, plan = dialect(outcome.dialect), outcome.detail.plan
+    words, plan = load_dialect(outcome.dialect), outcome.detail.plan
     path = read_cut_program(text, plan, words)
     half = 0.5 * plan.data.kerf
     return MatchedRuns(torch_runs(path, None), plan, plan.sheet, words, CutRequest(half)), path
@@ -184,7 +184,7 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     assert laser.detail.plan.crossings == 0 == len(detached_part_crossings(laid, path))
     assert laser.machine.nozzle_diameter == 8.0
     assert laser.detail.plan.close >= len(detached_part_crossings(laid, path, 4.0))
-    words = dialect(laser.dialect)
+    words = load_dialect(laser.dialect)
     assert check_detached_parts(laid, path, words, 8.0) == []
     (told,) = [i for i in laser.issues if i.code == "L623"]
     assert (

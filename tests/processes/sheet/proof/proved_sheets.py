@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData, CutPlan
@@ -56,7 +56,7 @@ def machine_for(words: str) -> Machine:
 @cache
 def planned(words: str = "qtplasmac", options: CutOptions | None = None) -> tuple[CutPlan, CutRules]:
     """The plate's cuts in an order that is allowed, for a controller."""
-    torch = dialect(words).torch
+    torch = load_dialect(words).torch
     rules = resolve_rules(
         STEEL, options or CutOptions(), switches=torch is not None and torch.can_switch_off_along_path
     )
@@ -75,7 +75,7 @@ def _renumbered(contours: Sequence[Contour]) -> tuple[Contour, ...]:
 
 def laid(cuts: Sequence[Cut], words: str = "qtplasmac", probe: Probe | None = None) -> Toolpath:
     """The motions of some cuts."""
-    torch = dialect(words).torch
+    torch = load_dialect(words).torch
     switches = torch is not None and torch.can_switch_off_along_path
     made = TorchSetup(
         STEEL,
@@ -96,7 +96,7 @@ def program(
 ) -> str:
     """The text of some cuts."""
     plan = CutPlan(plate(), STEEL, tuple(cuts))
-    return write_cut_program(plan, laid(cuts, words, probe), dialect(words), post or PostOptions(), ["plate"])
+    return write_cut_program(plan, laid(cuts, words, probe), load_dialect(words), post or PostOptions(), ["plate"])
 
 
 def checked(
@@ -110,5 +110,5 @@ def checked(
 ) -> list[Difference]:
     """Return the errors of a program text for this plan."""
     asked = CutRequest(rules.half, rules.joints, rules.joint_width, CLEARANCE, probe, power, material)
-    written = read_cut_program(text, plan, dialect(words), material)
-    return check_sheet(plan.sheet, plan, text, written, dialect(words), machine_for(words), asked)
+    written = read_cut_program(text, plan, load_dialect(words), material)
+    return check_sheet(plan.sheet, plan, text, written, load_dialect(words), machine_for(words), asked)

@@ -11,7 +11,7 @@ from proved_sheets import checked, laid, planned, program
 from golden_differences import check_golden
 from leafcut.errors import ReadError
 from leafcut.gcode import torch
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Motion
 from leafcut.options import PostOptions
@@ -24,7 +24,9 @@ FEED = "F#<_hal[plasmac.cut-feed-rate]>"
 
 def motion_of(text: str, words: str, options: CutOptions | None = None) -> list[Difference]:
     plan, _ = planned(words, options)
-    return check_cut_motion(laid(plan.cuts, words), read_cut_program(text, plan, dialect(words)), dialect(words), "mm")
+    return check_cut_motion(
+        laid(plan.cuts, words), read_cut_program(text, plan, load_dialect(words)), load_dialect(words), "mm"
+    )
 
 
 def without(kind: Kind, keeps: Callable[[Motion], bool] = lambda row: False) -> Callable[..., None]:
@@ -107,7 +109,7 @@ def test_a_feed_from_the_table_is_that_of_the_number_that_the_text_selects() -> 
         text = program(
             tuple(c for c in plan.cuts if c.kind == "cut"), post=PostOptions(material_number=7, output_units=units)
         )
-        path = read_cut_program(text, plan, dialect("qtplasmac"), 7)
+        path = read_cut_program(text, plan, load_dialect("qtplasmac"), 7)
         feeds = path.value[(path.kind == Kind.FEED) | (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)]
         assert feeds.max() == pytest.approx(plan.data.feed)
     for wrong, words in (
@@ -117,9 +119,9 @@ def test_a_feed_from_the_table_is_that_of_the_number_that_the_text_selects() -> 
     ):
         assert wrong != text
         with pytest.raises(ReadError, match=words):
-            read_cut_program(wrong, plan, dialect("qtplasmac"), 7)
+            read_cut_program(wrong, plan, load_dialect("qtplasmac"), 7)
     with pytest.raises(ReadError, match="M190 P7 selects a material"):
-        read_cut_program(text, plan, dialect("qtplasmac"))
+        read_cut_program(text, plan, load_dialect("qtplasmac"))
 
 
 @pytest.mark.hazard
@@ -129,7 +131,7 @@ def test_the_text_is_read_as_it_is_written() -> None:
     assert text.count(FEED) == 1
     wrong = text.replace(FEED, f"({FEED})")
     with pytest.raises(ReadError):
-        read_cut_program(wrong, plan, dialect("qtplasmac"), 7)
+        read_cut_program(wrong, plan, load_dialect("qtplasmac"), 7)
 
 
 OTHER = "(o=0, kw=9, ph=9, pd=9, ch=9, fr=999)\n"

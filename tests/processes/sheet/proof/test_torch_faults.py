@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from proved_sheets import STEEL, planned
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.model.cutting import Cut
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
@@ -46,7 +46,7 @@ def marking(*rows: tuple[str, float]) -> Toolpath:
     return builder.build()
 
 
-NUMBER = next(d.torch.mark_tool for d in map(dialect, ("qtplasmac",)) if d.torch) or 0
+NUMBER = next(d.torch.mark_tool for d in map(load_dialect, ("qtplasmac",)) if d.torch) or 0
 READY = (("tool", NUMBER), ("offset", NUMBER), ("move", 1.0))
 BACK = (("tool", 0.0), ("offset", 0.0), ("move", 2.0))
 
@@ -78,8 +78,8 @@ def test_the_scribe_works_with_its_own_tool_and_offset(
 ) -> None:
     assert NUMBER > 0
     expected = [Difference("scribe", 0, line, text) for line, text in faults]
-    assert check_lighting_tool(marking(*rows), dialect("qtplasmac")) == expected
-    assert check_lighting_tool(marking(*rows), dialect("grbl-laser")) == []
+    assert check_lighting_tool(marking(*rows), load_dialect("qtplasmac")) == expected
+    assert check_lighting_tool(marking(*rows), load_dialect("grbl-laser")) == []
 
 
 PROBE = Probe(10.0, 20.0, 1.5)
@@ -268,7 +268,7 @@ COMMENT = "(o=0, kw=1.5, ph=3.8, pd=0.5, ch=1.5, fr=1500)"
 def stated(*lines: str, number: int | None = None, words: str = "qtplasmac", lit: int = 3) -> list[tuple[int, str]]:
     """Return the faults of the material in a text; the torch is lit at a line."""
     path = marking(("move", 1.0), *[("move", 2.0)] * (lit - 2), ("cut", 1.0))
-    found = _material_faults(path, "\n".join(lines) + "\n", planned()[0], dialect(words), number)
+    found = _material_faults(path, "\n".join(lines) + "\n", planned()[0], load_dialect(words), number)
     assert {(d.what, d.original) for d in found} <= {("material", 0)}
     return [(d.new, d.text) for d in found]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import SPEED_ALONE, Arc, Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.sheet.proof.cut_motion import _TorchTracker, check_cut_motion
@@ -86,9 +86,9 @@ NAMES = ("beam", "power", "follows", "side", "kerf", "blends", "tolerance", "pie
 @pytest.mark.parametrize("words", STATES)
 @pytest.mark.parametrize("planned", [True, False])
 def test_the_state_at_each_move_is_what_the_controller_makes_of_the_rows(words: str, planned: bool) -> None:
-    torch = dialect(words).torch
+    torch = load_dialect(words).torch
     assert torch is not None
-    tracker = _TorchTracker(dialect(words), torch, 0.001, planned=planned)
+    tracker = _TorchTracker(load_dialect(words), torch, 0.001, planned=planned)
     moves, states = tracker.moves(path_of(ROWS))
     expected = {
         **STATES[words], "side": [40, 40, 40, 40, 41, 40, 40, 40], "pierces": [0, 1, 0, 0, 0, 0, 1, 0],
@@ -99,7 +99,7 @@ def test_the_state_at_each_move_is_what_the_controller_makes_of_the_rows(words: 
 
 
 def test_only_the_first_dwell_between_lighting_and_a_move_is_the_controllers_own() -> None:
-    torch = dialect("qtplasmac").torch
+    torch = load_dialect("qtplasmac").torch
     assert torch is not None
     start: list[Row] = [(Kind.RAPID, (0.0, 3.8)), (Kind.SPINDLE, (1.0, 0))]
     for rows, waits in (
@@ -108,7 +108,7 @@ def test_only_the_first_dwell_between_lighting_and_a_move_is_the_controllers_own
         ([(Kind.FEED, (9.0,)), (Kind.DWELL, (0.4,)), (Kind.FEED, (10.0,))], [0.0, 0.0, 0.4]),
         ([(Kind.TORCH, (0.0,)), (Kind.DWELL, (0.4,)), (Kind.DWELL, (0.3,)), (Kind.FEED, (9.0,))], [0.0, 0.0]),
     ):
-        tracker = _TorchTracker(dialect("qtplasmac"), torch, 0.001, planned=True)
+        tracker = _TorchTracker(load_dialect("qtplasmac"), torch, 0.001, planned=True)
         states = tracker.moves(path_of([*start, *rows]))[1]
         assert states[:, NAMES.index("lit_s")].tolist() == waits
         dark = [0.0, 0.3] if rows[0][0] is Kind.TORCH else [0.0] * len(waits)
@@ -123,14 +123,14 @@ def test_the_centre_of_an_arc_has_no_height_where_the_controller_moves_z() -> No
         return builder.build()
 
     for x, z, kinds in ((5.0, 0.0, []), (5.0004, 3.8, []), (5.01, 3.8, ["arc"])):
-        found = check_cut_motion(arc(5.0, 3.8), arc(x, z), dialect("qtplasmac"), "mm")
+        found = check_cut_motion(arc(5.0, 3.8), arc(x, z), load_dialect("qtplasmac"), "mm")
         assert [d.what for d in found] == kinds
 
 
 def differences(rows: list[Row], words: str = "qtplasmac") -> list[tuple[str, int, str]]:
     """Return kind, line and text of the differences; QtPlasmaC's own pierce delay is not written."""
     planned = path_of(ROWS)
-    return [(d.what, d.new, d.text) for d in check_cut_motion(planned, path_of(rows), dialect(words), "mm")]
+    return [(d.what, d.new, d.text) for d in check_cut_motion(planned, path_of(rows), load_dialect(words), "mm")]
 
 
 OWN_DELAY = [*ROWS[:4], (Kind.OFFSET, (0.0,)), *ROWS[5:]]
@@ -216,7 +216,7 @@ def test_tiny_moves_may_be_left_out_and_their_events_count_for_the_next_move() -
 def test_positions_may_differ_by_half_of_the_last_decimal(units: str, near: float) -> None:
     for beyond, fine in ((0.99, True), (1.01, False)):
         rows = changed(8, (Kind.FEED, (20.0 + beyond * near,)))
-        found = check_cut_motion(path_of(ROWS), path_of(rows), dialect("qtplasmac"), units)
+        found = check_cut_motion(path_of(ROWS), path_of(rows), load_dialect("qtplasmac"), units)
         assert (found == []) is fine
 
 
@@ -227,13 +227,13 @@ def test_the_height_counts_where_the_program_moves_z() -> None:
 
 
 def test_a_program_without_torch_words_is_compared_row_by_row() -> None:
-    found = check_cut_motion(path_of(ROWS), path_of(OWN_DELAY), dialect("linuxcnc"), "mm")
+    found = check_cut_motion(path_of(ROWS), path_of(OWN_DELAY), load_dialect("linuxcnc"), "mm")
     assert [d.what for d in found] == ["order of moves"]
-    assert check_cut_motion(path_of(ROWS), path_of(ROWS), dialect("linuxcnc"), "mm") == []
+    assert check_cut_motion(path_of(ROWS), path_of(ROWS), load_dialect("linuxcnc"), "mm") == []
 
 
 def test_of_many_differences_fifty_are_listed() -> None:
     moves: list[Row] = [(Kind.RAPID, (0.0, 3.8)), *((Kind.FEED, (1.0 + k,)) for k in range(60))]
     lit = [moves[0], (Kind.SPINDLE, (1.0, 0)), *moves[1:]]
-    found = check_cut_motion(path_of(moves), path_of(lit), dialect("qtplasmac"), "mm")
+    found = check_cut_motion(path_of(moves), path_of(lit), load_dialect("qtplasmac"), "mm")
     assert len(found) == 51 and found[-1] == Difference("and more", 0, 0, "10 more differences")

@@ -9,8 +9,8 @@ import pytest
 from proved_sheets import CLEARANCE, STEEL, machine_for, square
 
 from golden_differences import check_golden
-from leafcut.gcode.dialects import dialect
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.gcode.dialects import load_dialect
+from leafcut.geometry.polyline import Polyline, concatenate
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutPlan
 from leafcut.model.difference import Difference
@@ -49,7 +49,7 @@ def chain(*via: tuple[float, float]) -> Cut:
     one, other = around(20, 20, 40, (60 + HALF, 40.0)), around(80, 20, 40, (80 - HALF, 40.0))
     lead = Polyline.of_points([(64, 46), one.start])
     bridge = Polyline.of_points([one.end, *via, other.start])
-    path = joined(lead, one, bridge, other)
+    path = concatenate(lead, one, bridge, other)
     begin = lead.length + one.length
     return Cut(
         (0, 1),
@@ -68,14 +68,14 @@ def single(number: int, x: float, side: float, y: float = 20.0) -> Cut:
     """One square by itself, from below its middle."""
     ring = around(x, y, side, (x + side / 2, y - HALF))
     lead = Polyline.of_points([(x + side / 2, y - 6), ring.start])
-    path = joined(lead, ring)
+    path = concatenate(lead, ring)
     speeds = ((0.0, STEEL.feed),)
     return Cut((number,), path, lead.length, path.length, path.length, speeds, CutChoice((number,)))
 
 
 def found(cuts: list[Cut], plan: list[Cut] | None = None, third: bool = False) -> list[Difference]:
     whole = CutPlan(sheet(third), STEEL, tuple(plan or cuts))
-    words = dialect("qtplasmac")
+    words = load_dialect("qtplasmac")
     machine = machine_for("qtplasmac")
     path, _ = generate_cuts(cuts, TorchSetup(STEEL, CLEARANCE, safe_z=machine.safe_z, switches=True, tolerance=0.1))
     text = write_cut_program(replace(whole, cuts=tuple(cuts)), path, words, PostOptions())

@@ -12,8 +12,8 @@ from proved_sheets import CLEARANCE, STEEL, laid, machine_for
 from cut_sheets import in_order, rectangle, sheet_of, split_rectangle, square
 from golden_differences import check_golden
 from leafcut.errors import PlanError
-from leafcut.gcode.dialects import dialect
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.gcode.dialects import load_dialect
+from leafcut.geometry.polyline import Polyline, concatenate
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.problem import Metric
@@ -47,9 +47,9 @@ def planned() -> tuple[Cuts, CutRules]:
 
 def wrong(cuts: Cuts, rules: CutRules, sheet: Sheet | None = None) -> list[Difference]:
     plan = CutPlan(sheet or four(), STEEL, cuts)
-    text = write_cut_program(plan, laid(cuts), dialect("qtplasmac"), PostOptions(), ["four"])
+    text = write_cut_program(plan, laid(cuts), load_dialect("qtplasmac"), PostOptions(), ["four"])
     asked = CutRequest(rules.half, safe_height=CLEARANCE)
-    words = dialect("qtplasmac")
+    words = load_dialect("qtplasmac")
     return check_sheet(
         plan.sheet, plan, text, read_cut_program(text, plan, words), words, machine_for("qtplasmac"), asked
     )
@@ -80,7 +80,7 @@ def dropped(cuts: Cuts) -> Cuts:
 def twice(cuts: Cuts) -> Cuts:
     """A line that ends at another one goes on along it."""
     x, y = cuts[2].path.end
-    path = joined(cuts[2].path, Polyline.of_points([(x, y), (x + 20, y)]))
+    path = concatenate(cuts[2].path, Polyline.of_points([(x, y), (x + 20, y)]))
     return (*cuts[:2], replace(cuts[2], path=path, lead_out=path.length, torch_off_at=path.length), *cuts[3:])
 
 

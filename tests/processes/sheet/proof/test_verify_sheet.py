@@ -13,8 +13,8 @@ from proved_sheets import STEEL, checked, laid, planned, program
 
 from cut_sheets import part_in_notch, sheet_of, square, two_squares
 from golden_differences import check_golden
-from leafcut.gcode.dialects import dialect, dialects
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.gcode.dialects import dialect_names, load_dialect
+from leafcut.geometry.polyline import Polyline, concatenate
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.machine import Probe
@@ -44,13 +44,13 @@ def with_cut(cuts: Cuts, k: int, **changes: object) -> Cuts:
 
 
 @pytest.mark.hazard
-@pytest.mark.parametrize("words", [*dialects(torch=True), "linuxcnc"])
+@pytest.mark.parametrize("words", [*dialect_names(torch=True), "linuxcnc"])
 @pytest.mark.parametrize("units", ["mm", "inch"])
 def test_a_right_program_is_accepted_for_every_controller(words: str, units: str) -> None:
     plan, rules = planned(words)
     text = program(plan.cuts, words, PostOptions(output_units=units))
-    written = read_cut_program(text, plan, dialect(words))
-    assert check_cut_motion(laid(plan.cuts, words), written, dialect(words), units) == []
+    written = read_cut_program(text, plan, load_dialect(words))
+    assert check_cut_motion(laid(plan.cuts, words), written, load_dialect(words), units) == []
     assert checked(text, plan, rules, words) == []
 
 
@@ -101,7 +101,7 @@ def twice_round(cuts: Cuts) -> Cuts:
     k = of_contour(cuts, 4)
     cut = cuts[k]
     lead, around = cut.path.piece(0.0, cut.lead_in), cut.path.piece(cut.lead_in, cut.lead_out)
-    path = joined(lead, around, around, cut.path.piece(cut.lead_out, cut.path.length))
+    path = concatenate(lead, around, around, cut.path.piece(cut.lead_out, cut.path.length))
     return with_cut(cuts, k, path=path, torch_off_at=path.length)
 
 
@@ -133,7 +133,7 @@ def pierced_in_a_part(cuts: Cuts) -> Cuts:
     cut = cuts[k]
     begin, edge = (190.0, 75.0), cut.path.point_at(cut.lead_in)
     lead = Polyline.of_points([begin, edge])
-    path = joined(lead, cut.path.piece(cut.lead_in, cut.path.length))
+    path = concatenate(lead, cut.path.piece(cut.lead_in, cut.path.length))
     moved = lead.length - cut.lead_in
     return with_cut(
         cuts, k, path=path, lead_in=lead.length, lead_out=cut.lead_out + moved, torch_off_at=cut.torch_off_at + moved
@@ -176,7 +176,7 @@ def off_the_sheet(cuts: Cuts) -> Cuts:
     k = of_contour(cuts, 4)
     cut = cuts[k]
     x, y = cut.path.end
-    path = joined(cut.path, Polyline.of_points([(x, y), (x, -5.0)]))
+    path = concatenate(cut.path, Polyline.of_points([(x, y), (x, -5.0)]))
     return with_cut(cuts, k, path=path, torch_off_at=path.length)
 
 
@@ -308,8 +308,8 @@ def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: s
     plan, rules = planned("plasma")
     text = program(plan.cuts, "plasma", PostOptions(output_units=units), PROBE)
     assert text.count("G38.2 ") == text.count("G92 ") == len(plan.cuts)
-    written = read_cut_program(text, plan, dialect("plasma"))
-    assert check_cut_motion(laid(plan.cuts, "plasma", PROBE), written, dialect("plasma"), units) == []
+    written = read_cut_program(text, plan, load_dialect("plasma"))
+    assert check_cut_motion(laid(plan.cuts, "plasma", PROBE), written, load_dialect("plasma"), units) == []
     assert checked(text, plan, rules, "plasma", PROBE) == []
 
 

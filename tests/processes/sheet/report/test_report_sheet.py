@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.polyline import Polyline, concatenate
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutData, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -75,7 +75,7 @@ def cut_of(contours: Sequence[int], path: Polyline, lead: float, **changes: obje
 def round_trip(start: tuple[float, float], contour: Polyline) -> Polyline:
     """Return the path from a position to a closed contour, around it, and back."""
     there = Polyline.of_points([start, contour.start])
-    return joined(there, Polyline(np.vstack([contour.vertices, [*contour.start, 0.0]]), False), there.reversed())
+    return concatenate(there, Polyline(np.vstack([contour.vertices, [*contour.start, 0.0]]), False), there.reversed())
 
 
 HOLE = cut_of([1], round_trip((46.0, 40.0), Polyline.circle(40, 40, 10)), 4.0)
@@ -229,7 +229,7 @@ def test_the_kerf_is_as_wide_as_it_is_where_that_can_be_seen(sheet_outcome):
 
 
 def test_a_run_over_several_contours_is_one_cut_with_one_dot(sheet_outcome):
-    path = joined(HOLE.path, Polyline.of_points([HOLE.path.end, SQUARE.path.start]), SQUARE.path)
+    path = concatenate(HOLE.path, Polyline.of_points([HOLE.path.end, SQUARE.path.start]), SQUARE.path)
     over = (HOLE.path.length, path.length - SQUARE.path.length)
     plan = plan_of([cut_of([1, 3], path, 3.0, bridges=(over,))], 1.0)
     assert [k for k, _, _ in path_sections(plan.cuts[0])] == ["lead", "kerf", "bridge", "kerf", "lead"]

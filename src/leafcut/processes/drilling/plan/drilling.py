@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widen_zones
 from leafcut.message import Message
-from leafcut.model.cutter import bodies_of, cutter_of, flutes_of, widest_below
+from leafcut.model.cutter import cutter_of_tool, shank_and_holder_discs, tip_radius_and_discs, widest_radius_below
 from leafcut.model.cycles import PECKING
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -133,8 +133,8 @@ class DrillPlan:
 
         `tip` is the height of the tool tip, mm.
         """
-        radius, cone = flutes_of(tool)
-        return widest_below(radius, [*cone, *bodies_of(tool)], tip, self.zone_heights)
+        radius, cone = tip_radius_and_discs(tool)
+        return widest_radius_below(radius, [*cone, *shank_and_holder_discs(tool)], tip, self.zone_heights)
 
     def high_zones_for(self, tool: Tool) -> NDArray[np.float64]:
         """Return the rectangles of `zones_for` that are too high for rapids at the retract height to cross."""
@@ -361,7 +361,7 @@ def _cut_radius_function(
         for step, targets in work.items():
             if step.slots:
                 continue
-            cutter = cutter_of(step.tool)
+            cutter = cutter_of_tool(step.tool)
             reach = np.full(len(targets), cutter.radius)
             if step.tool.kind is ToolKind.CENTRE_DRILL:
                 deep = above[targets] + centre_depth(step.tool)
@@ -593,7 +593,7 @@ def _check_zones(plan: DrillPlan) -> None:
         tips = np.full(len(starts), operation.cycle.bottom)
         if not operation.slots:
             tips = operation.bottoms(plan.tops, plan.deeper)
-        radii = widest_below(*flutes_of(tool), float(tips.min()), plan.zone_heights)
+        radii = widest_radius_below(*tip_radius_and_discs(tool), float(tips.min()), plan.zone_heights)
         inside = np.flatnonzero(touches_any_zone(starts, ends, widen_zones(plan.zones, radii)))
         if len(inside):
             x, y = starts[inside[0]]
@@ -608,7 +608,7 @@ def _check_zones(plan: DrillPlan) -> None:
                 tool.label,
                 count_of(len(inside), kind),
             )
-        if not bodies_of(tool) or not len(plan.zones):
+        if not shank_and_holder_discs(tool) or not len(plan.zones):
             continue
         distances = _distances_to_zones(starts, ends, plan.zones)
         hits = [k for k, tip in enumerate(tips.tolist()) if (distances[k] <= plan.radii_below_zones(tool, tip)).any()]

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of
-from leafcut.material.surface import TILES, TILES_DOGLEG, HoleRims, hole_rims, safe_tiles
+from leafcut.material.surface import TILES, TILES_DOGLEG, HoleRims, build_safe_tiles, heights_around_holes
 from leafcut.message import Message
-from leafcut.model.cutter import cutter_of, discs_of
+from leafcut.model.cutter import cutter_of_tool, wide_discs_above_flutes
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -134,10 +134,10 @@ class WorkSurface:
         highest = float(obstacles[:, :, 2].max())
         bodies = [
             (disc.radius + clearance, clearance - disc.above)
-            for disc in discs_of(tool)
+            for disc in wide_discs_above_flutes(tool)
             if lowest + disc.above < highest + clearance
         ]
-        tiles = safe_tiles(obstacles, 0.5 * tool.diameter + clearance, clearance, max_tiles, bodies)
+        tiles = build_safe_tiles(obstacles, 0.5 * tool.diameter + clearance, clearance, max_tiles, bodies)
         acceleration = machine.acceleration[2] * machine.acceleration_factor
         return Relief(
             points,
@@ -256,7 +256,7 @@ def check_shank_and_holder(
     Collisions between holes are avoided by the travel heights (`WorkSurface.safe_travel_heights`).
     """
     triangles = surface.triangles
-    for disc in discs_of(tool):
+    for disc in wide_discs_above_flutes(tool):
         low = tips + disc.above - BODY_CLEARANCE
         hits = set(np.flatnonzero(low < tops).tolist())
         if float(low.min(initial=np.inf)) < surface.highest:
@@ -296,7 +296,7 @@ def check_tool_width(
     chamfer below the top. If it is wider than the chamfer, it needs free space above the top. `widths` contains the
     largest diameter of each hole, mm.
     """
-    cutter = cutter_of(tool)
+    cutter = cutter_of_tool(tool)
     wider = np.flatnonzero(cutter.radius > 0.5 * widths + BODY_CLEARANCE)
     if not len(wider):
         return
@@ -492,12 +492,12 @@ def rim_heights(
     is cut. `tops` contains the heights of the tops of the holes, float64[n], mm, or is None if the holes start on the
     surface.
     """
-    whole = hole_rims(triangles, xy, radius)
+    whole = heights_around_holes(triangles, xy, radius)
     above = np.zeros(len(xy)) if tops is None else np.maximum(whole.top - tops, 0.0)
     cut = cut_radius(above)
     if (cut >= radius).all():
         return whole
-    inner = hole_rims(triangles, xy, cut)
+    inner = heights_around_holes(triangles, xy, cut)
     return HoleRims(np.maximum(whole.top, inner.top), inner.lowest, inner.under)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError
-from leafcut.geometry.offset import offset
+from leafcut.geometry.offset import offset_closed_path
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.tool import Tool
 from leafcut.processes.part.model import Chamfer, Edge, Engraving, VBit
@@ -33,8 +33,10 @@ def chamfer_path(chamfer: Chamfer) -> Polyline:
         The mill or the V-bit does not fit everywhere.
     """
     sign = -1.0 if chamfer.inside else 1.0
-    milled = [ring for ring in offset(chamfer.path, sign * chamfer.corner, TOLERANCE) if ring.area > 0.0]
-    rings = offset(milled[0], sign * (chamfer.bit.tip - chamfer.corner), TOLERANCE) if len(milled) == 1 else []
+    milled = [ring for ring in offset_closed_path(chamfer.path, sign * chamfer.corner, TOLERANCE) if ring.area > 0.0]
+    rings = (
+        offset_closed_path(milled[0], sign * (chamfer.bit.tip - chamfer.corner), TOLERANCE) if len(milled) == 1 else []
+    )
     rings = [ring for ring in rings if ring.area > 0.0]
     if len(rings) != 1:
         raise PlanError("{}: too narrow for its mill or for the tip of T{} in places", chamfer.name, chamfer.bit.tool)

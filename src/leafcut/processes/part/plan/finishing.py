@@ -12,8 +12,8 @@ import shapely
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.arrays import Point
-from leafcut.geometry.offset import offset
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.offset import offset_closed_path
+from leafcut.geometry.polyline import Polyline, concatenate
 from leafcut.processes.part.model import Edge
 
 #: Tolerance of the tool path, mm.
@@ -69,7 +69,9 @@ def roughing_path(edge: Edge, path: Polyline, lines: shapely.STRtree, radius: fl
     tight = tight_place(free, radius, finish)
     if tight is None:
         own = shapely.Polygon(ring_of(path)).buffer(2.0 * TOLERANCE)
-        rings = [ring for ring in offset(edge.path, -wide if edge.inside else wide, TOLERANCE) if ring.area > 0.0]
+        rings = [
+            ring for ring in offset_closed_path(edge.path, -wide if edge.inside else wide, TOLERANCE) if ring.area > 0.0
+        ]
         rings = [ring for ring in rings if not edge.inside or own.covers(ring_of(ring))]
         tight = edge.path.start if len(rings) != 1 else crowded_place(ring_of(rings[0]), edge, lines, wide)
     if tight is not None:
@@ -165,10 +167,10 @@ def finishing_pass(
     leads = _leads(path, start, finish, waste_left=waste_left)
     come, leave = leads or (None, None)
     pieces = pieces_from(path, tabs, start if leads else near)
-    first = pieces[0][0] if come is None else joined(come, pieces[0][0])
-    pieces[0] = joined(Polyline.of_points([place, first.start]), first), False
+    first = pieces[0][0] if come is None else concatenate(come, pieces[0][0])
+    pieces[0] = concatenate(Polyline.of_points([place, first.start]), first), False
     if leave is not None:
-        pieces[-1] = joined(pieces[-1][0], leave), False
+        pieces[-1] = concatenate(pieces[-1][0], leave), False
     return FinishingPass(tuple(pieces), leads is not None)
 
 

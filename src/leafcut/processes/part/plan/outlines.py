@@ -14,7 +14,7 @@ import shapely
 
 from leafcut.errors import PlanError, count_of
 from leafcut.geometry.arrays import Point
-from leafcut.geometry.offset import offset
+from leafcut.geometry.offset import offset_closed_path
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.contour import Contour
@@ -159,7 +159,7 @@ def plan_cuts(
     crowded: dict[int, tuple[Edge, Point]] = {}
     lines = shapely.STRtree([ring_of(edge.path) for edge in edges])
     for number, edge in enumerate(edges):
-        rings = offset(edge.path, -radius if edge.inside else radius, TOLERANCE)
+        rings = offset_closed_path(edge.path, -radius if edge.inside else radius, TOLERANCE)
         # A grown outline may close the mouth of a notch that is narrower than the tool.
         rings, closed_notches = [ring for ring in rings if ring.area > 0.0], [ring for ring in rings if ring.area < 0.0]
         if not rings:

@@ -11,7 +11,7 @@ import shapely
 
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.regions import as_polyline, polygons, swept, tool_centres
+from leafcut.geometry.regions import as_polyline, polygons, swept_region, tool_centres
 from leafcut.model.pocket import Pocket, PocketPiece, PocketRules
 from leafcut.processes.milling.entries import TOUCH
 from leafcut.processes.part.model import PocketArea
@@ -32,9 +32,9 @@ def rest_pockets(area: PocketArea, large: PocketRules, small: PocketRules) -> li
     """
     shape, tolerance = area.region, small.tolerance
     centres, thin = tool_centres(shape, small.radius, tolerance), 0.5 * _THIN * tolerance
-    left = swept(centres, small.radius, tolerance).intersection(shape) - reachable_area(shape, large)
+    left = swept_region(centres, small.radius, tolerance).intersection(shape) - reachable_area(shape, large)
     near = left.buffer(-thin).buffer(thin).buffer(_AROUND * small.radius)
-    pieces = polygons(swept(centres.intersection(near), small.radius, tolerance))
+    pieces = polygons(swept_region(centres.intersection(near), small.radius, tolerance))
     return [
         Pocket(
             as_polyline(piece.exterior.coords, closed=True),
@@ -53,7 +53,7 @@ def cleared_floor(clearings: Iterable[Clearing]) -> Any:
     for clearing in clearings:
         rules = clearing.region.rules
         lines = [shapely.LineString(piece.path.flattened(rules.tolerance)) for piece in clearing.path.pieces]
-        areas.append(swept(shapely.union_all(lines), rules.radius - rules.tolerance, rules.tolerance))
+        areas.append(swept_region(shapely.union_all(lines), rules.radius - rules.tolerance, rules.tolerance))
     return shapely.union_all(areas)
 
 

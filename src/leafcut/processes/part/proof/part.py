@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.material.straight_moves import straight_moves
+from leafcut.material.straight_moves import convert_to_straight_moves
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath
@@ -26,7 +26,7 @@ from leafcut.processes.part.proof.engraving import check_engravings
 from leafcut.processes.part.proof.holes import check_holes
 from leafcut.processes.part.proof.pockets import check_pockets
 from leafcut.processes.part.proof.rapids import check_rapids
-from leafcut.proof.difference import cap_differences
+from leafcut.proof.difference import limit_differences
 
 #: Maximum length of a straight move, mm. Moves are not divided.
 _WHOLE = 1e9
@@ -53,7 +53,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     11. Each chamfer is cut once, to its depth, before its edge and the edges around it. It cuts into no other wall.
     12. Each carved shape is cut to its walls and no further, before the edges that enclose or cross it.
     """
-    moves = straight_moves(written, CHORD, _WHOLE)
+    moves = convert_to_straight_moves(written, CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)
     drills = {hole.tool for hole in request.holes}
     cutting = low & ~np.isin(moves.tool, list(drills - {request.tool}))
@@ -63,7 +63,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     known = np.logical_or.reduce([other.explained for other in others])
     material = material_of(request.edges)
     edges = check_edges(request, cuts, known, material)
-    return cap_differences(
+    return limit_differences(
         [
             *_check_places(request, cuts, edges, known, material),
             *(difference for other in (edges, *others) for difference in other.differences),

@@ -24,7 +24,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.arrays import Floats, Points, segments
+from leafcut.geometry.arrays import Floats, Points, consecutive_segments
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
@@ -385,7 +385,7 @@ def medial_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     """
     points = _boundary_points(polygon, spacing)
     lines = shapely.voronoi_polygons(shapely.MultiPoint(points), only_edges=True)
-    ends = np.concatenate([segments(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
+    ends = np.concatenate([consecutive_segments(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
     shapely.prepare(polygon)
     ends = ends[shapely.contains_properly(polygon, shapely.linestrings(ends))]
     if not len(ends):  # a circle, where all edges of the diagram meet in the centre

@@ -10,7 +10,7 @@ import numpy as np
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.cleaning import without_huge_arcs
 from leafcut.geometry.fitting import fit_arcs
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.polyline import Polyline, concatenate
 from leafcut.model.pocket import PocketPath
 
 #: Share of the tolerance that arc fitting may use. The remainder is for the chords of walls and for rounding.
@@ -37,7 +37,7 @@ def _fit_arcs_to_section(path: Polyline, tolerance: float) -> Polyline:
         if i < path.n_segments:
             pieces.append(Polyline(np.array([path.vertices[i], [*path.vertices[i + 1, :2], 0.0]])))
         at = i + 1
-    return joined(*pieces) if pieces else path
+    return concatenate(*pieces) if pieces else path
 
 
 def _fit_arcs_to_points(points: Points, tolerance: float) -> Polyline:

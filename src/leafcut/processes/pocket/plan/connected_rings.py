@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError
-from leafcut.geometry.arrays import Points, segments
+from leafcut.geometry.arrays import Points, consecutive_segments
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
@@ -120,7 +120,7 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
     """
     step = region.rules.step_over
     short = [subdivide_path(path, LONGEST_LOOKED * step) for path in paths]
-    steps: Any = shapely.linestrings(np.concatenate([segments(path) for path in short]))
+    steps: Any = shapely.linestrings(np.concatenate([consecutive_segments(path) for path in short]))
     tree = shapely.STRtree(steps)
 
     def limit(points: Points, pitch: float) -> Points:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
-from leafcut.material.bands import segments_near
+from leafcut.material.bands import segment_point_pairs_within
 
 #: Function that receives sample points, float64[n, 2], and their spacing, mm. It returns the maximum distance of each
 #: point from the path, float64[n], mm.
@@ -54,7 +54,7 @@ class CoveragePoints:
 
         Return the segment indices, in ascending order, and the point indices.
         """
-        piece, place = segments_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
+        piece, place = segment_point_pairs_within(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
         return self.pieces[piece], place
 
 

@@ -11,7 +11,7 @@ import shapely
 
 from leafcut.errors import PlanError, count_of
 from leafcut.geometry.arrays import Points
-from leafcut.geometry.regions import polygons, swept, tool_centres
+from leafcut.geometry.regions import polygons, swept_region, tool_centres
 from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
@@ -185,4 +185,4 @@ def _area_and_place_text(place: UnreachableArea) -> Message:
 def reachable_area(shape: Any, rules: PocketRules) -> Any:
     """Return the part of a pocket that the tool can clear (shapely geometry)."""
     inner = tool_centres(shape, rules.radius, rules.tolerance)
-    return swept(inner, rules.radius, rules.tolerance).intersection(shape)
+    return swept_region(inner, rules.radius, rules.tolerance).intersection(shape)

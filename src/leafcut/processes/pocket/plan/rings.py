@@ -7,7 +7,7 @@ from typing import Any
 import shapely
 
 from leafcut.geometry.arrays import Points
-from leafcut.geometry.regions import as_polyline, polygons, shrink
+from leafcut.geometry.regions import as_polyline, polygons, shrink_region
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.spurs import add_spurs
@@ -31,7 +31,7 @@ def offset_rings(region: CentreRegion) -> list[Ring]:
         for polygon in polygons(inner):
             cut.extend(Ring.from_open_points(points, level) for points in CentreRegion(polygon, rules).boundary_rings)
         level += 1
-        inner = shrink(region.polygon, level * rules.step_over, rules.tolerance)
+        inner = shrink_region(region.polygon, level * rules.step_over, rules.tolerance)
     return cut if rules.climb else [Ring.from_open_points(ring.points[-2::-1], ring.level) for ring in cut]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Points
-from leafcut.geometry.regions import chords_per_quarter, polygons, swept
+from leafcut.geometry.regions import chords_per_quarter, polygons, swept_region
 from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.stationed_path import StationedPath
 
@@ -59,7 +59,7 @@ def add_spurs(paths: list[Points], floor: Any, rules: PocketRules) -> list[Point
             if tip is None:
                 break
             spurs[k].append((station, tip))
-            disc = swept(shapely.Point(tip), rules.radius, rules.tolerance)
+            disc = swept_region(shapely.Point(tip), rules.radius, rules.tolerance)
             left = [part for some in left for part in _significant_parts(some.difference(disc), rules)]
     return [_insert_spurs(track, found) for track, found in zip(tracks, spurs, strict=True)]
 

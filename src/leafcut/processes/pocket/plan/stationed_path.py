@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.geometry.arrays import Points, segments
+from leafcut.geometry.arrays import Points, consecutive_segments
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class StationedPath:
 
     @cached_property
     def _steps(self) -> Any:
-        steps: Any = shapely.linestrings(segments(self.points))
+        steps: Any = shapely.linestrings(consecutive_segments(self.points))
         return shapely.STRtree(steps)
 
     def nearest(self, places: Points) -> tuple[Points, Points]:

@@ -16,8 +16,8 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.arrays import Point, segments
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.arrays import Point, consecutive_segments
+from leafcut.geometry.polyline import Polyline, concatenate
 from leafcut.geometry.regions import FINE, chords_per_quarter
 from leafcut.geometry.zones import touches_any_zone, widen_zones
 from leafcut.material.removal import cleared_area, steps_near
@@ -321,7 +321,7 @@ def _feed_runs(path: PocketPath) -> list[_FeedRun]:
         if gap > 0.0:
             runs.append([])
         runs[-1].append(piece)
-    return [_FeedRun(tuple(run), joined(*(p.path for p in run))) for run in runs]
+    return [_FeedRun(tuple(run), concatenate(*(p.path for p in run))) for run in runs]
 
 
 def rounded_feed(share: float, feed: float) -> float:
@@ -363,7 +363,7 @@ class ClearedArea:
         Return the state of the area at the start of the run before the run was added (`DescentClearance`).
         """
         opened = self._descent_clearance(run.start)
-        steps = segments(run.flattened(FINE * self.rules.tolerance))
+        steps = consecutive_segments(run.flattened(FINE * self.rules.tolerance))
         # As in verification, a plunge clears nothing.
         self._steps = np.concatenate([self._steps, steps[(steps[:, 0] != steps[:, 1]).any(axis=1)]])
         return opened

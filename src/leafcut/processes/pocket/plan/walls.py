@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Points
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.polyline import Polyline, concatenate
 from leafcut.model.pocket import PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.region import CentreRegion
 
@@ -71,7 +71,7 @@ def _wall_pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float
     start = 0 if best is None else best[0]
     turned = np.roll(ring, -start, axis=0)
     whole = Polyline.of_points(np.concatenate([turned, turned[:1]]))
-    return whole if best is None else joined(best[1], whole, best[2])
+    return whole if best is None else concatenate(best[1], whole, best[2])
 
 
 def _add_midpoints(ring: Points, least: float) -> Points:

@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 from shapely.affinity import rotate
 
-from leafcut.geometry.arrays import Points, segments
-from leafcut.geometry.regions import as_polyline, polygons, shrink
+from leafcut.geometry.arrays import Points, consecutive_segments
+from leafcut.geometry.regions import as_polyline, polygons, shrink_region
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rings import (
@@ -77,7 +77,7 @@ def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple
     Lines end `margin` mm before the walls.
     """
     rules = region.rules
-    inner = shrink(region.polygon, margin, rules.tolerance) if margin else region.polygon
+    inner = shrink_region(region.polygon, margin, rules.tolerance) if margin else region.polygon
     runs = [run for part in polygons(inner) for run in _zigzag_lines(region, part, angle, rules)]
     walls = [ring for ring in offset_rings(region) if ring.level == 0]
     far = _count_gaps_at_walls(runs, [ring.points_between(0.0, ring.length) for ring in walls], rules.step_over)
@@ -100,7 +100,7 @@ def _count_gaps_at_walls(runs: list[Points], walls: list[Points], step_over: flo
     """Count the sample points on wall passes whose nearest parallel line is one to two step-overs away."""
     if not runs or not walls:
         return 0
-    lines = np.concatenate([segments(run) for run in runs])
+    lines = np.concatenate([consecutive_segments(run) for run in runs])
     lines = lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 0.0]
     sampled = [
         shapely.get_coordinates(shapely.segmentize(shapely.LineString(wall), SAMPLE_SPACING * step_over))

@@ -26,7 +26,7 @@ from leafcut.processes.pocket.proof.pocket import (
     engaged_levels,
     max_ignored_film,
 )
-from leafcut.proof.difference import cap_differences, position_text
+from leafcut.proof.difference import limit_differences, position_text
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Relative tolerance of all limits, because a program contains rounded numbers.
@@ -118,7 +118,7 @@ def measure_chips(
     )
     rows = {level.cuts[k].row for level in samples for k in np.unique(level.move).tolist()}
     changed = sum(abs(float(written.value[row]) - limits.feed) > _PART * limits.feed for row in rows)
-    return MeasuredChips(pace, changed, tuple(cap_differences(wrong)))
+    return MeasuredChips(pace, changed, tuple(limit_differences(wrong)))
 
 
 def _concatenate_levels(samples: list[_LevelSamples], name: str) -> Floats:

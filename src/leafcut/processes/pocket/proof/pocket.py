@@ -11,21 +11,21 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Floats, Points, segments
+from leafcut.geometry.arrays import Floats, Points, consecutive_segments
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import FINE, chords_per_quarter
-from leafcut.material.engagement import Engaged, engagement
-from leafcut.material.removal import Removal, cleared_area, removal, steps_near
-from leafcut.material.step_over import widest_gaps
-from leafcut.material.straight_moves import straight_moves
+from leafcut.material.engagement import Engaged, engagement_along_path
+from leafcut.material.removal import Removal, cleared_area, measure_removal, steps_near
+from leafcut.material.step_over import measure_widest_step_overs
+from leafcut.material.straight_moves import convert_to_straight_moves
 from leafcut.material.tool_steps import ToolSteps, steps_along_path
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.model.turns import turns_of
-from leafcut.proof.difference import cap_differences, position_text
-from leafcut.proof.surface import surface_meets_area
+from leafcut.model.turns import arc_turns
+from leafcut.proof.difference import limit_differences, position_text
+from leafcut.proof.surface import surface_reaches_into_area
 
 #: Tolerance for heights in the program, mm (half of 0.0001 inch is 0.00127 mm), and for the chords of walls.
 HEIGHT_TOLERANCE = 0.002
@@ -97,7 +97,7 @@ def check_pockets(
     cuts = list(cutting_moves(written, rules.tolerance))
     low = _lower_tops(pockets, tops, rules)
     wrong = [*_unknown_position_differences(written), *_dangerous_rapids(written, cuts, rules, retract, low)]
-    return cap_differences([*wrong, *_cuts_beyond_walls(cuts, pockets, rules, depths)])
+    return limit_differences([*wrong, *_cuts_beyond_walls(cuts, pockets, rules, depths)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,9 +143,9 @@ def simulate_levels(
             )
             key = (number, b"".join(np.round(p, 4).tobytes() for p in (*mine, *more)))
             if key not in known:
-                removed = removal(pocket, path_of_cuts(mine), rules)
+                removed = measure_removal(pocket, path_of_cuts(mine), rules)
                 path, room = steps_along_path(path_of_cuts([*mine, *more]), rules), removed.centres.difference(opened)
-                known[key] = removed, widest_gaps(path, room, rules).step_over
+                known[key] = removed, measure_widest_step_overs(path, room, rules).step_over
             rows.append(SimulatedLevel(z, number, *known[key]))
     return rows
 
@@ -170,7 +170,7 @@ def fast_cut_differences(written: Toolpath, rules: PocketRules, feed: float) -> 
             for number in np.unique(path.piece[wide]).tolist()
             if there[number].row in fast
         ]
-    return cap_differences(
+    return limit_differences(
         [
             Difference(
                 Message("feed"),
@@ -209,7 +209,7 @@ def engaged_levels(
         key = b"".join([level.tobytes(), *(np.round(points, 4).tobytes() for points in paths)])
         if key not in known:
             path = steps_along_path(path_of_cuts(paths), rules)
-            known[key] = path, engagement(path, rules, ~level[path.piece])
+            known[key] = path, engagement_along_path(path, rules, ~level[path.piece])
         yield there, *known[key]
 
 
@@ -307,7 +307,7 @@ def depth_differences(
             where = position_text(point.x, point.y, level.z)
             words = Message("more than the step-down of {:.3f} mm would be cut at once near {}", step, where)
             wrong.append(Difference(Message("too deep"), 0, level.line, words))
-    return cap_differences(wrong)
+    return limit_differences(wrong)
 
 
 @dataclass
@@ -331,7 +331,7 @@ def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
             continue
         if not levels or abs(levels[-1].z - cut.z) > HEIGHT_TOLERANCE:
             levels.append(_Level(cut.z, cut.line))
-        levels[-1].parts.append(segments(cut.path[:, :2]))
+        levels[-1].parts.append(consecutive_segments(cut.path[:, :2]))
     return levels
 
 
@@ -354,8 +354,10 @@ def _lies_in(points: Points, shape: Any) -> bool:
 
 def cutting_moves(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
     """Yield the feed moves that go below the surface. Chords replace the arcs."""
-    moves = straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf)
-    turns = turns_of(path)
+    moves = convert_to_straight_moves(
+        replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf
+    )
+    turns = arc_turns(path)
     bulges = {
         row: math.tan(0.25 * sweep)
         for row, sweep in zip(turns.row.tolist(), turns.sweep.tolist(), strict=True)
@@ -477,7 +479,7 @@ class EarlierCuts:
 
     def __init__(self, cuts: Sequence[PocketCut], rules: PocketRules) -> None:
         self.rules, moving = rules, [cut for cut in cuts if np.ptp(cut.path[:, :2], axis=0).any()]
-        self._steps = [segments(cut.path[:, :2]) for cut in moving]
+        self._steps = [consecutive_segments(cut.path[:, :2]) for cut in moving]
         self._row = np.array([cut.row for cut in moving], dtype=np.int64)
         self._top = np.array([cut.path[:, 2].max() for cut in moving], dtype=np.float64)
         self._tree = shapely.STRtree([shapely.LineString(cut.path[:, :2]) for cut in moving])
@@ -559,7 +561,7 @@ def stock_top_differences(
         around = [other.region(filled=True) for other in of_solid]
         area = shapely.union_all([own, *(other for other in around if other.distance(own) <= 0.0)])
         height = (pocket.top or 0.0) + top
-        if surface_meets_area(triangles, area, radius - _CHORD_TOLERANCE, height + _CHORD_TOLERANCE):
+        if surface_reaches_into_area(triangles, area, radius - _CHORD_TOLERANCE, height + _CHORD_TOLERANCE):
             words = Message(
                 "{}: the solid is higher than Z{:.3f}, the assumed top of its material", pocket.label, height
             )

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from leafcut.geometry.arrays import segments
+from leafcut.geometry.arrays import consecutive_segments
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.regions import polygons, shrink, swept
+from leafcut.geometry.regions import polygons, shrink_region, swept_region
 from leafcut.material.removal import swept_area
 from leafcut.message import Message
 from leafcut.model.fact import Fact
@@ -651,8 +651,8 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 def unfinished_shapes(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
     """Return the unreachable and the uncut area of a pocket. Slivers thinner than the tolerance are ignored."""
     whole = pocket.region(_SEEN)
-    reachable = swept(shrink(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
-    steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
+    reachable = swept_region(shrink_region(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
+    steps = np.concatenate([consecutive_segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
     cleared = swept_area(steps, rules.radius + _SEEN, 24)
     return PocketShapes(_visible_area(whole.difference(reachable)), _visible_area(reachable.difference(cleared)))
 
@@ -741,11 +741,13 @@ def _draw_hatch(frame: Frame, shape: Any) -> str:
 
 def _area_path(frame: Frame, shape: Any) -> str:
     rings = [ring for p in polygons(shape) for ring in (p.exterior, *p.interiors)]
-    return "".join(f"{segments_path_data(segments(frame.to_user_units(np.asarray(r.coords)[:, :2])))}z" for r in rings)
+    return "".join(
+        f"{segments_path_data(consecutive_segments(frame.to_user_units(np.asarray(r.coords)[:, :2])))}z" for r in rings
+    )
 
 
 def _line_data(frame: Frame, path: Polyline) -> str:
-    return segments_path_data(segments(frame.to_user_units(path.flattened(_CHORDS / frame.scale))))
+    return segments_path_data(consecutive_segments(frame.to_user_units(path.flattened(_CHORDS / frame.scale))))
 
 
 # -- the tool path ---------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats
-from leafcut.material.chip_feeds import minimum_around
+from leafcut.material.chip_feeds import sliding_minimum_along_path
 from leafcut.material.loads import Loads, tool_limits
 from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Cutter
@@ -173,7 +173,7 @@ def _speeds_in_material(
         factor = np.minimum.reduce(list(bounds.values()))
         # Raise the speed in steps, so that it changes less often, but reduce excessive feeds at once.
         factor = np.where(factor > 1.0, np.minimum(_round_to_steps(factor), factor), factor)
-        factor = minimum_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
+        factor = sliding_minimum_along_path(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
         plunges = loads.plunges & of_tool
         slower = np.minimum(np.minimum(_plunge_feed_factor(loads, limit), bounds["spindle"]), 1.0)
@@ -201,7 +201,7 @@ def _feed_factors(
         "chip": by_chip if limit.stated else np.maximum(by_chip, 1.0),
         "rate": np.maximum(by_rate, 1.0),
         "increase": np.full_like(by_chip, FEED_INCREASE),
-        "spindle": loads.spindle_ratio(limit, diameter),
+        "spindle": loads.max_feed_factor(limit, diameter),
     }
 
 
@@ -238,7 +238,7 @@ def reason_for_kept_feed(
     program: Program, loads: Loads, number: int, limit: ToolLimits, diameter: float, rules: PaceRules, machine: Machine
 ) -> KeptFeed | None:
     """Explain why a tool does not cut faster. Return None if the tool only plunges."""
-    mine = loads.cuts_of(number) & (loads.mills | loads.sinks) & (loads.chip > 0)
+    mine = loads.measured_cuts(number) & (loads.mills | loads.sinks) & (loads.chip > 0)
     at = np.flatnonzero(mine)
     if not len(at):
         return None

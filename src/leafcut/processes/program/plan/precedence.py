@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
-from leafcut.gcode.tool_comments import tool_width
-from leafcut.geometry.index import component_numbers, unique_pairs
+from leafcut.gcode.tool_comments import tool_diameter_in_comments
+from leafcut.geometry.index import connected_components, unique_pairs
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import ProgramTask
@@ -140,7 +140,9 @@ def _related_pairs(work: _OrderRuleInput, process: str, check_cancelled: Heartbe
     If there are several sections, only pairs of tasks in different sections are returned.
     """
     across = len(work.sections) > 1
-    widths = [tool_width(work.program, pieces[0].begin) or work.rows.tool_diameter for pieces in work.sections]
+    widths = [
+        tool_diameter_in_comments(work.program, pieces[0].begin) or work.rows.tool_diameter for pieces in work.sections
+    ]
     lines = work.lines()
     near, owner = line_index(lines)
 
@@ -279,7 +281,7 @@ def _transitive_reduction(
     """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)
-    group = component_numbers(n, pairs[:, 0], pairs[:, 1])
+    group = connected_components(n, pairs[:, 0], pairs[:, 1])
     # Sort pieces by group, so that connected pieces have nearby numbers.
     order = np.argsort(group, kind="stable")
     rank = np.empty(n, dtype=np.int64)

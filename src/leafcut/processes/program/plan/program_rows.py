@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.program_interpreter import CALLED
-from leafcut.gcode.words import plain_block
+from leafcut.gcode.words import parse_plain_block
 from leafcut.message import Message
 from leafcut.model.kinds import BEAMS, ProgramKind
-from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, latest_marked_rows
 from leafcut.processes.program.proof.features import Features, ProgramPath, features_of
 from leafcut.processes.program.proof.order_thresholds import FREE
 
@@ -147,7 +147,7 @@ def _beam_mask(program: Program) -> NDArray[np.bool_]:
     on = path.value != 0.0
     if switched.any() and not on[switched].any():
         on = program.modal_at_rows("spindle") != 0
-    last = last_rows(switched)
+    last = latest_marked_rows(switched)
     beam: NDArray[np.bool_] = (last >= 0) & on[last]
     return beam
 
@@ -250,7 +250,7 @@ def _reason_call_stays(program: Program, barriers: dict[int, str], begin: int, e
         inner = barriers.get(block) or ("" if fixed in CALLED else fixed)
         line = int(program.line[block])
         text = program.lines[line - 1]
-        if not inner and ((plain := plain_block(text)) is None or plain.percent is not None):
+        if not inner and ((plain := parse_plain_block(text)) is None or plain.percent is not None):
             inner = (
                 Message("the numbers in the block come from parameters")
                 if "#" in text
@@ -281,7 +281,7 @@ def _idle_rows(program: Program, rows: Rows) -> list[int]:
     if not n:
         return []
     ways = rows.travel & ~rows.cut
-    cut, rapid, travel = last_rows(rows.cut), last_rows(kind == Kind.RAPID), last_rows(ways)
+    cut, rapid, travel = latest_marked_rows(rows.cut), latest_marked_rows(kind == Kind.RAPID), latest_marked_rows(ways)
     dwells = kind == Kind.DWELL
     # A spindle speed set by S alone belongs to the following cut (`SectionFinder`).
     switches = (kind == Kind.SPINDLE) & (program.path.ref != SPEED_ALONE) & (not rows.beam.any())
@@ -323,7 +323,7 @@ def runs_without_barriers(program: Program, barriers: dict[int, str]) -> list[tu
 
 
 def _is_remark(line: str) -> bool:
-    block = plain_block(line)
+    block = parse_plain_block(line)
     return (
         block is not None
         and block.percent is None

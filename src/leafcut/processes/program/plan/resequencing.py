@@ -22,7 +22,7 @@ from leafcut.errors import PlanError, count_of, name_suggestion
 from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_position
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import ReversibleCut, find_reversible_cut
-from leafcut.gcode.words import plain_block
+from leafcut.gcode.words import parse_plain_block
 from leafcut.geometry.arrays import Point
 from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
@@ -30,7 +30,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, Sequence, StayReason
-from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, latest_marked_rows
 from leafcut.processes.program.plan.fixed_tasks import line_text, why_pieces_stay
 from leafcut.processes.program.plan.precedence import are_related, detaching_stages, with_precedence
 from leafcut.processes.program.plan.program_rows import (
@@ -343,7 +343,7 @@ def _subsection(section: Section, low: int, high: int) -> Section:
 def _operation_starts(program: Program, section: Section, rows: Rows) -> list[int]:
     """Return the first task of every operation but the first operation."""
     pieces = section.pieces
-    last_cut = np.concatenate([[-1], last_rows(rows.cut)])
+    last_cut = np.concatenate([[-1], latest_marked_rows(rows.cut)])
     texts = {k: text for k in range(len(pieces)) if (text := _comments_before(program, section, rows, k, last_cut))}
     begins = sorted({0, *texts})
     sizes = dict(zip(begins, np.diff([*begins, len(pieces)]).tolist(), strict=True))
@@ -372,7 +372,7 @@ def _comments_before(program: Program, section: Section, rows: Rows, number: int
     for text in program.lines[low : high - 1]:
         if "(" not in text and ";" not in text:
             continue
-        block = plain_block(text)
+        block = parse_plain_block(text)
         if block is not None and all(word.letter == "N" for word in block.words) and not block.deleted:
             comments += [comment for comment in block.comments if _WORD.search(comment)]
     return " ".join(_NUMBERS.sub("#", " ".join(comments)).upper().split())
@@ -569,7 +569,7 @@ class SectionFinder:
         self.first = first
         #: The last block with known modal values before each block.
         known = np.array([modal.radius > 0 for modal in program.modals])
-        self.last_known = last_rows(known[program.before])
+        self.last_known = latest_marked_rows(known[program.before])
 
     def sections(self) -> list[Section]:
         """Return all sections in program order."""

@@ -14,8 +14,8 @@ import shapely
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats, Indices, Mask
-from leafcut.material.straight_moves import straight_moves
-from leafcut.model.cycles import expand
+from leafcut.material.straight_moves import convert_to_straight_moves
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.model import AvoidedAreas
 from leafcut.proof.clearance import rows_at_machine_height
@@ -89,8 +89,8 @@ def _moves_of(program: Program, number: dict[object, int], level: bool, safe_z: 
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     if level:
         path = replace(path, end=np.column_stack([path.end[:, :2], np.zeros(len(path))]))
-    path = expand(path)
-    moves = straight_moves(path, _CHORD_ERROR, np.inf)
+    path = expand_cycles(path)
+    moves = convert_to_straight_moves(path, _CHORD_ERROR, np.inf)
     unknown = np.isin(moves.row, moves.unknown)
     ends = moves.ends.copy()
     ends[unknown, :3] = ends[unknown, 3:]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from leafcut.gcode.block_description import BlockDescription, normalized
+from leafcut.gcode.block_description import BlockDescription, normalize_line
 from leafcut.gcode.program import Modal, Program
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.message import Message
@@ -214,7 +214,7 @@ def compare_unreached_settings(before: Program, after: Program) -> Iterator[Diff
 
 
 def _normalized_line(program: Program, line: int) -> str:
-    return normalized(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
+    return normalize_line(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
 
 
 def with_barrier_dwells(

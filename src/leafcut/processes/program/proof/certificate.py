@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from leafcut.gcode.block_description import normalized
+from leafcut.gcode.block_description import normalize_line
 from leafcut.gcode.program import Program
-from leafcut.gcode.tool_comments import narrowest_tool
+from leafcut.gcode.tool_comments import smallest_diameter_in_comments
 from leafcut.geometry.arrays import Indices, Mask
 from leafcut.message import Message
 from leafcut.model.certificate import Certificate, Counts
@@ -66,8 +66,8 @@ from leafcut.processes.program.proof.program_work import (
 )
 from leafcut.processes.program.proof.rapids import RapidGaps, allowed_heights, compare_rapids, group_rapids
 from leafcut.processes.program.proof.traces import is_simple, traces_of
-from leafcut.proof.difference import MOST_LISTED, cap_differences, position_text
-from leafcut.proof.envelope import check_envelope
+from leafcut.proof.difference import MOST_LISTED, limit_differences, position_text
+from leafcut.proof.envelope import check_machine_limits
 from leafcut.units import MM_PER_INCH
 
 #: The checks that a certificate covers, in order.
@@ -248,7 +248,7 @@ class _Comparison:
         self.add(find_lost_modes(self.programs, (before, after), pairing.new_of, grouping.mark_of))
         self.add(_farther_reach(before.path, after.path, self.tolerance, [beyond, _known_bounds(pairing.extra)]))
         self.add(_moves_outside_travel(new.path, machine))
-        differences = tuple(cap_differences(self.differences, self.count))
+        differences = tuple(limit_differences(self.differences, self.count))
         compared = () if differences else (*COMPARED, _EITHER_WAY) if self.allow_reverse else COMPARED
         return Certificate(
             not differences,
@@ -290,7 +290,11 @@ class _Comparison:
         order = ChangedOrder(before, after, group_rapids(before), pairing.new_of, self.no_mill, self.check_cancelled)
         self.add((*order.touching(self.tolerance), *order.work_inside_contours()))
         if not self.no_mill:
-            self.add(order.reordered_passes(min(narrowest_tool(self.programs[0]), self.tool_diameter or math.inf)))
+            self.add(
+                order.reordered_passes(
+                    min(smallest_diameter_in_comments(self.programs[0]), self.tool_diameter or math.inf)
+                )
+            )
         elif self.noting:
             self.notes += order.parts_note()
         return pairing, len(np.unique(turned[turned >= 0]))
@@ -370,7 +374,7 @@ def _moves_outside_travel(path: Toolpath, machine: Machine | None) -> list[Diffe
         return []
     moved = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != 540))
     n = int(np.argmax(moved)) if moved.any() else len(path)
-    return [d for d in check_envelope(path.take(slice(n)), machine) if d.what == "outside travel"]
+    return [d for d in check_machine_limits(path.take(slice(n)), machine) if d.what == "outside travel"]
 
 
 def _counts(work: ProgramWork) -> Counts:
@@ -492,7 +496,7 @@ class _FirstUse(NamedTuple):
 
 def _lines_with_g_words(program: Program) -> dict[int, str]:
     """Return the normalized text of all lines that contain a G word other than G0 to G3, by line number."""
-    return {number: normalized(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
+    return {number: normalize_line(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
 
 
 def _first_use(

@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.gcode.block_description import normalized
+from leafcut.gcode.block_description import normalize_line
 from leafcut.gcode.program import Modal, Program
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.message import Message
-from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last_rows
+from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, latest_marked_rows
 
 Selection = Indices | Mask | slice | int
 
@@ -236,7 +236,7 @@ def _spindle_started(path: Toolpath, spindle: Indices) -> Indices:
     M6 stops the spindle on LinuxCNC and on Haas machines. On other controllers, it may keep turning.
     """
     starts = (path.kind == Kind.SPINDLE) & (path.ref != SPEED_ALONE)
-    last = [last_rows(which) for which in (starts, path.kind == Kind.TOOL)]
+    last = [latest_marked_rows(which) for which in (starts, path.kind == Kind.TOOL)]
     started: Indices = ((last[0] >= last[1]) | (spindle == 0)).astype(np.int64)
     return started
 
@@ -269,7 +269,10 @@ def _length_offset_known(path: Toolpath, length: Indices) -> Indices:
     On some controllers, such as Fanuc and Haas, a tool change or a move to a machine position (G28, G53) cancels it.
     """
     offset = path.kind == Kind.OFFSET
-    taken, lost = last_rows(offset), last_rows(np.isin(path.kind, [int(Kind.TOOL), int(Kind.MACHINE)]))
+    taken, lost = (
+        latest_marked_rows(offset),
+        latest_marked_rows(np.isin(path.kind, [int(Kind.TOOL), int(Kind.MACHINE)])),
+    )
     found: Indices = ((taken >= lost) | (length == 0)).astype(np.int64)
     return found
 
@@ -278,7 +281,7 @@ def first_block_with_units(program: Program) -> int:
     """Return the first block that states the units, or the number of blocks."""
     for block, line in enumerate(program.line.tolist()):
         text = program.lines[line - 1]
-        if ("2" in text or "7" in text) and _UNITS.search(normalized(text)):
+        if ("2" in text or "7" in text) and _UNITS.search(normalize_line(text)):
             return block
     return program.n_blocks
 

@@ -177,7 +177,7 @@ def check_limits(
         diameter = 2.0 * cutters[number].radius
         wrong |= mine & faster & (chip * ratio > limit.chip)
         wrong |= mine & faster & (loads.rate * ratio > limit.rate)
-        wrong |= mine & faster & (ratio > loads.spindle_ratio(limit, diameter))
+        wrong |= mine & faster & (ratio > loads.max_feed_factor(limit, diameter))
         # Ramps may be faster only if the plunge feed is known.
         known = limit.plunge if math.isfinite(limit.plunge) else 0.0
         wrong |= mine & faster & loads.sinks & (loads.descent_speed * ratio > known)

@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices, Mask
-from leafcut.geometry.index import component_numbers
+from leafcut.geometry.index import connected_components
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import Features
@@ -153,7 +153,7 @@ def joined_outlines(
     one, other = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCHING)
     joint, begins, ends, tabs = _joints(shapes, tab, not doubt.keep)
     links = np.concatenate([one[one < other], begins]), np.concatenate([other[one < other], ends])
-    group = component_numbers(len(lines), *links)
+    group = connected_components(len(lines), *links)
     order = np.argsort(group, kind="stable")
     edges = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
     parts = [order[low:high] for low, high in pairwise(edges.tolist())]
@@ -256,7 +256,7 @@ def _rings_of_group(members: Indices, joint: Indices, shapes: NDArray[np.object_
     degree = Counter(ends.ravel().tolist())
     joints, of = np.unique(ends, return_inverse=True)
     joint_of = of.reshape(-1, 2)
-    ring_of = component_numbers(len(joints), joint_of[:, 0], joint_of[:, 1])
+    ring_of = connected_components(len(joints), joint_of[:, 0], joint_of[:, 1])
     good = np.ones(len(joints), dtype=bool)
     good[ring_of[[degree[j] != 2 for j in joints.tolist()]]] = False
     of_line = ring_of[joint_of[:, 0]]

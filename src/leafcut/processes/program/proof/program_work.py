@@ -8,7 +8,7 @@ import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats, Indices, Mask
-from leafcut.model.cycles import expand
+from leafcut.model.cycles import expand_cycles
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import (
     Barrier,
@@ -76,7 +76,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     program = _add_end_row(program)
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     if written_out:
-        path = expand(path)
+        path = expand_cycles(path)
     source = path.line.astype(np.int64)
     rows = ProgramPath(program, replace(path, line=program.path.line[source]), source)
     if straight is not None:

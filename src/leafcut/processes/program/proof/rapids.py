@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.message import Message
-from leafcut.model.cycles import approach_of
+from leafcut.model.cycles import hole_approaches
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import PLACELESS, Barrier
@@ -165,7 +165,7 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
     path = work.path
     drill = np.flatnonzero(path.kind == Kind.DRILL)
     over, level = path.end[drill].copy(), work.drill_from.copy()
-    approach = approach_of(path, drill, level[:, 2])
+    approach = hole_approaches(path, drill, level[:, 2])
     level[:, 2], over[:, 2] = approach.begin, approach.end
     down = over.copy()
     down[:, 2] = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[path.ref[drill]]

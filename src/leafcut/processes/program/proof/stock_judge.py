@@ -14,10 +14,10 @@ import numpy as np
 
 from leafcut.errors import VerifyError, count_of
 from leafcut.gcode.program import Program
-from leafcut.material.cutting import Removed, collision_depths, cut
+from leafcut.material.cutting import Removed, collision_depths, simulate_cutting
 from leafcut.material.height_field import HeightField
 from leafcut.material.same_stock import stock_differences
-from leafcut.material.straight_moves import StraightMoves, moves_in_cells
+from leafcut.material.straight_moves import StraightMoves, cutting_moves_for_cells
 from leafcut.message import Message
 from leafcut.model.cutter import BodyPart, Cutter
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
@@ -146,8 +146,8 @@ def _simulate(
 ) -> tuple[HeightField, dict[tuple[int, str], _ToolCollisions], bool]:
     """Simulate a program. Return the stock that it leaves, its collisions, and whether it cuts at all."""
     field = stock.copy()
-    moves = moves_in_cells(program.path, cutters, field.cell)
-    removed = cut(field, moves, cutters, os.cpu_count() or 1, check_cancelled, bodies=bodies)
+    moves = cutting_moves_for_cells(program.path, cutters, field.cell)
+    removed = simulate_cutting(field, moves, cutters, os.cpu_count() or 1, check_cancelled, bodies=bodies)
     return field, _collisions_by_tool(moves, removed), bool(removed.cuts.any())
 
 

@@ -20,7 +20,7 @@ from shapely.ops import substring
 from leafcut.errors import PlanError, count_of
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.fitting import fit_arcs
-from leafcut.geometry.offset import offset
+from leafcut.geometry.offset import offset_closed_path
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.cutting import Lead
@@ -382,7 +382,7 @@ class Grouper:
 
     def _outer_path(self, shape: Polyline) -> Polyline | None:
         try:
-            rings = offset(shape, self.rules.half, OFFSET_TOLERANCE)
+            rings = offset_closed_path(shape, self.rules.half, OFFSET_TOLERANCE)
         except PlanError:
             return None
         if len(rings) != 1:

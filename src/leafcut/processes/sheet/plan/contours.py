@@ -15,7 +15,7 @@ import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point, Points
-from leafcut.geometry.offset import offset
+from leafcut.geometry.offset import offset_closed_path
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.contour import Contour
@@ -283,7 +283,7 @@ def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour
     diameter = 2.0 * math.sqrt(abs(drawn.area) / math.pi)
     pinched: tuple[Polyline, ...] = ()
     if rules.half > 0.0:
-        rings = offset(path, -rules.half if source.is_hole else rules.half, OFFSET_TOLERANCE)
+        rings = offset_closed_path(path, -rules.half if source.is_hole else rules.half, OFFSET_TOLERANCE)
         if not rings or (source.is_hole and len(rings) > 1):
             return None
         pinched = tuple(rings[1:])

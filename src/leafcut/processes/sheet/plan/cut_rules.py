@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError
 from leafcut.model.cutting import CutData, Lead
-from leafcut.model.kinds import CutMethod, method_of
+from leafcut.model.kinds import CutMethod, first_word_of_process
 from leafcut.processes.sheet.options import CutOptions
 
 #: Minimum length of a lead-in, mm. The values for plasma and oxyfuel are from a table of lead-ins by lapas.io. The
@@ -123,7 +123,7 @@ def resolve_rules(
     planned
         Whether the user gave a plan file.
     """
-    kind = method_of(data.process)
+    kind = first_word_of_process(data.process)
     hot = kind in THICK_LEAD_IN
     _check_options(kind, options, data, planned)
     length = options.lead_in_length

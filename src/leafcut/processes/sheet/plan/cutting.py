@@ -19,7 +19,7 @@ import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point, Points
-from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.polyline import Polyline, concatenate
 from leafcut.message import Message
 from leafcut.model.cutting import Cut, CutChoice
 from leafcut.model.issue import Issue, Severity
@@ -610,7 +610,7 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
     lead_in = contour.lead_path_at(start.lead_in, start.at, start.clockwise) if closed or start.lead_in.length else None
     end = start.at - past if start.clockwise else start.at + past
     out = contour.lead_path_at(start.lead_out, end, start.clockwise, out=True) if closed else None
-    whole = joined(*(without_tiny_segments(p) for p in (lead_in, body, out) if p is not None))
+    whole = concatenate(*(without_tiny_segments(p) for p in (lead_in, body, out) if p is not None))
     begin = lead_in.length if lead_in is not None else 0.0
     leave, overcut = begin + body.length, max(past, 0.0)
     return Cut(
@@ -665,7 +665,7 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
         at += body.length
     overcut, end = max(past, 0.0), steps[-1]
     out = last.lead_path_at(end.lead_out, end.at + (-past if end.clockwise else past), end.clockwise, out=True)
-    whole = joined(*(without_tiny_segments(p) for p in (*pieces, *([out] if out is not None else []))))
+    whole = concatenate(*(without_tiny_segments(p) for p in (*pieces, *([out] if out is not None else []))))
     choices = [plan_file_entry(contours[s.contour], s, fixed.get(s.contour, ())) for s in steps]
     return Cut(
         contours=tuple(contours[s.contour].index for s in steps),
@@ -856,7 +856,7 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
     radius = start.lead_in.length / start.lead_in.angle
     center = (here[0] - side * travel[1] * radius, here[1] + side * travel[0] * radius)
     lead = _with_lead_radius(wanted, center, radius + half, body.start)
-    return joined(lead, body), lead.length
+    return concatenate(lead, body), lead.length
 
 
 def _with_lead_radius(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:

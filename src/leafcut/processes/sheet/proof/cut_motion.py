@@ -20,8 +20,8 @@ from leafcut.message import Message
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Motion, Toolpath
-from leafcut.proof.difference import cap_differences, describe_motion
-from leafcut.proof.program import read_back as as_written
+from leafcut.proof.difference import describe_motion, limit_differences
+from leafcut.proof.program import interpret_written_program as as_written
 from leafcut.proof.read_back import DWELL_ROUNDING, SPEED_ROUNDING, compare_motion
 from leafcut.units import MM_PER_INCH
 
@@ -91,7 +91,7 @@ def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, uni
     wrong = np.abs(states - found) > room + 1e-9
     rows = np.flatnonzero(wrong.any(axis=1))
     differences = [_difference(read, states, found, wrong, int(row)) for row in rows[:100].tolist()]
-    return cap_differences(differences, len(rows))
+    return limit_differences(differences, len(rows))
 
 
 def _difference(

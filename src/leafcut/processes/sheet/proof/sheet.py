@@ -23,7 +23,7 @@ from leafcut.geometry.index import ShapeIndex
 from leafcut.message import Message
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
-from leafcut.model.kinds import CutMethod, method_of
+from leafcut.model.kinds import CutMethod, first_word_of_process
 from leafcut.model.machine import Machine
 from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Kind, Toolpath
@@ -31,8 +31,8 @@ from leafcut.processes.sheet.proof.matched_runs import MOST, PIECE, CutRequest, 
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
 from leafcut.processes.sheet.proof.torch import check_torch
 from leafcut.processes.sheet.proof.torch_runs import TorchRun, burning_sections, torch_runs
-from leafcut.proof.difference import cap_differences, position_text
-from leafcut.proof.envelope import check_envelope
+from leafcut.proof.difference import limit_differences, position_text
+from leafcut.proof.envelope import check_machine_limits
 
 #: A path counts as cut twice if runs follow it over this multiple of its length.
 TWICE = 1.9
@@ -83,7 +83,7 @@ def check_sheet(
     for check in CHECKS:
         found += check(matched)
     found += check_detached_parts(matched, path, dialect, machine.nozzle_diameter)
-    return cap_differences([*found, *check_envelope(path, machine)])
+    return limit_differences([*found, *check_machine_limits(path, machine)])
 
 
 def uncut_contour_faults(matched: MatchedRuns) -> list[Difference]:
@@ -510,7 +510,7 @@ def check_common_lines(matched: MatchedRuns) -> list[Difference]:
                 found.append(sheet_difference(Message("cut twice"), text, runs[max(k, other)].line))
     for group in sorted({cuts[k].group for k in common}):
         found += _group_faults(matched, group, [k for k in common if cuts[k].group == group])
-    if method_of(matched.plan.data.process) in NEED_METAL:
+    if first_word_of_process(matched.plan.data.process) in NEED_METAL:
         found += _crossing_faults(matched, common)
     return found
 

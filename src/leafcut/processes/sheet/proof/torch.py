@@ -12,7 +12,7 @@ import re
 import numpy as np
 
 from leafcut.gcode.active_comments import controller_settings
-from leafcut.gcode.block_description import normalized
+from leafcut.gcode.block_description import normalize_line
 from leafcut.gcode.dialects import Dialect
 from leafcut.message import Message
 from leafcut.model.cutting import Cut, CutPlan
@@ -250,7 +250,7 @@ def _material_faults(
     selected = [
         (number, int(match.group(1)))
         for number, line in enumerate(lines, 1)
-        if (match := _SELECTED.search(normalized(line))) is not None
+        if (match := _SELECTED.search(normalize_line(line))) is not None
     ]
     lit = path.line[(path.kind == Kind.SPINDLE) & (path.value != 0.0)]
     first = int(lit[0]) if len(lit) else len(lines) + 1
