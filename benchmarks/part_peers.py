@@ -184,7 +184,7 @@ def leafcut_program(work: Work, folder: Path) -> tuple[str, str]:
         clearance_height=SAFE, break_through=BREAK_THROUGH, tab_width=TAB_WIDTH, tab_height=TAB_HEIGHT,
         entry_angle=RAMP,
     )  # fmt: skip
-    return outcome.text, "; ".join(str(issue.text) for issue in outcome.issues if issue.missing)
+    return outcome.text, "; ".join(str(issue.message) for issue in outcome.issues if issue.missing)
 
 
 def freecad_program(work: Work, folder: Path, ramp: float) -> tuple[str, str]:

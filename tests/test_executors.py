@@ -311,7 +311,7 @@ def test_a_lost_scheduler_and_ten_minutes_without_a_worker_end_the_work(monkeypa
         executor.check_alive()
     assert str(refused.value) == "dask://here:1: no worker for 10 minutes; start one and repeat the command"
     client.status = "closed"
-    for call in (executor.check, lambda: executor.submit(int, "1")):
+    for call in (executor.check_alive, lambda: executor.submit(int, "1")):
         with pytest.raises(ExecutorError) as refused:
             call()
         assert str(refused.value) == "dask://here:1: the scheduler has stopped; restart it and repeat the command"

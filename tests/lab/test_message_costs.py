@@ -133,5 +133,5 @@ def test_the_time_of_an_iteration_is_the_shortest_without_the_first() -> None:
     study.begin()
     for number, (seconds, working) in enumerate(((2.0, 0.5), (2.1, 0.55), (2.3, 0.65), (3.3, 1.6)), 1):
         study.note(number, seconds, 10.0, working=working)
-    assert study.worker_figures()["iteration_s"] == pytest.approx(0.1)
-    assert study.worker_figures()["rest_s"] == pytest.approx(0.05)
+    assert study.figures()["iteration_s"] == pytest.approx(0.1)
+    assert study.figures()["rest_s"] == pytest.approx(0.05)

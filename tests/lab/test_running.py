@@ -326,7 +326,7 @@ def test_a_refused_run_keeps_the_figures_of_its_search(tmp_path: Path, monkeypat
     levels = {name: level.name for name, level in plan.levels.items()}
     row = replace(ROW, instance=plan.instance.name, levels=levels, seed=plan.seed, responses={"length": 80.0})
     results = Results.of(found, [replace(row, failed=answer.failed)])
-    assert list(results.worker_figures("length").values()) == [[80.0]]
+    assert list(results.figures("length").values()) == [[80.0]]
     assert results.finished == ()
     assert results.missing(1) == len(found.seeds) - 1
 

@@ -159,7 +159,7 @@ def test_processes_that_exchange_deposits_agree_with_a_plain_simulation() -> Non
         plain = PlainAnts(instance, start.c_nn, 2, 5, offset)
         for iteration in range(8):
             tours, costs = ants.construct(iteration)
-            expected = plain.run_iteration(iteration)
+            expected = plain.iterate(iteration)
             assert tours.tolist() == expected
             assert costs == pytest.approx([sum(plain.length(a, b) for a, b in pairwise([*t, t[0]])) for t in expected])
 

@@ -330,7 +330,7 @@ def test_blocks_leave_out_active_words_and_number_their_lines() -> None:
     out.write(out.modal("motion", "G0"), "", "X1")
     out.write(out.modal("motion", "G0"))
     out.write(out.modal("motion", "G1"), "X2")
-    out.forget(["motion", "unknown"])
+    out.forget_modal_words(["motion", "unknown"])
     out.write(out.modal("motion", "G1"), "X3")
     out._number = 99_980
     out.write("X4")

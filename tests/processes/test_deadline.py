@@ -203,7 +203,7 @@ def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
     time.to_come = 2
     for searches in (False, True, False, True):
         way = ClearingStrategy("", path, searches=searches)
-        time.path(way, region, run)
+        time.plan_path(way, region, run)
     assert given[1] == given[3] == pytest.approx(5.0)
     assert given[0] == given[2] == run.deadline.seconds
 

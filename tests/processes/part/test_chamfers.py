@@ -15,12 +15,12 @@ import shapely
 
 import leafcut
 from leafcut.errors import LeafcutError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.toolpath import Kind
 from leafcut.processes.part.model import Chamfer, Edge, PartRequest, TabRules, VBit
 from leafcut.processes.part.proof.part import judge_part
-from leafcut.proof.program import read_back
+from leafcut.proof.program import interpret_written_program
 from rs274_moves import run_rs274
 
 THICKNESS, DIAMETER, CELL = 6.0, 3.0, 0.1
@@ -214,7 +214,7 @@ START, END = "G21 G90 G17 G94\n", "M2\n"
 
 def judged(*parts: str, request: PartRequest = REQUEST) -> set[str]:
     text = "".join([START, *parts, END])
-    return {str(one.what) for one in judge_part(request, read_back(text, dialect("linuxcnc")))}
+    return {str(one.what) for one in judge_part(request, interpret_written_program(text, load_dialect("linuxcnc")))}
 
 
 @pytest.mark.hazard

@@ -14,12 +14,12 @@ import shapely
 
 import leafcut
 from leafcut.errors import LeafcutError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.part.model import Edge, PartRequest, PocketArea, PocketMill, TabRules
 from leafcut.processes.part.proof.part import judge_part
-from leafcut.proof.program import read_back
+from leafcut.proof.program import interpret_written_program
 from rs274_moves import run_rs274
 
 CELL, DEPTH = 0.2, 2.0
@@ -190,7 +190,7 @@ PLANNED = PartRequest(
 
 @pytest.mark.hazard
 def test_each_place_that_the_small_mill_leaves_out_is_found(outcome: leafcut.ProgramResult) -> None:
-    path = read_back(outcome.text, dialect("linuxcnc"))
+    path = interpret_written_program(outcome.text, load_dialect("linuxcnc"))
     assert judge_part(PLANNED, path) == []
     across = (path.kind == Kind.RAPID) & (path.end[:, :2] != path.before[:, :2]).any(axis=1)
     block, low = np.cumsum(across), (tools_of(path) == 3) & (path.end[:, 2] < 0.0)
@@ -203,7 +203,7 @@ def test_each_place_that_the_small_mill_leaves_out_is_found(outcome: leafcut.Pro
 
 @pytest.mark.hazard
 def test_a_program_of_one_mill_does_not_suit_a_request_for_two(outcome: leafcut.ProgramResult) -> None:
-    path, (pocket, slot) = read_back(outcome.text, dialect("linuxcnc")), PLANNED.pockets
+    path, (pocket, slot) = interpret_written_program(outcome.text, load_dialect("linuxcnc")), PLANNED.pockets
     alone = judge_part(replace(PLANNED, pockets=(replace(pocket, rest=None), slot)), path)
     assert "tool" in {str(one.what) for one in alone}
 
@@ -239,7 +239,7 @@ G0 Z5
 
 def judged(*blocks: str, request: PartRequest = REQUEST) -> set[str]:
     text = "".join(["G21 G90 G17 G94\n", *blocks, "M2\n"])
-    return {str(one.what) for one in judge_part(request, read_back(text, dialect("linuxcnc")))}
+    return {str(one.what) for one in judge_part(request, interpret_written_program(text, load_dialect("linuxcnc")))}
 
 
 def test_a_pocket_of_two_mills_that_is_written_by_hand_is_accepted() -> None:

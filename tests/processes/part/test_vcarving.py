@@ -15,13 +15,13 @@ import shapely
 
 import leafcut
 from leafcut.errors import LeafcutError
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.medial_axis import medial_axis
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.toolpath import Kind
 from leafcut.processes.part.model import Carving, Edge, PartRequest, PocketArea, TabRules, VBit
 from leafcut.processes.part.proof.part import judge_part
-from leafcut.proof.program import read_back
+from leafcut.proof.program import interpret_written_program
 from rs274_moves import run_rs274
 
 CELL = 0.1
@@ -205,7 +205,7 @@ G0 Z5
 
 def judged(*parts: str, request: PartRequest = REQUEST) -> set[str]:
     text = "".join(["G21 G90 G17 G94\n", *parts, "M2\n"])
-    return {str(one.what) for one in judge_part(request, read_back(text, dialect("linuxcnc")))}
+    return {str(one.what) for one in judge_part(request, interpret_written_program(text, load_dialect("linuxcnc")))}
 
 
 @pytest.mark.hazard

@@ -105,7 +105,7 @@ def test_the_colours_of_a_grid_are_counted_by_hand() -> None:
 def test_the_way_round_an_island_is_the_string_pulled_tight() -> None:
     """From (20, 10) to (20, 30): round the corners (13, 13) and (13, 27), or the other two."""
     points = np.array([[20.0, 10.0], [20.0, 30.0], [5.0, 5.0]])
-    ways = RegionPaths(RING, CentreRegion(RING, RULES).rings, points, 6.0)
+    ways = RegionPaths(RING, CentreRegion(RING, RULES).boundary_rings, points, 6.0)
     by_hand = 2 * math.hypot(7, 3) + 14
     node, way = ways.path_to_nearest(0, [1]) or (-1, points)
     assert node == 1 and path_length(way) == pytest.approx(by_hand)
@@ -117,7 +117,7 @@ def test_the_way_round_an_island_is_the_string_pulled_tight() -> None:
 
 def test_lengths_between_points_are_a_metric_no_shorter_than_the_straight_line() -> None:
     grid = best_grid(region(RING))
-    d = RegionPaths(RING, region(RING).rings, grid.points, 6.0).shortest_lengths()
+    d = RegionPaths(RING, region(RING).boundary_rings, grid.points, 6.0).shortest_lengths()
     x, y = grid.points.T
     assert np.isfinite(d).all() and np.array_equal(d, d.T)
     assert (d >= np.hypot(x[:, None] - x, y[:, None] - y) - 1e-9).all()

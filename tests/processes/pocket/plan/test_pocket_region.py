@@ -70,8 +70,8 @@ def test_a_ring_has_a_region_round_its_island() -> None:
     pocket = Pocket(Polyline.circle(0, 0, 40), (Polyline.circle(0, 0, 12, clockwise=True),))
     regions, issues = centre_regions(pocket, RULES)
     assert regions[0].polygon.area == pytest.approx(math.pi * (35**2 - 17**2), rel=1e-3)
-    assert [len(r.rings) for r in regions] == [2] and issues == []
-    assert abs(math.hypot(*regions[0].rings[1][0]) - 17.0) < 0.01
+    assert [len(r.boundary_rings) for r in regions] == [2] and issues == []
+    assert abs(math.hypot(*regions[0].boundary_rings[1][0]) - 17.0) < 0.01
 
 
 def test_a_passage_that_is_too_narrow_parts_the_region_and_is_told() -> None:

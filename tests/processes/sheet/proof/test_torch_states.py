@@ -89,7 +89,7 @@ def test_the_state_at_each_move_is_what_the_controller_makes_of_the_rows(words: 
     torch = load_dialect(words).torch
     assert torch is not None
     tracker = _TorchTracker(load_dialect(words), torch, 0.001, planned=planned)
-    moves, states = tracker.moves(path_of(ROWS))
+    moves, states = tracker.moves_with_states(path_of(ROWS))
     expected = {
         **STATES[words], "side": [40, 40, 40, 40, 41, 40, 40, 40], "pierces": [0, 1, 0, 0, 0, 0, 1, 0],
         "dark_s": [0, 0.5, 0, 0, 0, 0, 0, 0], **({} if planned else WRITTEN[words]),
@@ -109,7 +109,7 @@ def test_only_the_first_dwell_between_lighting_and_a_move_is_the_controllers_own
         ([(Kind.TORCH, (0.0,)), (Kind.DWELL, (0.4,)), (Kind.DWELL, (0.3,)), (Kind.FEED, (9.0,))], [0.0, 0.0]),
     ):
         tracker = _TorchTracker(load_dialect("qtplasmac"), torch, 0.001, planned=True)
-        states = tracker.moves(path_of([*start, *rows]))[1]
+        states = tracker.moves_with_states(path_of([*start, *rows]))[1]
         assert states[:, NAMES.index("lit_s")].tolist() == waits
         dark = [0.0, 0.3] if rows[0][0] is Kind.TORCH else [0.0] * len(waits)
         assert states[:, NAMES.index("dark_s")].tolist() == dark
