@@ -58,7 +58,7 @@ def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(own_studio: Studio
     studio = own_studio
     kept, dropped = studio.jobs.start(LONG), studio.jobs.start(LONG)
     for job in (kept, dropped):
-        live = studio.jobs.live(job)
+        live = studio.jobs.find_live_job(job)
         assert live is not None
         until(lambda live=live: live.latest.cost is not None)
     studio.jobs.stop(kept)
@@ -76,7 +76,7 @@ def test_a_job_that_waits_can_be_cancelled(studio: Studio, monkeypatch: pytest.M
     release = threading.Event()
     monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(600) and JobResult({}, {}, {}))
     jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 1)]
-    last = studio.jobs.live(jobs[-1])
+    last = studio.jobs.find_live_job(jobs[-1])
     assert last is not None
     assert last.state is JobState.WAITING
     studio.jobs.cancel(jobs[-1])
@@ -129,7 +129,7 @@ def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
 
 def test_a_job_that_is_over_keeps_nothing_large(studio: Studio) -> None:
     job = studio.jobs.start(LONG)
-    live = studio.jobs.live(job)
+    live = studio.jobs.find_live_job(job)
     assert live is not None
     until(lambda: live.watch.poll()[1] is not None)
     studio.jobs.stop(job)
@@ -219,7 +219,7 @@ def test_a_restart_loses_nothing(tmp_path: Path, own_studio: Studio, monkeypatch
     with monkeypatch.context() as patched:
         patched.setattr(room, "run", works.read_for_ever)
         running = first.jobs.start(SHORT)
-        live = first.jobs.live(running)
+        live = first.jobs.find_live_job(running)
         assert live is not None
         until(lambda: live.latest.step)
         first.jobs.close()

@@ -185,7 +185,7 @@ def test_snapshots_are_at_least_a_tenth_of_a_second_apart(clock: Clock) -> None:
 
 def test_a_job_studied_step_by_step_gives_what_the_command_line_gives(studio: Studio) -> None:
     job = studio.jobs.start(Task("solve", ("random:40:1",), options=MMAS), Watch(paused=True))
-    live = studio.jobs.live(job)
+    live = studio.jobs.find_live_job(job)
     assert live is not None
     until(lambda: live.watch.poll()[1] is not None)
     live.watch.step()
@@ -207,7 +207,7 @@ def test_a_job_studied_step_by_step_gives_what_the_command_line_gives(studio: St
 def test_a_held_job_can_be_stopped_and_cancelled(own_studio: Studio, end: str) -> None:
     studio = own_studio
     job = studio.jobs.start(Task("solve", ("random:40:1",), options=MMAS), Watch(paused=True))
-    live = studio.jobs.live(job)
+    live = studio.jobs.find_live_job(job)
     assert live is not None
     until(lambda: live.watch.poll()[1] is not None)
     getattr(studio.jobs, end)(job)

@@ -77,7 +77,7 @@ def test_a_job_that_never_looks_up_is_ended(
     """By Cancel, by its deletion, and by the end of the studio."""
     monkeypatch.setattr(room, "run", work)
     job = studio.jobs.start(TASK)
-    live = studio.jobs.live(job)
+    live = studio.jobs.find_live_job(job)
     assert live is not None
     until(lambda: live.latest.step)
     studio.jobs.close() if how == "close" else getattr(studio.jobs, how)(job)

@@ -160,7 +160,7 @@ def _insert_optimize(arguments: Sequence[str]) -> list[str]:
     words = [*arguments]
     first = words[0] if words else ""
     if first in REPLACED:
-        raise OptionError(f"'leafcut {first}' was replaced; type: {REPLACED[first]}")
+        raise OptionError(f"'leafcut {first}' was replaced; enter: {REPLACED[first]}")
     if first in _MEANT and not Path(first).exists():
         raise OptionError(f"there is no command '{first}'; type: {_MEANT[first]}")
     is_command = first in _command_names() or first.startswith("-") or not first

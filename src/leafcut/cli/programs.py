@@ -433,7 +433,7 @@ def nest(
             "leafcut (default: beside the first part)",
         ),
     ] = None,
-    dry_run: Annotated[bool, switch_parameter("--dry-run", help="write no drawing")] = False,
+    dry_run: Annotated[bool, switch_parameter("--dry-run", help="do not write a drawing")] = False,
     options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,

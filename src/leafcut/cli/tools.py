@@ -33,7 +33,7 @@ def tool_speeds(
     ] = None,
     /,
     *more: Annotated[str, Parameter(show=False)],
-    objective: Annotated[Name, Parameter(name="--objective", help="objective of the choice [time, cost, life]")] = Name(
+    objective: Annotated[Name, Parameter(name="--objective", help="what to optimize [time, cost, life]")] = Name(
         "cost"
     ),
     save: Annotated[

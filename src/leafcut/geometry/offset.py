@@ -213,7 +213,7 @@ def _nearest_intersection(a: Element, b: Element) -> Point | None:
     """Return the intersection of two elements that is closest to their common end, or None if they do not intersect."""
     reference = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
     if a.turn == 0.0 and b.turn == 0.0:
-        points = _line_line_intersections(a, b)
+        points = _unbounded_line_intersections(a, b)
     elif a.turn == 0.0:
         points = _line_circle_intersections(a, b)
     elif b.turn == 0.0:
@@ -223,7 +223,7 @@ def _nearest_intersection(a: Element, b: Element) -> Point | None:
     return min(points, key=lambda p: math.dist(p, reference), default=None)
 
 
-def _line_line_intersections(a: Element, b: Element) -> list[Point]:
+def _unbounded_line_intersections(a: Element, b: Element) -> list[Point]:
     (ux, uy), (vx, vy) = _direction_of_travel(a, True), _direction_of_travel(b, True)
     cross = ux * vy - uy * vx
     if abs(cross) <= 1e-12 * math.hypot(ux, uy) * math.hypot(vx, vy):

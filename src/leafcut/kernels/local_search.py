@@ -33,7 +33,9 @@ def neighbour_in_tour(node: NDArray, place: NDArray, v: int, forward: bool) -> i
 
 @inner_kernel
 def exchange_edges(node: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> None:
-    """Replace the edges a–b and c–d with a–c and b–d. In the same direction, b follows a and d follows c.
+    """Replace the edges a–b and c–d with a–c and b–d.
+
+    When the tour is followed in one direction, b comes after a, and d comes after c.
 
     Changes: node, place.
     """

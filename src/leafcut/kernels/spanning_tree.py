@@ -90,7 +90,7 @@ class ForestParts(NamedTuple):
 
 
 @kernel
-def find_leaving_edges_in_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
+def find_cheapest_leaving_edges_in_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
     """Find the cheapest graph edge that leaves each part. Changes: parts.best, leave, arrive."""
     part, best, near = parts.part, parts.best, graph.near
     for i in range(len(part)):
@@ -106,7 +106,7 @@ def find_leaving_edges_in_graph(graph: Graph, penalty: NDArray, parts: ForestPar
 
 
 @kernel
-def find_leaving_edges_in_tree(
+def find_cheapest_leaving_edges_in_kd_tree(
     cost: CostModel, tree: Tree, penalty: NDArray, excluded: int, max_visits: int, parts: ForestParts
 ) -> int:
     """Search the k-d tree for the cheapest edge that leaves each part.

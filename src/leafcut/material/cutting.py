@@ -70,7 +70,7 @@ class Removed(NamedTuple):
 
     @property
     def cuts(self) -> NDArray[np.bool_]:
-        """Mask of the moves that cut more than a film."""
+        """Mask of the moves that remove a noticeable amount of material."""
         return self.area > 0
 
 

@@ -106,7 +106,7 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
             console.print(Text(replace_unprintable(f"missing: {issue}"), "bold red"), soft_wrap=True)
     spaced = f"{outcome.spacing:g} mm apart, {outcome.margin:g} mm from the edge"
     console.print(
-        Text(replace_unprintable(f"{parts} on sheets of {_sheet_sizes_text(first)}, {spaced}")), soft_wrap=True
+        Text(replace_unprintable(f"{parts} on sheets of {_used_sheets_text(first)}, {spaced}")), soft_wrap=True
     )
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
     table.add_column("variant", min_width=len("1 by rectangles,"))  # the table fits into 80 columns
@@ -133,7 +133,7 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
         console.print(Text(replace_unprintable(line)), soft_wrap=True)
 
 
-def _sheet_sizes_text(nest: Nest) -> str:
+def _used_sheets_text(nest: Nest) -> str:
     if len(nest.stocks) == 1:
         return f"{nest.stocks[0].length:g} × {nest.stocks[0].width:g} mm"
     used: Counter[int] = Counter()

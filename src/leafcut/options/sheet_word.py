@@ -49,6 +49,8 @@ def parse_sheet(word: str) -> SheetWord:
         ) from None
     if not (0.0 < length <= LARGEST_SHEET and 0.0 < width <= LARGEST_SHEET):
         raise OptionError(
-            "--sheet: {} is out of range; a side is above 0 and at most {:g} m", printable(name), LARGEST_SHEET / 1000
+            "--sheet: {} is out of range; each side must be above 0 and at most {:g} m",
+            printable(name),
+            LARGEST_SHEET / 1000,
         )
     return SheetWord(name, (length, width), number, cost)

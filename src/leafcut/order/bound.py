@@ -21,8 +21,8 @@ from leafcut.kernels.one_tree import SLACK, Graph, Sets, TreeScratch, ascend_sub
 from leafcut.kernels.spanning_tree import (
     ForestParts,
     build_dense_spanning_tree,
-    find_leaving_edges_in_graph,
-    find_leaving_edges_in_tree,
+    find_cheapest_leaving_edges_in_graph,
+    find_cheapest_leaving_edges_in_kd_tree,
     join_parts,
 )
 from leafcut.order.instance import Instance, costs_of_edges
@@ -355,8 +355,8 @@ def minimum_spanning_tree(
     have, looks, most = 0, 0, int(max(MOST_LOOKS, MOST_LOOKS_PER_NODE * n))
     while have < n - 2:
         _set_part_ranges(instance, hub, parts)
-        find_leaving_edges_in_graph(graph, penalty, parts)
-        looked = find_leaving_edges_in_tree(cost, instance.tree, penalty, hub, most - looks, parts)
+        find_cheapest_leaving_edges_in_graph(graph, penalty, parts)
+        looked = find_cheapest_leaving_edges_in_kd_tree(cost, instance.tree, penalty, hub, most - looks, parts)
         if looked < 0 or stop():
             return None
         looks += looked

@@ -337,7 +337,7 @@ def refuse_tiny_drawing(path: str, part: Part, options: ReadOptions) -> None:
             path,
             Message(
                 "the whole drawing is {:.3g} × {:.3g} mm, so its unit is probably wrong; set it with --units "
-                "(mm if the part is so small)",
+                "(mm if the part really is that small)",
                 width,
                 height,
             ),

@@ -116,7 +116,7 @@ class GrblConversation(Conversation):
         for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._query_board):
             if isinstance(answer, Status):
                 if self._knocks > 1:
-                    self._choose_realtime_bytes()
+                    self._detect_realtime_bytes()
                 return answer
             if isinstance(answer, Greeting):
                 self.restarted = True
@@ -144,7 +144,7 @@ class GrblConversation(Conversation):
             self.port.write(_GRBLHAL.ask)
         self.ask_status()
 
-    def _choose_realtime_bytes(self) -> None:
+    def _detect_realtime_bytes(self) -> None:
         """Switch to grblHAL's realtime bytes if the board answers grblHAL's status query. GRBL ignores that byte."""
         self.discard_answers(SLOW_POLL_SECONDS)
         self.port.write(_GRBLHAL.ask)

@@ -71,7 +71,7 @@ class NestTask:
     def usable_size(self, stock: int) -> tuple[float, float]:
         """Return the length and width of a sheet without its margins, mm.
 
-        If it is not a rectangle, its bounding box counts.
+        If it is not a rectangle, its bounding box is used.
         """
         sheet = self.stocks[stock]
         return sheet.length - 2.0 * self.options.margin, sheet.width - 2.0 * self.options.margin

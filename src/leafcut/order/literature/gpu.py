@@ -60,14 +60,14 @@ class GpuAnts(Ants):
     ) -> None:
         assert isinstance(moves, Places)
         super().__init__(moves, trails, seed, stop, executor, workers)
-        self._gpu = _run_on_gpu(lambda: _Builder(moves.instance, trails, self.tours))
+        self._gpu = _run_on_gpu(lambda: _TourConstructor(moves.instance, trails, self.tours))
 
     def _construct_all(self, words: NDArray[np.uint64]) -> int:
-        _run_on_gpu(lambda: self._gpu.build(words))
+        _run_on_gpu(lambda: self._gpu.construct_tours(words))
         return len(self.tours)
 
 
-class _Builder:
+class _TourConstructor:
     def __init__(self, instance: Instance, trails: Trails, tours: NDArray[np.int32]) -> None:
         from numba import cuda as there
 
@@ -86,7 +86,7 @@ class _Builder:
         self.unvisited = [there.device_array((self.share, len(array)), array.dtype) for array in buffers]
         self.made = there.device_array((self.share, n), tours.dtype)
 
-    def build(self, words: NDArray[np.uint64]) -> None:
+    def construct_tours(self, words: NDArray[np.uint64]) -> None:
         """Construct the tours of all ants on the GPU. Changes: tours, words."""
         from numba import cuda as there
 

@@ -171,7 +171,7 @@ class _TorchWriter(Writer):
 
     # -- the torch ---------------------------------------------------------------------------------------------------
 
-    def _spindle(self, row: Motion) -> None:
+    def _write_spindle(self, row: Motion) -> None:
         torch = self.torch
         if row.value:
             words = torch.mark_on if row.ref else torch.on

@@ -30,7 +30,12 @@ def explain_line(job: SendJob, line: int, words: Words) -> str:
         if kind in (Kind.ARC_CW, Kind.ARC_CCW):
             name = "clockwise" if kind is Kind.ARC_CW else "counter"
             parts.append(
-                words(f"explain.{name}", x=_millimetres(end[0]), y=_millimetres(end[1]), feed=_feed_mm_per_min(value))
+                words(
+                    f"explain.{name}",
+                    x=_millimetres_text(end[0]),
+                    y=_millimetres_text(end[1]),
+                    feed=_feed_mm_per_min(value),
+                )
             )
         elif kind is Kind.RAPID or kind is Kind.FEED:
             parts.append(_explain_move(kind, before, end, value, words))
@@ -47,9 +52,9 @@ def _explain_move(kind: Kind, before: list[float], end: list[float], feed: float
     level = not abs(before[2] - end[2]) > _SAME
     rapid = kind is Kind.RAPID
     given = {
-        "x": _millimetres(end[0]),
-        "y": _millimetres(end[1]),
-        "z": _millimetres(end[2]),
+        "x": _millimetres_text(end[0]),
+        "y": _millimetres_text(end[1]),
+        "z": _millimetres_text(end[2]),
         "feed": _feed_mm_per_min(feed),
     }
     if sideways and math.isfinite(end[0] + end[1]):
@@ -63,7 +68,7 @@ def _explain_move(kind: Kind, before: list[float], end: list[float], feed: float
     return words(f"explain.{key}", **given)
 
 
-def _millimetres(value: float) -> str:
+def _millimetres_text(value: float) -> str:
     return f"{value:.3f}".rstrip("0").rstrip(".") or "0"
 
 

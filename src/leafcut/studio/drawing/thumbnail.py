@@ -22,7 +22,7 @@ class Thumbnails:
 
     def __init__(self, whole: Part) -> None:
         frame = _Frame(_around(whole))
-        sizes = np.array([_size(c.path) for c in whole.contours])
+        sizes = np.array([_longer_side(c.path) for c in whole.contours])
         left = _MAX_POINTS
         self._contours: dict[int, str] = {}
         # Largest first, so that only the smallest objects are omitted.
@@ -94,7 +94,7 @@ def _around(whole: Part) -> tuple[float, float, float, float]:
     return x0, y0, x1, y1
 
 
-def _size(path: Polyline) -> float:
+def _longer_side(path: Polyline) -> float:
     x0, y0, x1, y1 = path.extents
     return max(x1 - x0, y1 - y0)
 

@@ -166,7 +166,7 @@ class Jobs:
                 self._queue.remove(job)
                 self._queue.insert(max(place, 0), job)
 
-    def live(self, job: str) -> LiveJob | None:
+    def find_live_job(self, job: str) -> LiveJob | None:
         """Return a job that is running or has recently finished on this server, or None for older jobs."""
         return self._live.get(job)
 

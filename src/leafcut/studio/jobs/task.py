@@ -187,7 +187,7 @@ def unique_names(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
 
 
-def display_name(word: str) -> str:
+def source_display_name(word: str) -> str:
     """Return the displayed name of a built-in source, such as ``plate-27`` for ``example:plate-27``."""
     return word.removeprefix("example:")
 
@@ -195,7 +195,7 @@ def display_name(word: str) -> str:
 def task_title(task: Task, folder: Folder) -> str:
     """Return the title of a task for the history. If a file no longer exists, its name is ``?``."""
     try:
-        names = [display_name(name) for name in input_names(task, folder)]
+        names = [source_display_name(name) for name in input_names(task, folder)]
         if task.command == "nest":
             names = [f"{name} × {part.quantity}" for name, part in _parts_by_name(task, folder, names)]
         return " · ".join(names[:_MAX_NAMED]) + (" …" if len(names) > _MAX_NAMED else "")

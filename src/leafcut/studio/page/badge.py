@@ -44,7 +44,7 @@ class Badge:
 
 def job_badge(jobs: Jobs, job: str) -> dict[str, object]:
     """Return the data about a job for the browser tab. They are empty if the job was deleted."""
-    live = jobs.live(job)
+    live = jobs.find_live_job(job)
     if live is None:
         return {}
     name = PurePath(live.names[0]).stem if len(live.names) == 1 else ", ".join(live.names[:2])

@@ -52,7 +52,7 @@ class Memory:
         self._page, self._on_went = page, on_went
         self.browser = BrowserState(self._go_to_step)
         self.is_open: Callable[[], bool] = lambda: client.has_socket_connection
-        self._rename(secrets.token_urlsafe(9))
+        self._register_page_as(secrets.token_urlsafe(9))
         #: Whether the choices have been read from the browser. They must not be overwritten before.
         self._loaded = False
         #: Whether the page is opening another input, which will add a step.
@@ -65,7 +65,7 @@ class Memory:
         #: The address and choices that were sent last.
         self._sent = ("", "")
 
-    def _rename(self, name: str) -> None:
+    def _register_page_as(self, name: str) -> None:
         self.name = name
         self._page.studio.open_pages[name] = self._page
 
@@ -78,7 +78,7 @@ class Memory:
         name, latest = str(state.get("page")), self._latest(state)
         other = self._page.studio.open_pages.get(name)
         if other is None or not other.memory.is_open():  # otherwise this is a duplicated tab
-            self._rename(name)
+            self._register_page_as(name)
         return latest
 
     async def load_last(self) -> KeptState | None:
@@ -119,7 +119,7 @@ class Memory:
         """Store the state. If another input was opened, store it as a new step."""
         if self._opening:
             self._opening = False
-            self._rename(secrets.token_urlsafe(9))
+            self._register_page_as(secrets.token_urlsafe(9))
             self.push()
         else:
             self.save()
@@ -143,7 +143,7 @@ class Memory:
         if other:
             self._left[self.name] = self._page.state()
             kept = self._left.get(name, kept)
-        self._rename(name)
+        self._register_page_as(name)
         await self._on_went(address, kept if other else None)
         if not newest:
             self._sent = ("", "")

@@ -18,7 +18,7 @@ from leafcut.studio.folder import BUILT_IN, LARGEST_UPLOAD
 from leafcut.studio.jobs.jobs import error_line
 from leafcut.studio.jobs.preview import Preview
 from leafcut.studio.jobs.sheets import SheetOfNest, upload_sheet
-from leafcut.studio.jobs.task import Task, display_name, nested_parts
+from leafcut.studio.jobs.task import Task, nested_parts, source_display_name
 from leafcut.studio.page import forms
 from leafcut.studio.page.elements import Form, Opener, box, button, link, text
 from leafcut.studio.page.form_values import Setter
@@ -425,7 +425,7 @@ class InputPanel:
 
     def _display_name(self, word: str) -> str:
         if word.startswith(BUILT_IN):
-            return display_name(word)
+            return source_display_name(word)
         try:
             return self.view.studio.folder.input_path(word.partition(":")[0]).name
         except LeafcutError:

@@ -72,7 +72,7 @@ class JobsPanel:
     def _states(self) -> list[tuple[str, JobState]]:
         jobs = self.view.studio.jobs
         order = [*jobs.running(), *jobs.waiting()]
-        return [(job, live.state) for job in order if (live := jobs.live(job)) is not None]
+        return [(job, live.state) for job in order if (live := jobs.find_live_job(job)) is not None]
 
     def _find(self, event: Any) -> None:
         self._wanted, self._skip = str(event.args), 0
@@ -274,7 +274,7 @@ class QueueCard:
     def tick(self) -> None:
         """Update the progress of the running jobs."""
         for job, shown in self._shares.items():
-            live = self._jobs.live(job)
+            live = self._jobs.find_live_job(job)
             if live is not None:
                 share = f"{100 * live.latest.share:.0f} %"
                 if shown.text != share:

@@ -177,7 +177,7 @@ class LivePanel:
             bar_chart(self.workers, rows)
 
     def _job(self) -> LiveJob | None:
-        return self.view.studio.jobs.live(self.view.job or "")
+        return self.view.studio.jobs.find_live_job(self.view.job or "")
 
     def _stop(self) -> None:
         if self.view.job is not None:

@@ -129,7 +129,7 @@ class ResultPanel:
             self._draw_tabs(_TABS, answer)
             self.mark.draw(record)
             with self._tab_panel():
-                getattr(self, f"_{self.tab}")(record, answer)
+                getattr(self, f"_draw_{self.tab}")(record, answer)
             self._draw_downloads(record)
         self.mark.refresh()
 
@@ -168,7 +168,7 @@ class ResultPanel:
 
     def _draw_state_of_job(self, record: JobRecord | None) -> None:
         w = self.view.words
-        live = None if record is None else self.view.studio.jobs.live(record.id)
+        live = None if record is None else self.view.studio.jobs.find_live_job(record.id)
         if live is None or live.state.over:
             over = w("result.none") if record is None else w(f"state.{record.state.value}")
             line = record.line if record is not None and record.line else over
@@ -392,7 +392,7 @@ class ResultPanel:
         ]
         table([("mm", ""), (w("result.from"), _NUMBER), (w("result.to"), _NUMBER)], limits, w("result.extents"))
 
-    def _issues(self, record: JobRecord, answer: dict[str, Any]) -> None:
+    def _draw_issues(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
         issues = sorted(_issues(answer), key=lambda issue: _SEVERITIES.index(issue["severity"]))
         if not issues:

@@ -186,7 +186,7 @@ class RunPanel:
         self.reading.show(self.page.input.newest)
         if not self.watching or self.view.job is None:
             return
-        live = self.view.studio.jobs.live(self.view.job)
+        live = self.view.studio.jobs.find_live_job(self.view.job)
         if live is not None and not live.state.over:
             self.page.input.ready(False)
             self.live.show(live)

@@ -14,7 +14,7 @@ from leafcut.processes.settings import group_of
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.nest_request import WantedPart
-from leafcut.studio.jobs.task import OWN_KINDS, Task, display_name, nested_parts
+from leafcut.studio.jobs.task import OWN_KINDS, Task, nested_parts, source_display_name
 from leafcut.studio.page import forms
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
@@ -217,4 +217,4 @@ def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[
 def _called(word: str, folder: Folder) -> str:
     with suppress(LeafcutError):
         return folder.input_path(word).name
-    return display_name(word).removeprefix(OWN)
+    return source_display_name(word).removeprefix(OWN)

@@ -198,7 +198,7 @@ async def _run_to_end(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecor
     await jobs.over(job)
     record = jobs.record(job)
     if record is None or not record.state.kept:
-        live = jobs.live(job)
+        live = jobs.find_live_job(job)
         status = 500 if live is not None and live.internal else 422
         raise HTTPException(status, (record.line if record else "") or "the job was cancelled")
     return record, jobs.history.answer(job) or {}
@@ -302,7 +302,7 @@ def _add_points_route(routes: APIRouter, folder: Folder) -> None:
 
 
 def _job_answer(jobs: Jobs, record: JobRecord) -> dict[str, Any]:
-    live = jobs.live(record.id)
+    live = jobs.find_live_job(record.id)
     latest = live.latest if live is not None else None
     return {
         "id": record.id,

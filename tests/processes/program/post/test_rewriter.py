@@ -95,7 +95,7 @@ def test_a_hole_that_stays_and_goes_on_with_a_cycle_that_is_another_now_is_refus
     sequence = Sequence(
         (FixedBlocks(0, pieces[0].begin), Section(pieces), FixedBlocks(last, program.n_blocks)), "drill"
     )
-    with pytest.raises(PostError, match=r"^line 7: the block there continues a drilling cycle, which has changed$"):
+    with pytest.raises(PostError, match=r"^line 7 continues a drilling cycle, which has changed$"):
         rewrite(program, sequence, [np.array([1, 0])])
 
 

@@ -16,8 +16,8 @@ from leafcut.model.machine import Probe
 from leafcut.model.toolpath import Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.sheet.proof.torch import (
     _feed_faults,
-    _lighting_faults,
     _material_faults,
+    _pierce_and_cut_height_faults,
     _rapid_faults,
     check_lighting_tool,
     check_probing,
@@ -253,13 +253,13 @@ def test_a_cut_starts_as_the_chart_asks(given: dict[str, object], fault: tuple[s
     run = run_of([20.0] * 3, **{"heights": [1.5] * 3, **given})  # type: ignore[arg-type]
     plan = planned()[0]
     expected = [] if fault is None else [Difference(fault[0], 0, *fault[1:])]
-    assert _lighting_faults(run, cut_of(pierce=True), plan, heights=True, waits=True) == expected
+    assert _pierce_and_cut_height_faults(run, cut_of(pierce=True), plan, heights=True, waits=True) == expected
     of_z = [d for d in expected if d.what == "pierce delay"]
-    assert _lighting_faults(run, cut_of(pierce=True), plan, heights=False, waits=True) == of_z
+    assert _pierce_and_cut_height_faults(run, cut_of(pierce=True), plan, heights=False, waits=True) == of_z
     no_delay = [d for d in expected if d.what != "pierce delay"]
-    assert _lighting_faults(run, cut_of(pierce=True), plan, heights=True, waits=False) == no_delay
+    assert _pierce_and_cut_height_faults(run, cut_of(pierce=True), plan, heights=True, waits=False) == no_delay
     of_cut = [d for d in expected if d.what == "cut height"]
-    assert _lighting_faults(run, cut_of(pierce=False), plan, heights=True, waits=True) == of_cut
+    assert _pierce_and_cut_height_faults(run, cut_of(pierce=False), plan, heights=True, waits=True) == of_cut
 
 
 COMMENT = "(o=0, kw=1.5, ph=3.8, pd=0.5, ch=1.5, fr=1500)"

@@ -799,7 +799,7 @@ class DepthRule:
 def centre_depth(tool: Tool) -> float:
     """Return the depth of the tip of a centre drill below the surface, mm.
 
-    If the depth of the tool is not stated, it is a share of the diameter.
+    If the depth of the tool is not stated, it is a fraction of the diameter.
     """
     return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
 

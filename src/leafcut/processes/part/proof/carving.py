@@ -47,7 +47,7 @@ def check_carvings(request: PartRequest, cuts: Cuts) -> Verdict:
         deep = reach >= away - STRIP
         place = _uncarved_place(region, bit, np.unique(np.column_stack([tips[deep, :2], reach[deep]]).round(3), axis=0))
         if place is not None:
-            words = Message("{} is not carved to its walls at {}", name, position_text(*place.tolist()))
+            words = Message("{} is not carved all the way to its walls at {}", name, position_text(*place.tolist()))
             differences.append(Difference(Message("not cut"), 0, 0, words))
         works.append(FaceWork(name, own, region))
     return Verdict(explained, differences, works)

@@ -464,16 +464,14 @@ class _Rewriter:
         modal_use = self.reader.modal_use(kept.begin, kept.end)
         need = program.modal(kept.begin)
         if "motion" in modal_use.inherited and need.cycle is not None and not self._same_series(need, kept.begin):
-            raise PostError(
-                "line {}: the block there continues a drilling cycle, which has changed", program.line[kept.begin]
-            )
+            raise PostError("line {} continues a drilling cycle, which has changed", program.line[kept.begin])
         if self.have.cycle is not None and need.cycle is None and self._ends_cycle(modal_use, need, kept):
             self._write_block("G80")
             self.have = replace(self.have, cycle=None, cycle_words=())
         words = [w for part in self._missing_words(modal_use, need, kept.begin) for w in part]
         if not _ARCS.isdisjoint(words):
             line = program.line[kept.begin]
-            raise PostError("line {}: the block there continues an arc, and G2 or G3 cannot stand alone", line)
+            raise PostError("line {} continues an arc, but a block must not contain G2 or G3 alone", line)
         if words:
             self._write_block(*words)
         self._take_fields(modal_use.inherited, need)
@@ -656,16 +654,16 @@ class ReversedCut:
         new = [line if line.endswith(("\n", "\r")) else line + end for line in new]
         return new, replace(self.program.modal(self.stroke.end), motion=self.motion)
 
-    def _lines_up_to(self, block: int) -> int:
+    def _count_lines_through(self, block: int) -> int:
         """Count the lines up to the line of a block, inclusive."""
         return int(self.program.line[block]) - self.offset
 
     def _line_of_block(self, block: int) -> int:
-        return self._lines_up_to(block) - 1
+        return self._count_lines_through(block) - 1
 
     def _lead(self) -> list[str]:
         """Return the lines before the cut, adapted so that they lead to the former end of the cut."""
-        lines = self.lines[: self._lines_up_to(self.stroke.body - 1)]
+        lines = self.lines[: self._count_lines_through(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
             lines[self._line_of_block(block)] = replace_words(
                 lines[self._line_of_block(block)], self._axes(len(self.stroke.rows))
@@ -677,14 +675,14 @@ class ReversedCut:
         stroke = self.stroke
         found: list[str] = []
         for block in range(stroke.tail - 1, stroke.body - 1, -1):
-            found += self.lines[self._lines_up_to(block - 1) : self._line_of_block(block)]
+            found += self.lines[self._count_lines_through(block - 1) : self._line_of_block(block)]
             found.append(self._cut(block))
         return found
 
     def _tail(self) -> list[str]:
         """Return the lines after the cut, adapted so that they retract at the former start of the cut."""
-        lines = self.lines[self._lines_up_to(self.stroke.tail - 1) :]
-        begin = self._lines_up_to(self.stroke.tail - 1)
+        lines = self.lines[self._count_lines_through(self.stroke.tail - 1) :]
+        begin = self._count_lines_through(self.stroke.tail - 1)
         for block in range(self.stroke.tail, self.stroke.end):
             at = self._line_of_block(block) - begin
             modal_use, need = self.reader.modal_use(block, block + 1), self.program.modal(block)

@@ -131,7 +131,7 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
             continue
         hole = shapely.Polygon(one.path.flattened(FLATNESS))
         rings = shapely.get_parts(hole.buffer(-rules.half, quad_segs=16))
-        pieces = _pieces_around(hole, rings, rules) if len(rings) > 1 else []
+        pieces = _outlines_cut_along_rings(hole, rings, rules) if len(rings) > 1 else []
         held = [k for k, c in enumerate(sheet.contours) if c.parent == index]
         around = [_enclosing_piece(sheet.contours[k], pieces) for k in held]
         if not pieces or None in around:
@@ -160,7 +160,7 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
         if one.is_hole or one.kind != "cut" or not one.path.closed:
             continue
         notches, rings = _closed_notches(shapely.Polygon(lines[index].coords), rules)
-        pieces = _pieces_around(notches, rings, rules)
+        pieces = _outlines_cut_along_rings(notches, rings, rules)
         if not pieces or len(pieces) < len(rings) or notches.intersects(obstacles).any():
             continue
         beside = [k for k, c in enumerate(contours) if c.parent == contours[index].parent and k != index]
@@ -203,7 +203,7 @@ def _enclosing_piece(held: Contour, pieces: list[Polyline]) -> int | None:
     return next(around, None)
 
 
-def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
+def _outlines_cut_along_rings(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
     """Return the outlines of the pieces that are cut if the torch follows `rings` in a hole or notch.
 
     Rings without room for a pierce are skipped.

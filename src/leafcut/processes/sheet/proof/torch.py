@@ -55,7 +55,7 @@ def check_torch(
     waits = torch is None or torch.waits
     for run, cut in zip(runs, plan.cuts, strict=False):
         if cut.kind == "cut":
-            found += _lighting_faults(run, cut, plan, heights, waits)
+            found += _pierce_and_cut_height_faults(run, cut, plan, heights, waits)
         found += _feed_faults(run, cut)
     return found
 
@@ -189,7 +189,9 @@ def _goes_across(row: Motion, before: np.ndarray) -> bool:
     return any(not math.isnan(e) and e != b for e, b in zip(row.end[:2], before[:2].tolist(), strict=True))
 
 
-def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
+def _pierce_and_cut_height_faults(
+    run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool
+) -> list[Difference]:
     """Return the faults at the start of a cut, such as a wrong pierce height, pierce delay, or cut height."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
