@@ -12,7 +12,7 @@ from pathlib import Path
 import ezdxf
 from ezdxf.enums import InsertUnits
 
-from leafcut.read.examples import PLATE_NAMES, Plate, plate
+from leafcut.read.examples import PLATE_NAMES, Plate, create_plate
 
 
 def draw(plate: Plate) -> ezdxf.document.Drawing:
@@ -84,9 +84,9 @@ def main(folder: Path = Path(__file__).parent) -> None:
     ezdxf.options.write_fixed_meta_data_for_testing = True
     try:
         for name in PLATE_NAMES:
-            draw(plate(name)).saveas(folder / f"{name.replace('-', '_')}.dxf")
+            draw(create_plate(name)).saveas(folder / f"{name.replace('-', '_')}.dxf")
         sheet().saveas(folder / "sheet.dxf")
-        (folder / "cam_121.nc").write_text(program(plate("board-121")), encoding="ascii", newline="\n")
+        (folder / "cam_121.nc").write_text(program(create_plate("board-121")), encoding="ascii", newline="\n")
     finally:
         ezdxf.options.write_fixed_meta_data_for_testing = before
 

@@ -126,7 +126,7 @@ def test_the_extension_passes_on_what_stands_in_its_window(extension: Path, tmp_
     """Its parameters are those in the window's description, and all of them are used."""
     described = ElementTree.parse(extension.with_name("leafcut.inx"))
     names = [one.get("name", "") for one in described.iter() if one.tag.endswith("}param")]
-    command: Callable[[list[str]], list[str]] = runpy.run_path(str(extension))["command"]
+    command: Callable[[list[str]], list[str]] = runpy.run_path(str(extension))["leafcut_command"]
     assert set(names) == {"tab", "work", "machine", "thickness", "depth", "tool", "more"}
     given = {"work": "pocket", "machine": " haas-vf2 ", "thickness": "3mm", "depth": "2mm", "tool": "6mm"}
     words = [f"--{name}={value}" for name, value in given.items()]

@@ -199,7 +199,7 @@ def test_a_file_that_is_not_there_or_too_large_is_refused(tmp_path: Path) -> Non
         load_dialect(str(tmp_path / "none.toml"))
     with (tmp_path / "large.toml").open("wb") as file:
         file.truncate(1_000_001)
-    with pytest.raises(OptionError, match=r"large\.toml: larger than 1000 kB"):
+    with pytest.raises(OptionError, match=r"large\.toml: the file is larger than 1000 kB"):
         load_dialect(str(tmp_path / "large.toml"))
 
 

@@ -241,7 +241,7 @@ def test_the_command_line_answers_in_json(drawings: Path, capsys: pytest.Capture
 
 
 def test_a_refusal_among_several_drawings_names_the_drawing(drawings: Path) -> None:
-    with pytest.raises(PlanError, match=r"open\.dxf: 1 open path"):
+    with pytest.raises(PlanError, match=r"open\.dxf: the layers to cut contain 1 open path"):
         api.nest([f"{drawings}/angle.dxf:1", f"{drawings}/open.dxf:2"], **SMALL)
 
 

@@ -99,7 +99,7 @@ def test_what_has_no_room_is_told_first_and_by_the_exit_status_and_no_sheet_is_i
     flags = ["--sheet", "130x130:1@9", "--sheet", "70x70:2@3", *["--kerf", "2", "--gap", "8", "--nester", "rectangles"]]
     assert run(["nest", f"{plate}:9", "-o", str(tmp_path / "out.dxf"), *flags]) == 3
     first, second, *_ = capsys.readouterr().out.splitlines()
-    assert first.startswith("missing: L436 no room for 3 of plate")
+    assert first.startswith("missing: L436 there is no room for 3 of plate")
     assert "130x130 (1 of 1 taken at 9), 70x70 (2 of 2 taken at 3)" in second
     assert run(["nest", f"{plate}:9", *flags, "--json", "--dry-run"]) == 3
     answer = json.loads(capsys.readouterr().out)

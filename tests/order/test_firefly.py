@@ -239,7 +239,7 @@ def test_a_stopped_swarm_moves_its_first_firefly_until_the_next_look(
     options = SolveOptions(seed=3, local_search=local)
     swarm = PlaceFireflies(instance, SIMPLE, options, stop, None, 1)
     swarm.construct(0)
-    monkeypatch.setattr(fireflies, "fly_and_mend" if local else "fly", note)
+    monkeypatch.setattr(fireflies, "invert_and_repair" if local else "make_random_inversions", note)
     stop.cancelled.set()
     swarm.construct(1)
     assert made == [(0, 2)]

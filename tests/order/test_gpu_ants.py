@@ -138,7 +138,7 @@ def test_a_missing_gpu_is_reported_in_one_line_before_anything_is_compiled(tmp_p
         check=False,
     )
     assert done.returncode == 1
-    assert re.fullmatch(r"leafcut: --parallel gpu: .*(pip install 'leafcut\[gpu\]'|no CUDA GPU).*\n", done.stderr)
+    assert re.fullmatch(r"leafcut: --parallel gpu.*(pip install 'leafcut\[gpu\]'|no CUDA GPU).*\n", done.stderr)
 
 
 def test_searches_that_cannot_use_a_gpu_are_refused() -> None:

@@ -149,7 +149,7 @@ def test_the_clock_of_a_search_runs_while_its_instance_is_built(monkeypatch: pyt
 
         monkeypatch.setattr(place, name, later)
 
-    slow(algorithms.Algorithm, "instance", 2.0)
+    slow(algorithms.Algorithm, "build_instance", 2.0)
     slow(solving, "validate_pairs", 1.0)
     slow(solving, "check_options", 100.0)
     slow(certificate, "add_lower_bound", 1000.0)

@@ -70,7 +70,7 @@ def test_missing_work_is_told_first_in_the_summary(plates: Path, tmp_path: Path)
     with (tmp_path / "out.txt").open("w") as file:
         print_summary(report_of(outcome), Console(file=file, width=100))
     lines = [line for line in (tmp_path / "out.txt").read_text().splitlines() if line.strip()]
-    assert lines[0].startswith("missing: L201 1 slot not milled")
+    assert lines[0].startswith("missing: L201 1 slot will not be milled")
     assert any(line.startswith("verified") and "missing: 1 slot" in line for line in lines)
 
 

@@ -33,7 +33,9 @@ def test_a_part_too_large_because_of_stated_inches_is_refused_with_the_option(
     else:
         space.add_lwpolyline([(0, 0), (600, 0), (600, 400), (0, 400)], close=True)
     document.saveas(tmp_path / "plate.dxf")
-    with pytest.raises(VerifyError, match=r"too large[^\n]*\nthe drawing states inches: .* --units mm"):
+    with pytest.raises(
+        VerifyError, match=r"too large[^\n]*\nthe drawing states that its unit is inches; .* --units mm"
+    ):
         api.optimize(tmp_path / "plate.dxf", algorithm="nn", **job)
     if job["process"] != "pocket":  # its path of 200 m takes seconds
         assert api.optimize(tmp_path / "plate.dxf", algorithm="nn", units="mm", **job).verified
@@ -44,5 +46,7 @@ def test_a_part_too_large_because_of_stated_metres_is_refused_with_the_option(tm
     document = ezdxf.new()
     document.modelspace().add_lwpolyline([(0, 0), (60, 0), (60, 40), (0, 40)], close=True)
     document.saveas(tmp_path / "plate.dxf")
-    with pytest.raises(VerifyError, match=r"too large[^\n]*\nthe drawing states metres: .* --units mm"):
+    with pytest.raises(
+        VerifyError, match=r"too large[^\n]*\nthe drawing states that its unit is metres; .* --units mm"
+    ):
         api.optimize(tmp_path / "plate.dxf", process="cut", thickness="5mm", machine="plasma-table")

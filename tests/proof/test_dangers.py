@@ -237,9 +237,9 @@ def test_a_program_whose_cuts_all_lie_above_z0_has_an_unknown_surface(text: str,
 @pytest.mark.parametrize(
     "text, words, found",
     [
-        ("G92 Z60\nG0 Z40\nX10\n", "linuxcnc", "Z0 is moved 55.000 mm down: "),
-        ("G10 L2 P0 Z-20\nG0 Z5\nX10\n", "linuxcnc", "Z0 is moved by an unknown height: "),
-        ("G52 Z-20\nG0 Z5\nX10\n", "mach3", "Z0 is moved by an unknown height: "),
+        ("G92 Z60\nG0 Z40\nX10\n", "linuxcnc", "Z0 is moved 55.000 mm down, "),
+        ("G10 L2 P0 Z-20\nG0 Z5\nX10\n", "linuxcnc", "Z0 is moved by an unknown height, "),
+        ("G52 Z-20\nG0 Z5\nX10\n", "mach3", "Z0 is moved by an unknown height, "),
         ("G92 Z2 (Z60)\nG0 Z4\nX10\n", "linuxcnc", ""),
         ("G92 X10 Y0\nG0 X10\nG92.1\n", "linuxcnc", ""),
         ("G52 X50 Y0 Z0\nG0 Z5\nX10\n", "mach3", ""),

@@ -41,8 +41,8 @@ def codes(part):
         (b"not a drawing at all", "not a DXF drawing"),
         (b"AC1032\0\0\0\0\0garbage", "DWG"),
         (bytes(range(256)) * 20, "not a DXF drawing"),
-        (b"0\nSECTION\n2\nENTITIES\n\xff\xfe\x00\nzz\nzz", "incomplete"),
-        (b"AutoCAD Binary DXF\r\n\x1a\x00" + bytes(range(200)), "incomplete"),
+        (b"0\nSECTION\n2\nENTITIES\n\xff\xfe\x00\nzz\nzz", "end of the drawing is missing"),
+        (b"AutoCAD Binary DXF\r\n\x1a\x00" + bytes(range(200)), "end of the drawing is missing"),
         (b"AutoCAD Binary DXF\r\n\x1a\x00" + bytes(range(200)) + b"\0EOF\0", "damaged"),
         (b"<html><body>0 SECTION</body></html>", "not a DXF drawing"),
     ],
@@ -60,7 +60,7 @@ def test_a_drawing_cut_off_anywhere_before_its_last_entity_is_refused(draw, tmp_
     path = tmp_path / "cut.dxf"
     for share in (0.02, 0.3, 0.5, 0.8, 0.97, 1.0):
         path.write_bytes(whole[: int(last * share)])
-        assert "incomplete" in refusal(path) or share < 0.03
+        assert "end of the drawing is missing" in refusal(path) or share < 0.03
 
 
 def test_a_drawing_without_eof_whose_entities_are_complete_is_read_and_reported(hand_drawn):

@@ -170,7 +170,7 @@ def test_dirt_is_left_out_and_said(save: Save) -> None:
     part = pockets(save(picture), speckle=1.5)
     assert len(part.pockets) == 1
     assert part.pockets[0].islands == ()
-    assert next(str(i) for i in part.issues if i.code == "L214").startswith("L214 3 spots narrower than 1.5 mm")
+    assert next(str(i) for i in part.issues if i.code == "L214").startswith("L214 ignored 3 spots narrower than 1.5 mm")
     assert len(pockets(save(picture), speckle=0.0).pockets) == 3
 
 

@@ -130,8 +130,8 @@ def test_the_help_of_the_examples_names_all_of_them():
 @pytest.mark.parametrize("name, text", [("a.nc", "G21\nG1 X1 F100\n"), ("a", XML), ("a.txt", "no format knows this")])
 def test_a_file_is_recognised_without_loading_any_reader(text_file, name, text):
     code = (
-        "import sys; from leafcut.read.registry import BUILT_IN, format_name; "
-        f"format_name({str(text_file(name, text))!r}); "
+        "import sys; from leafcut.read.registry import BUILT_IN, detect_format_name; "
+        f"detect_format_name({str(text_file(name, text))!r}); "
         "print(sorted({f'leafcut.read.{m}' for m in sys.argv[1:]} & set(sys.modules)))"
     )
     readers = [

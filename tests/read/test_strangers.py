@@ -178,7 +178,7 @@ def test_a_curve_beyond_any_machine_is_never_followed(hand_drawn: Any, counted: 
     path = hand_drawn(ARRAY.format("1e9", 50, 20) + LINE, blocks=BLOCK.format(CIRCLE))
     part = read_contours(path)
     assert len(part.contours) == 1
-    assert [i.message.split()[0] for i in part.issues if i.code == "L203"] == ["1000"]
+    assert ["1000" in i.message for i in part.issues if i.code == "L203"] == [True]
     assert not counted
 
 

@@ -230,7 +230,7 @@ def test_a_grblhal_says_which_axes_were_homed_and_one_that_was_not_is_refused(ho
     if ready:
         check_ready(facts, unhomed=False)
         return
-    with pytest.raises(SendError, match="reports that it was not homed: add --home"):
+    with pytest.raises(SendError, match="reports that it was not homed; add --home"):
         check_ready(facts, unhomed=False)
     check_ready(facts, unhomed=True)
 
@@ -240,7 +240,7 @@ def test_a_grbl_that_is_not_locked_until_it_is_homed_cannot_say_it() -> None:
     status = Status("Idle", machine=(0.0, 0.0, 0.0))
     answers = [parse_grbl_line(line) for line in ("[VER:1.1h:]", "[OPT:VL,15,128]", "$22=1", "$20=1")]
     with pytest.raises(
-        SendError, match="does not report whether it was homed, and does not require homing: add --home"
+        SendError, match="does not report whether it was homed, and does not require homing; add --home"
     ):
         check_ready(facts_from_answers(answers, status, homed=False), unhomed=False)
     check_ready(facts_from_answers(answers, status, homed=True), unhomed=False)

@@ -90,7 +90,7 @@ def test_cuts_that_are_being_planned_are_not_begun_again_and_of_a_wrong_option_n
 
     with monkeypatch.context() as patch:
         for module in ("sheets", "jobs"):
-            patch.setattr(f"leafcut.studio.jobs.{module}.prepare", refused, raising=False)
+            patch.setattr(f"leafcut.studio.jobs.{module}.resolve_task", refused, raising=False)
         with pytest.raises(OptionError, match="out of range"):
             plan_cuts(studio.jobs, job, {"thickness": "6"})
     assert studio.jobs.of_sheets(job) == []

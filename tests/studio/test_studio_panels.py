@@ -138,7 +138,7 @@ def test_a_row_of_parts_that_is_removed_twice_takes_no_other_with_it(studio: Stu
 
 
 def test_why_a_sheet_could_not_be_cut_is_said_in_the_language_of_the_page(studio: Studio) -> None:
-    line = Message("no parts to nest; open their drawings")
+    line = Message("there are no parts to nest; open their drawings")
     variant = {"method": "rectangles", "seed": 1, "utilisation_of_used_percent": 50.0, "sheets": 1, "layouts": []}
     row = {"state": "failed", "line": line, "time_s": None, "quickest": False, "jobs": []}
     page: Any = SimpleNamespace()

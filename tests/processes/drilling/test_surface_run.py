@@ -294,7 +294,7 @@ def test_a_fixture_or_a_surface_that_fits_in_another_unit_gives_a_warning(folder
     given: dict[str, Any] = {"surface": str(folder / "plate.stl"), "depth": 0.5, "machine": "linuxcnc-sim", **FAST}
     outcome = api.optimize(folder / "corner.csv", process="drill", **given)
     (told,) = [str(issue) for issue in outcome.issues if issue.code == "L445"]
-    assert "plate.stl is 120 mm long and the holes span 3 mm, in a corner of it" in told
+    assert "plate.stl is 120 mm long and the holes span 3 mm, in a corner of the surface" in told
 
 
 def test_a_mesh_that_is_open_at_a_hole_is_told_so(folder: Path) -> None:

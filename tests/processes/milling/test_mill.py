@@ -82,7 +82,7 @@ def test_what_nobody_says_is_assumed_for_the_material_and_told(
     assert data.tool.spindle_rpm == rpm
     assert data.tool.feed == pytest.approx(feed * rpm / 60.0)
     assert data.plunge_feed == pytest.approx(data.tool.feed / 3.0)
-    assert told.code == "L401" and "assumed" in told.message and f"at {rpm} rpm" in told.message
+    assert told.code == "L401" and "assumes" in told.message and f"at {rpm} rpm" in told.message
 
 
 def test_a_spindle_that_turns_no_slower_than_too_fast_for_the_mill_is_a_warning() -> None:
@@ -103,7 +103,7 @@ def test_a_mill_that_needs_less_than_half_of_the_lowest_speed_or_more_than_twice
     """20 m/min at 10 mm are 637 rpm, 60 m/min at 6.4 mm 2984; 8 m/min at 0.2 mm are 12,732 rpm."""
     router = load_machine("mach3-router")
     slow = (
-        r"end-mill Ø{} needs {} rpm in {}, but the spindle of {} turns {} rpm: use a {} mill, or give --material or the"
+        r"end-mill Ø{} needs {} rpm in {}, but the spindle of {} turns {} rpm; use a {} mill, or give --material or the"
     )
     for machine, diameter, material, words in (
         (router, 10.0, "mild steel", ("10", 637, "mild steel", "mach3-router", "6000 to 24000", "smaller")),

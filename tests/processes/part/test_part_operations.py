@@ -292,7 +292,7 @@ def test_a_pocket_in_the_slug_of_an_opening_is_refused(tmp_path: Path) -> None:
     source = rectangles(tmp_path, OUTLINE=(0, 0, 80, 60), WINDOW=(10, 10, 70, 50), POCKET=(20, 20, 60, 40))
     file = tmp_path / "rules.toml"
     file.write_text('[layer]\n"OUTLINE" = "profile"\n"WINDOW" = "profile"\n"POCKET" = "pocket 3mm"\n')
-    with pytest.raises(LeafcutError, match=r"the pocket at \(20, 20\) on layer POCKET lies outside of the parts"):
+    with pytest.raises(LeafcutError, match=r"the pocket at \(20, 20\) on layer POCKET lies outside the parts"):
         leafcut.part(source, operations=file, **FAST, **MILL)
 
 

@@ -139,7 +139,7 @@ def test_a_tip_that_does_not_fit_everywhere_is_missing_work(tmp_path: Path) -> N
         ("vcarve T6", "vcarve T6", {"tools": '"12 mm"\nflute_length = "2 mm"'}, "but the length of T6 v-bit Ø12"),
         ("vcarve T6", "vcarve T6", {"tools": '"12 mm"\ntip_diameter = "6 mm"'}, "is narrower than the tip of T6 v-bit"),
         ("vcarve T6", "vcarve T6", {"closed": False}, "'vcarve' needs closed shapes, but layer 'CARVED' has an"),
-        ("vcarve T6", "vcarve T6", {"shapes": [[(70, 0), (75, 0), (75, 5)]]}, "lies outside of the parts"),
+        ("vcarve T6", "vcarve T6", {"shapes": [[(70, 0), (75, 0), (75, 5)]]}, "lies outside the parts"),
         ('"CARVED"', '"POCKET" = "pocket 1mm"\n"CARVED"', {"pockets": [[(5, 5), (20, 5), (20, 20), (5, 20)]]},
          "rules.toml:4: the shape at (5, 5) on layer CARVED overlaps the pocket at (5, 5) on layer POCKET"),
     ],

@@ -134,7 +134,7 @@ def test_a_cheaper_strategy_that_is_not_written_has_the_reason_beside_it(outcome
     [plan] = outcome.detail.plans
     options = {PocketOptions: PocketOptions()}
     settings = SimpleNamespace(of=options.__getitem__, solve=SimpleNamespace(objective="time"))
-    job: Any = SimpleNamespace(run=SimpleNamespace(settings=settings), exact=plan.rules, rules=plan.rules)
+    job: Any = SimpleNamespace(run=SimpleNamespace(settings=settings), finish_rules=plan.rules, rules=plan.rules)
     sound = PocketMeasures(1000.0, 0.0, 0, reachable_mm2=1000.0)
     cheaper = {
         "zigzag": (replace(sound, max_step_over=1.5 * plan.rules.step_over), "mm apart, more than the step-over of"),
@@ -462,7 +462,7 @@ def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(dra
     outcome = api.optimize(drawing, progress=progress, cancelled=cancelled, **{**FAST, "strategy": strategy})
     results = {r.strategy: r for r in outcome.detail.plans[0].results}
     if strategy == "best":
-        assert results["firefly"].refused == results["ants"].refused == "not tried before the search was stopped"
+        assert results["firefly"].refused == results["ants"].refused == "it was not tried before the search was stopped"
         assert results["contour"].path is not None
     else:
         assert outcome.detail.plans[0].result is results["connected"]

@@ -98,7 +98,7 @@ def test_a_plan_for_another_thickness_or_material_is_told(plate: Path, tmp_path:
     assert "L621" not in {i.code for i in api.optimize(plate, thickness="6", plan=str(file), **FAST).issues}
     other = api.optimize(plate, thickness="10", material="stainless_304", plan=str(file), **FAST)
     (issue,) = [i for i in other.issues if i.code == "L621"]
-    assert "made for 6 mm, not 10 mm and mild_steel, not stainless_304:" in issue.message
+    assert "made for 6 mm, not 10 mm and mild_steel, not stainless_304," in issue.message
     assert issue.place == str(file)
 
 

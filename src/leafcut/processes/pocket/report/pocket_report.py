@@ -87,7 +87,7 @@ class PocketReport(PathReport[PocketDetail]):
         plans = outcome.detail.plans
         # A single region needs no order.
         self.ordered = any(len(o.solution.nodes) != 1 for o in outcome.operations)
-        self.tool_diameter = outcome.operations[0].tool.diameter
+        self.cleared = outcome.operations[0].tool.diameter
         self.chosen = " and ".join(dict.fromkeys(plan.result.strategy for plan in plans))
         self.usual = " and ".join(dict.fromkeys(plan.usual.strategy for plan in plans))
         self.compared = any(plan.usual is not plan.result for plan in plans)
