@@ -26,7 +26,13 @@ def main() -> None:
         surface.write_bytes(part_stl())
         holes.write_text(holes_csv(), encoding="utf-8")
         curved = leafcut.optimize(
-            holes, process="drill", surface=surface, depth="through", fixture=FIXTURES, machine="linuxcnc-mill", threads=1
+            holes,
+            process="drill",
+            surface=surface,
+            depth="through",
+            fixture=FIXTURES,
+            machine="linuxcnc-mill",
+            threads=1,
         )
         sheet = leafcut.optimize(drawing, process="cut", machine="plasma-table", thickness="6mm", threads=1)
     for prefix, outcome in (("", plate), ("sheet_", sheet)):

@@ -1,4 +1,4 @@
-"""Runs of the path search: how many searches, with which kicks_of_preset, and the ants before them."""
+"""Runs of the path search: how many searches, with which kicks, and the ants before them."""
 
 from __future__ import annotations
 

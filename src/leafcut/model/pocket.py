@@ -235,7 +235,7 @@ class PocketMeasures:
         Engagement angle of the tool: maximum, and mean over the length of the feed moves, rad.
     max_width, wide_mm
         Maximum width of cut, and length of the feed moves that cut much wider than the step-over
-        (`material.removal.much_wider`), mm. Such cuts are first cuts into solid material, cores, and corners.
+        (`material.removal.min_reported_width`), mm. Such cuts are first cuts into solid material, cores, and corners.
     air_mm
         Length of the feed moves that cut nothing, mm.
     floor_mm

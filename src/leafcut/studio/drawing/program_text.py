@@ -5,7 +5,7 @@ It sends a scene of kind ``program`` (format: `studio.drawing.scene`) with the b
 =========== ======== =============================================================================================
 ``text``    u1       the program, UTF-8
 ``other``   u1       the original, UTF-8; empty without an original
-``pair``    u4 × 2   matching lines in the original and the program, from 1 (`line_match.line_pairs`)
+``pair``    u4 × 2   matching lines in the original and the program, from 1 (`line_match.matching_lines`)
 ``missing`` u4       lines of the original with work that is missing in the program
 ``added``   u4       lines of the program with work that is missing in the original
 =========== ======== =============================================================================================

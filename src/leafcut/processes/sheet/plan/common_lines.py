@@ -239,7 +239,7 @@ def _no_common_lines_message(least: float, rules: CutRules) -> Message:
 
 def _separate_edge_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
     """Return a note about edges that are one kerf apart but are still cut separately."""
-    if not slots or rules.half <= 0.0:  # `doubled_edges` reports coincident edges
+    if not slots or rules.half <= 0.0:  # `doubled_edge_issues` reports coincident edges
         return []
     (x, y), (u, v) = slots[0].begin, slots[0].end
     words = Message(
