@@ -157,7 +157,7 @@ def test_of_a_days_jobs_only_the_last_are_still_known_as_they_went(
         assert studio.jobs.wait(unknown, 120) is JobState.FAILED
     jobs = [studio.jobs.start(SHORT) for _ in range(room._MAX_ENDED + 4)]
     assert [studio.jobs.wait(job, 120) for job in jobs] == [JobState.DONE] * len(jobs)
-    live = [one for one in map(studio.jobs.live, jobs) if one is not None]
+    live = [one for one in map(studio.jobs.find_live_job, jobs) if one is not None]
     assert (len(live), [one.messages for one in live if one.messages]) == (room._MAX_ENDED, [])
     assert all([words for _, words in studio.jobs.messages(job)] == ["search"] for job in (*jobs, unknown))
     assert studio.jobs.wait(unknown, 120) is JobState.FAILED
