@@ -236,8 +236,8 @@ def test_the_proof_knows_how_deep_each_pocket_is() -> None:
 def test_a_depth_chooses_the_pockets_of_one_depth(block: Path, tmp_path: Path) -> None:
     with pytest.raises(
         PlanError,
-        match=r"no pocket is --depth 7 mm deep; the solid has pockets of 6 mm \(1 pocket\), 8 mm; leave --depth out to "
-        r"mill each to its own floor",
+        match=r"no pocket is --depth 7 mm deep; the solid has pockets of 6 mm \(1 pocket\), 8 mm \(1 pocket\), "
+        r"12 mm \(1 pocket\); leave --depth out to mill each to its own floor",
     ):
         api.optimize(block, process="pocket", depth=7, tool_diameter=6, **FAST)
     solid = cut(box(0, 0, -20, 80, 40, 0), rounded(10, 10, -4.5, 50, 30, 0, 5))

@@ -425,7 +425,7 @@ def test_missing_work_comes_first_in_red_and_is_hatched_in_the_drawing(page: Pag
     choose_work(page, "drill")
     typed(page, "Thickness", "6mm")
     run(page)
-    expect(page.locator("#result-panel .warnings").first).to_contain_text("1 slot not milled")
+    expect(page.locator("#result-panel .warnings").first).to_contain_text("1 slot will not be milled")
     expect(page.locator("#result-panel .badge").first).to_have_text("Missing: 1 feature of the input")
     colours = [
         page.locator(place).first.evaluate("at => getComputedStyle(at).color")

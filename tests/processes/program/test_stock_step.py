@@ -63,7 +63,9 @@ def test_one_of_several_solids_is_chosen_by_its_number(
     assert run(["stock", slot, "--workpiece", file, "--solid", "1", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["removed_mm3"] == pytest.approx(2 * (120 + 9 * np.pi), rel=0.01)
     assert run(["stock", slot, "--workpiece", file, "--solid", "2"]) == 1
-    assert "the program never touches the stock (X 100 to 140 mm); give" in capsys.readouterr().err
+    assert (
+        "the program never touches the stock (X 100 to 140, Y 0 to 40, Z -10 to 0 mm); give" in capsys.readouterr().err
+    )
     assert run(["stock", slot, "--workpiece", file, "--solid", "3"]) == 1
     assert "--solid 3: the STEP file has 2 solids" in capsys.readouterr().err
 
