@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 import shapely
 
 from leafcut.errors import PlanError
-from leafcut.geometry.polyline import Polyline
-from leafcut.message import Message
 from leafcut.model.tool import Tool
 from leafcut.processes.part.model import Chamfer, Edge, PocketArea, TabRules
 from leafcut.processes.part.operations import LayeredPart
@@ -42,14 +40,7 @@ def chamfers_of(
     """
     milled = {cut.edge for cut in cuts}
     works = [(edge.path, edge.inside, radius, edge.name, edge.layer) for k, edge in enumerate(edges) if k in milled] + [
-        (
-            Polyline.circle(hole.x, hole.y, 0.5 * hole.drill.diameter),
-            True,
-            0.0,
-            Message("the hole at ({:g}, {:g})", hole.x, hole.y),
-            hole.layer,
-        )
-        for hole in drilled
+        (hole.outline, True, 0.0, hole.name, hole.layer) for hole in drilled
     ]
     chamfers = []
     for path, inside, corner, name, layer in works:
@@ -72,11 +63,7 @@ def _check_chamfers(
 ) -> None:
     """Check that the V-bit can cut the chamfers, and that it cuts nothing else."""
     walls = [(edge.name, ring_of(edge.path)) for edge in edges]
-    walls += [
-        (Message("the hole at ({:g}, {:g})", hole.x, hole.y), ring_of(Polyline.circle(hole.x, hole.y, 0.5 * diameter)))
-        for hole in drilled
-        for diameter in [hole.drill.diameter]
-    ]
+    walls += [(hole.name, ring_of(hole.outline)) for hole in drilled]
     walls += [(area.name, ring_of(path)) for area in faces for path in (area.outline, *area.islands)]
     width_of = {chamfer.name: chamfer.width for chamfer in chamfers}
     deepest = thickness - tabs.height if tabs.count else thickness

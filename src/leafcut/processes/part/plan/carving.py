@@ -14,7 +14,7 @@ from leafcut.geometry.medial_axis import medial_axis
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.milling.entries import ABOVE, SHORTEST
 from leafcut.processes.part.model import Carving, Edge, VBit
-from leafcut.processes.part.plan.finishing import ring_of
+from leafcut.processes.part.plan.finishing import index_of_areas
 from leafcut.processes.part.plan.task import Mill, PartHeights
 
 #: Maximum material that is left in a corner, and tolerance of the path, mm.
@@ -70,7 +70,7 @@ def carving_tasks(
     carved: Sequence[tuple[Carving, Sequence[Floats]]], edges: Sequence[Edge], step: float
 ) -> list[CarvingTask]:
     """Create the carving tasks of one V-bit from shapes and their paths. Each pass is at most `step` mm deep."""
-    areas = shapely.STRtree([shapely.Polygon(ring_of(edge.path)) for edge in edges])
+    areas = index_of_areas(edges)
     tasks = []
     for carving, axis in carved:
         later = tuple(np.sort(areas.query(carving.area.region, predicate="intersects")).tolist())

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.offset import offset_closed_path
@@ -14,7 +13,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.tool import Tool
 from leafcut.processes.part.model import Chamfer, Edge, Engraving, VBit
 from leafcut.processes.part.plan.engraving import EngravingTask
-from leafcut.processes.part.plan.finishing import TOLERANCE, ring_of
+from leafcut.processes.part.plan.finishing import TOLERANCE, index_of_areas, ring_of
 
 
 def v_bit(tool: Tool) -> VBit:
@@ -45,7 +44,7 @@ def chamfer_path(chamfer: Chamfer) -> Polyline:
 
 def chamfer_tasks(chamfers: Sequence[Chamfer], edges: Sequence[Edge], step: float, climb: bool) -> list[EngravingTask]:
     """Create the chamfer tasks of one V-bit. Each pass is at most `step` mm deep."""
-    areas = shapely.STRtree([shapely.Polygon(ring_of(edge.path)) for edge in edges])
+    areas = index_of_areas(edges)
     tasks = []
     for one in chamfers:
         path = chamfer_path(one)

@@ -46,6 +46,11 @@ def ring_of(path: Polyline) -> shapely.LinearRing:
     return shapely.LinearRing(path.flattened(0.5 * TOLERANCE))
 
 
+def index_of_areas(edges: Sequence[Edge]) -> shapely.STRtree:
+    """Return a spatial index of the areas that the edges enclose."""
+    return shapely.STRtree([shapely.Polygon(ring_of(edge.path)) for edge in edges])
+
+
 def roughing_path(edge: Edge, path: Polyline, lines: shapely.STRtree, radius: float, finish: float) -> Polyline:
     """Return the path for roughing, which leaves the allowance on the edge. It starts near the start of the exact path.
 

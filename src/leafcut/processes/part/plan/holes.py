@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import count_of
+from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
@@ -35,6 +36,16 @@ class PlannedHole(NamedTuple):
     y: float
     drill: Tool
     layer: str
+
+    @property
+    def name(self) -> Message:
+        """Name for messages."""
+        return Message("the hole at ({:g}, {:g})", self.x, self.y)
+
+    @property
+    def outline(self) -> Polyline:
+        """The drilled circle."""
+        return Polyline.circle(self.x, self.y, 0.5 * self.drill.diameter)
 
 
 def fitting_drill(library: ToolLibrary | None, diameter: float, tolerance: float, depth: float) -> Tool | None:
