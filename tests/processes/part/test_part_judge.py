@@ -14,7 +14,7 @@ from leafcut.gcode.dialects import load_dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.part.model import Edge, Engraving, PartHole, PartRequest, PocketArea, TabRules
+from leafcut.processes.part.model import Edge, Engraving, PartHole, PartRequest, PocketArea, PocketMill, TabRules
 from leafcut.processes.part.proof.part import judge_part
 from leafcut.proof.program import interpret_written_program
 
@@ -173,6 +173,41 @@ def test_errors_of_an_engraved_path_are_found(lines: list[str], late: bool, what
     assert (what in {one.what for one in differences}) if what else differences == []
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize("step, what", [(1.76, None), (1.6, "too deep")])
+def test_an_edge_that_is_cut_too_deep_at_once_is_found(step: float, what: str | None, program: str) -> None:
+    """The program cuts 3.5 mm in two levels of 1.75 mm."""
+    path = interpret_written_program(program, load_dialect("linuxcnc"))
+    found = {one.what for one in judge_part(replace(REQUEST, steps={1: step}), path)}
+    assert found == ({what} if what else set())
+
+
+@pytest.mark.hazard
+def test_a_level_that_is_left_out_is_found(program: str) -> None:
+    path = interpret_written_program(program, load_dialect("linuxcnc"))
+    upper = (path.end[:, 2] == -1.75) & (path.before[:, 2] == -1.75)
+    found = judge_part(replace(REQUEST, steps={1: 1.76}), path.take(np.flatnonzero(~upper)))
+    assert {one.what for one in found} == {"too deep"}
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "heights, what",
+    [
+        (["-0.5", "-1"], None),
+        (["-1"], "too deep"),
+        (["-0.3", "-1"], "too deep"),
+        (["-0.5", "-1", "-0.5"], None),
+    ],
+)
+def test_a_path_that_is_engraved_too_deep_at_once_is_found(heights: list[str], what: str | None) -> None:
+    request = replace(REQUEST, edges=(), engravings=(Engraving(LINE, 1.0, 1, "the line"),), steps={1: 0.5})
+    lines = [line for z in heights for line in [CUT[0], f"G1 Z{z} F90", *CUT[2:]]]
+    text = "\n".join(["G21 G90 G17 G94", "T1 M6", *lines, "M2"])
+    found = judge_part(request, interpret_written_program(text, load_dialect("linuxcnc")))
+    assert {one.what for one in found} == ({what} if what else set())
+
+
 def inserted(lines: list[str], program: str, *, late: bool) -> str:
     """Return the program with further lines before its first cut, or after its last one."""
     written = program.splitlines()
@@ -219,7 +254,8 @@ def test_a_pocket_that_is_cut_too_deep_or_too_fast_is_found(
     step: float, feed: float, what: str | None, program: str
 ) -> None:
     """The pocket is cleared in one level of 1 mm with 90 mm/min."""
-    request = replace(POCKETED, step=step, feed=feed)
+    (pocket,) = POCKETED.pockets
+    request = replace(POCKETED, pockets=(replace(pocket, mill=PocketMill(1, RADIUS, step, feed)),))
     differences = judge_part(
         request, interpret_written_program(inserted(CLEARED, program, late=False), load_dialect("linuxcnc"))
     )

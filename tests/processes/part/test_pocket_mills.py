@@ -228,7 +228,7 @@ def test_errors_of_a_pocket_of_another_mill_are_found(change: Callable[[str], st
 @pytest.mark.hazard
 def test_a_pocket_of_another_mill_that_is_cut_too_deep_at_once_is_found() -> None:
     (pocket,) = REQUEST.pockets
-    request = replace(REQUEST, pockets=(replace(pocket, mill=PocketMill(5, 1.0, 0.6, 1.5)),), step=9.0)
+    request = replace(REQUEST, pockets=(replace(pocket, mill=PocketMill(5, 1.0, 0.6, 1.5)),), steps={1: 9.0})
     differences = {
         str(one.what) for one in judge_part(request, interpret_written_program(PROGRAM, load_dialect("linuxcnc")))
     }

@@ -180,7 +180,7 @@ def test_linuxcnc_accepts_a_pocket_of_two_mills(rs274: str, name: str, tmp_path:
 LARGE, SMALL = PocketMill(2, 3.0, 3.0, 800.0 / 60.0), PocketMill(3, 1.0, 1.0, 5.0)
 PLANNED = PartRequest(
     (Edge(Polyline.of_points(OUTLINE, closed=True), inside=False),), (), tool=1, radius=1.5, thickness=6.0,
-    bottom=-6.5, tabs=TabRules(0, 5.0, 1.0), feed=10.0, step=1.5,
+    bottom=-6.5, tabs=TabRules(0, 5.0, 1.0), feed=10.0, steps={1: 1.5},
     pockets=(
         PocketArea(Polyline.of_points(CHAMBERS, closed=True), (), DEPTH, "the pocket", mill=LARGE, rest=SMALL),
         PocketArea(Polyline.of_points(SLOT, closed=True), (), DEPTH, "the slot", mill=SMALL),

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -245,8 +245,10 @@ class PartRequest:
         Thickness of the plate, mm.
     sheet
         Area of the plate, or None if it is unknown.
-    step, feed
-        Maximum step-down, mm, and maximum feed in material, mm/s, inside pockets.
+    steps
+        Maximum step-down of each mill by its number, mm.
+    feed
+        Maximum feed of the end mill in material inside pockets, mm/s.
     finish
         Allowance that roughing leaves on walls, mm. If it is not 0, a finishing pass follows along each wall.
     climb
@@ -265,14 +267,14 @@ class PartRequest:
     pockets: tuple[PocketArea, ...] = ()
     chamfers: tuple[Chamfer, ...] = ()
     carvings: tuple[Carving, ...] = ()
-    step: float = math.inf
+    steps: Mapping[int, float] = field(default_factory=dict)
     feed: float = math.inf
     finish: float = 0.0
     climb: bool = True
 
     def mill_of(self, pocket: PocketArea) -> PocketMill:
         """Return the end mill of a pocket."""
-        return pocket.mill or PocketMill(self.tool, self.radius, self.step, self.feed)
+        return pocket.mill or PocketMill(self.tool, self.radius, self.steps.get(self.tool, math.inf), self.feed)
 
     def mills_of(self, pocket: PocketArea) -> list[PocketMill]:
         """Return the end mills of a pocket in the order of their work."""

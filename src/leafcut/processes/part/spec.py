@@ -164,7 +164,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         pockets=tuple(areas),
         chamfers=tuple(chamfers),
         carvings=tuple(carvings),
-        step=main.step,
+        steps={one.data.tool.number: one.step for one in (*mills, main)},
         feed=data.tool.feed,
         finish=finish,
         climb=main.climb,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.processes.part.model import PartRequest, VBit
-from leafcut.processes.part.proof.cuts import HEIGHT, STRIP, TOLERANCE, Cuts, FaceWork, Verdict
+from leafcut.processes.part.proof.cuts import HEIGHT, STRIP, TOLERANCE, Cuts, FaceWork, Verdict, points_on
 from leafcut.proof.difference import position_text
 
 #: Maximum distance between points on a cut, and between checked points on a wall, mm.
@@ -37,7 +37,7 @@ def check_carvings(request: PartRequest, cuts: Cuts) -> Verdict:
         inside = cuts.within(region.buffer(TOLERANCE))
         own = inside[(cuts.tools[inside] == bit.tool) & (cuts.lowest[inside] >= -carving.limit - HEIGHT)]
         explained[own] = True
-        cut, tips = _points_on(cuts.ends[own])
+        cut, tips = points_on(cuts.ends[own], _SPACING)
         reach = np.minimum(bit.tip - tips[:, 2] * bit.spread, bit.radius)
         away = _distance_inside(region, tips[:, :2])
         for k in np.flatnonzero(reach > away + TOLERANCE)[:1].tolist():
@@ -51,15 +51,6 @@ def check_carvings(request: PartRequest, cuts: Cuts) -> Verdict:
             differences.append(Difference(Message("not cut"), 0, 0, words))
         works.append(FaceWork(name, own, region))
     return Verdict(explained, differences, works)
-
-
-def _points_on(ends: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return points along straight moves: the index of the move, int64[k], and the position, float64[k, 3], mm."""
-    start, step = ends[:, :3], ends[:, 3:] - ends[:, :3]
-    count = np.ceil(np.linalg.norm(step, axis=1) / _SPACING).astype(np.int64) + 1
-    move = np.repeat(np.arange(len(ends)), count)
-    share = (np.arange(len(move)) - np.repeat(np.cumsum(count) - count, count)) / np.maximum(count[move] - 1, 1)
-    return move, start[move] + share[:, None] * step[move]
 
 
 def _distance_inside(region: Any, places: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -106,3 +106,15 @@ class Verdict:
 def strip_along(lines: NDArray[np.object_]) -> Any:
     """Return a strip around some cuts. Its rounded ends extend `STRIP` mm past the cuts."""
     return shapely.union_all(shapely.buffer(lines, STRIP))
+
+
+def points_on(ends: NDArray[np.float64], spacing: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return points along straight moves, at most `spacing` mm apart.
+
+    They are the index of the move, int64[k], and the position, float64[k, 3], mm.
+    """
+    start, step = ends[:, :3], ends[:, 3:] - ends[:, :3]
+    count = np.ceil(np.linalg.norm(step, axis=1) / spacing).astype(np.int64) + 1
+    move = np.repeat(np.arange(len(ends)), count)
+    share = (np.arange(len(move)) - np.repeat(np.cumsum(count) - count, count)) / np.maximum(count[move] - 1, 1)
+    return move, start[move] + share[:, None] * step[move]

@@ -21,6 +21,7 @@ from leafcut.processes.part.model import CHORD, PartRequest, material_of
 from leafcut.processes.part.proof.carving import check_carvings
 from leafcut.processes.part.proof.chamfers import check_chamfers
 from leafcut.processes.part.proof.cuts import HEIGHT, TOLERANCE, Cuts, FaceWork, Verdict
+from leafcut.processes.part.proof.depths import check_depths
 from leafcut.processes.part.proof.edges import check_edges
 from leafcut.processes.part.proof.engraving import check_engravings
 from leafcut.processes.part.proof.holes import check_holes
@@ -52,14 +53,15 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     10. Rapids below the top are vertical, and only descend over cleared material.
     11. Each chamfer is cut once, to its depth, before its edge and the edges around it. It cuts into no other wall.
     12. Each carved shape is cut to its walls and no further, before the edges that enclose or cross it.
+    13. No cut is deeper than the step-down of its mill.
     """
     moves = convert_to_straight_moves(written, CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)
     drills = {hole.tool for hole in request.holes}
     cutting = low & ~np.isin(moves.tool, list(drills - {request.tool}))
     cuts = Cuts(moves, cutting)
-    checks = (check_engravings, check_pockets, check_chamfers, check_carvings)
-    others = [check(request, cuts) for check in checks]
+    pockets = check_pockets(request, cuts)
+    others = [pockets, *(check(request, cuts) for check in (check_engravings, check_chamfers, check_carvings))]
     known = np.logical_or.reduce([other.explained for other in others])
     material = material_of(request.edges)
     edges = check_edges(request, cuts, known, material)
@@ -69,6 +71,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
             *(difference for other in (edges, *others) for difference in other.differences),
             *_check_order(request, cuts, edges, [work for other in others for work in other.works]),
             *check_rapids(request, moves, cuts),
+            *check_depths(request, cuts, pockets.explained),
             *check_holes(request, moves, low & ~cutting, cuts),
         ]
     )
