@@ -247,6 +247,7 @@ class _Options30(TypedDict, total=False):
     # Of optimize, part.
     operations: str | Path | None
     copies: str | None
+    copy_spacing: Quantity | None
     pitch: str | Sequence[Quantity] | None
     finish: Quantity | None
     tabs: int | None

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
@@ -47,6 +48,11 @@ def place_part(part: Part, options: ReadOptions) -> Part:
     if (x, y) != (0.0, 0.0) or not np.array_equal(matrix, np.eye(2)):
         moved = _transform_part(part, matrix, (-x, -y))
     return replace(moved, reference=None, zero=zero)
+
+
+def shift_part(part: Part, offset: Point) -> Part:
+    """Move everything in a part by an offset, mm. The program zero keeps its position."""
+    return _transform_part(part, np.eye(2), offset)
 
 
 def place_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
@@ -149,7 +155,7 @@ def _zero_point_name(part: Part, options: ReadOptions) -> str:
     return f"{name} of the {'part' if outline else 'geometry'}"
 
 
-def _transform_part(part: Part, matrix: NDArray[np.float64], offset: tuple[float, float]) -> Part:
+def _transform_part(part: Part, matrix: NDArray[np.float64], offset: Point) -> Part:
     """Transform every point p of a part to matrix · p + offset."""
     (a, b), (c, d) = matrix.tolist()
 

@@ -64,3 +64,24 @@ def test_features_of_a_solid_that_are_no_pockets_are_named(name: str, tmp_path: 
     outcome = leafcut.part(saved(tmp_path / "plate.step", solid), **OPTIONS)
     assert [issue.code for issue in outcome.issues if issue.missing is not None] == ["L219"]
     assert {row.operation for row in outcome.detail.layers} == {"profile", "pocket"}
+
+
+@pytest.mark.hazard
+def test_copies_of_a_solid_have_its_pockets_and_its_missing_work(tmp_path: Path) -> None:
+    solid = cut(box(0, 0, 0, 40, 30, THICKNESS), rounded(5, 5, 4, 20, 25, THICKNESS, 3), cone((30, 20, 3), 1, 4, 3))
+    plate, program = saved(tmp_path / "plate.step", solid), tmp_path / "part.ngc"
+    (single,) = leafcut.part(plate, **OPTIONS).missing
+    result = leafcut.part(plate, program, copies="2x1", copy_spacing=10, **OPTIONS)
+    (both,) = result.missing
+    assert both.missing.count == 2 * single.missing.count
+    assert both.missing.where[len(single.missing.where) :] == tuple((x + 50, y) for x, y in single.missing.where)
+    pockets = [row.shapes for row in result.detail.layers if row.operation == "pocket"]
+    assert (result.detail.outlines, pockets) == (2, [2])
+    field = leafcut.stock(program, workpiece="-5,-5,-7,95,35,0", cell=CELL, tool_diameter=DIAMETER).field
+    shift = round(50 / CELL)
+    y = field.y + CELL * np.arange(field.heights.shape[0])
+    x = field.x + CELL * np.arange(field.heights.shape[1])
+    pocket = np.ix_((y > 7) & (y < 23), (x > 7) & (x < 18))
+    first, second = field.heights[:, :-shift], field.heights[:, shift:]
+    for heights in (first, second):
+        assert (np.round(heights[pocket], 3) == -2.0).all()

@@ -16,6 +16,9 @@ from leafcut.geometry.polyline import Polyline
 
 #: Maximum chord error when arcs of the drawing become lines, mm.
 CHORD = 0.002
+#: Minimum distance between the cuts along two parts without tabs, mm. The verification locates a cut with an accuracy
+#: of 0.03 mm, and assigns it to the edge that it follows.
+_APART = 0.1
 #: Minimum path length for each tab, as a multiple of the tab interval. Two thirds of the path remain for cutting.
 _SHARE = 3.0
 
@@ -193,6 +196,13 @@ class TabRules:
         """Return the maximum tab width, mm, at which the minimum number of tabs still fits on a path of `length` mm."""
         return math.floor(10.0 * (length / (_SHARE * self.fewest) - diameter)) / 10.0
 
+    def least_gap(self, radius: float, finish: float) -> float:
+        """Return the minimum distance between two parts, mm: room for both cuts, and for a tab and its web, if any.
+
+        `radius` is the radius of the mill and `finish` is the finishing allowance, mm.
+        """
+        return 2.0 * (radius + finish) + (2.0 * radius + self.web if self.count else _APART)
+
     @property
     def web(self) -> float:
         """Minimum width of the strip beyond the cut that a tab is attached to, mm."""
@@ -297,11 +307,32 @@ class LayerWork:
 
 
 @dataclass(frozen=True)
+class CopyGrid:
+    """Copies of a drawing in columns along X and rows along Y. `pitch` is the distance from copy to copy, mm."""
+
+    columns: int
+    rows: int
+    pitch: Point
+
+    @property
+    def number(self) -> int:
+        """Number of copies."""
+        return self.columns * self.rows
+
+    @property
+    def places(self) -> list[Point]:
+        """Offset of each copy, mm. The first copy stays where the drawing is."""
+        dx, dy = self.pitch
+        return [(column * dx, row * dy) for row in range(self.rows) for column in range(self.columns)]
+
+
+@dataclass(frozen=True)
 class PartDetail:
     """The results of milling a part.
 
     These are the numbers of milled outlines and openings, drilled holes and tabs. The plate thickness, the heights of
     rapids and the allowance of the finishing pass (0 without one) are in mm. `layers` contains the work on each layer.
+    `copies` is None if the program mills the drawing once.
     """
 
     outlines: int
@@ -313,3 +344,4 @@ class PartDetail:
     retract: float
     finish: float = 0.0
     layers: tuple[LayerWork, ...] = ()
+    copies: CopyGrid | None = None

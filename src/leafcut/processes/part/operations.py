@@ -217,7 +217,7 @@ def divide_by_layer(
         if rule.is_exact and rule.layer.lower() not in (layer.lower() for layer in layers):
             known = name_suggestion(rule.layer, [printable(layer) for layer in layers])
             raise PlanError("{}: no shape of {} is on layer '{}'{}", rule.place, _name(part), rule.layer, known)
-    rule_of = {layer: _rule_for(layer, rules, file, part) for layer in layers if not is_sheet(layer)}
+    rule_of = rules_by_layer(part, rules, file, options)
 
     def on(rule: LayerRule) -> tuple[Contour, ...]:
         return tuple(contour for contour in part.contours if rule_of.get(contour.layer) is rule)
@@ -227,6 +227,16 @@ def divide_by_layer(
         (rule.chamfer or rule, on(rule)) for rule in rules if rule.chamfer or rule.operation in (*_DEEP, *CARVED)
     )
     return LayeredPart(replace(part, contours=edges), tuple(face for face in faces if face[1]), rule_of)
+
+
+def rules_by_layer(part: Part, rules: Sequence[LayerRule], file: Path, options: SheetOptions) -> dict[str, LayerRule]:
+    """Return the rule of each layer of a drawing except the layers of the sheet.
+
+    Raises PlanError if no rule of the operations `file`, or more than one, matches a layer.
+    """
+    is_sheet = layer_matcher(options.sheet_layers)
+    layers = dict.fromkeys(contour.layer for contour in part.contours)
+    return {layer: _rule_for(layer, rules, file, part) for layer in layers if not is_sheet(layer)}
 
 
 def _rule_for(layer: str, rules: Sequence[LayerRule], file: Path, part: Part) -> LayerRule:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.options.option_spec import OptionGroup, option, when_given, when_input_is_not
+from leafcut.options.option_spec import OptionGroup, option, when_absent, when_given
 
 
 @dataclass(frozen=True)
@@ -32,15 +32,25 @@ class PartOptions(OptionGroup):
         "columns and rows of copies on the plate, such as 3x2; the first has the place of the drawing, the others "
         "follow in X and Y",
         default_words="the drawing once",
-        needs=(when_input_is_not("step"),),
+        of_file=True,
+    )
+    copy_spacing: float | None = option(
+        "quantity",
+        None,
+        "gap between two copies; it must leave room for the mill and the tabs",
+        unit="mm",
+        minimum=0.1,
+        maximum=10_000,
+        default_words="needed with --copies, unless --pitch is given",
+        needs=(when_given("copies"), when_absent("pitch")),
         of_file=True,
     )
     pitch: tuple[float, ...] | None = option(
         "point",
         None,
-        "distance from copy to copy in X and Y, such as 60,40",
+        "distance from a point of a copy to the same point of the next copy, in X and Y, such as 60,40",
         unit="mm",
-        default_words="must be given with --copies",
+        default_words="size of the part plus --copy-spacing",
         needs=(when_given("copies"),),
         of_file=True,
     )

@@ -83,7 +83,7 @@ class PartMilling(Process):
         ("main", _MAIN),
         ("search", SEARCH),
         ("part", _MORE),
-        ("place", ("copies", "pitch", *PLACE, "work_offset")),
+        ("place", ("copies", "copy_spacing", "pitch", *PLACE, "work_offset")),
         ("sheet", tuple(SheetOptions.specs())),
         ("read", _READ),
         ("post", (*POST, "coolant")),
@@ -170,6 +170,7 @@ class PartMilling(Process):
             retract=heights.retract,
             finish=request.finish,
             layers=plan.work.layers,
+            copies=plan.work.copies,
         )
 
     def report(self, outcome: Outcome[PartDetail]) -> PartReport:
@@ -179,10 +180,15 @@ class PartMilling(Process):
         return PartReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours of the drawing, moved to the program zero. With --pitch, the copies are included."""
+        """Return the contours of the drawing, moved to the program zero.
+
+        The copies are included if --copy-spacing or --pitch is given.
+        """
         from leafcut.processes.part.copies import repeat_part
         from leafcut.processes.placing import place_part
         from leafcut.read import read_contours
 
         part = place_part(read_contours(source, settings.read), settings.read)
-        return part if settings.of(PartOptions).pitch is None else repeat_part(part, settings)
+        options = settings.of(PartOptions)
+        is_repeated = options.copy_spacing is not None or options.pitch is not None
+        return repeat_part(part, settings)[0] if is_repeated else part

@@ -46,6 +46,21 @@ class PartReport(PathReport[PartDetail]):
             *self._finish(),
             *height_facts(detail.clearance, f"Z{coordinate_words(detail.retract)}"),
             *time_facts(self.outcome),
+            *self._copies(),
+        ]
+
+    def _copies(self) -> list[Fact]:
+        """Return the number of copies, their pitch, and the share of the time that one copy takes."""
+        grid = self.outcome.detail.copies
+        if grid is None:
+            return []
+        each = self.outcome.after.time_s / grid.number
+        dx, dy = map(coordinate_words, grid.pitch)
+        words = Message("{} x {}, pitch {} mm in X and {} mm in Y", grid.columns, grid.rows, dx, dy)
+        return [
+            Fact("copies.count", grid.number, "", words, Message("Copies")),
+            Fact("copies.pitch_mm", list(grid.pitch)),
+            Fact("copies.time_each_s", each, "s", Message("average of all copies"), Message("Time per copy")),
         ]
 
     def _finish(self) -> list[Fact]:

@@ -47,7 +47,7 @@ from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_
 from leafcut.processes.part.copies import repeat_part
 from leafcut.processes.part.engraving import engravings_of
 from leafcut.processes.part.mills import other_mills
-from leafcut.processes.part.model import Edge, LayerWork, PartHole, PartRequest, TabRules
+from leafcut.processes.part.model import CopyGrid, Edge, LayerWork, PartHole, PartRequest, TabRules
 from leafcut.processes.part.operations import (
     LayeredPart,
     Operation,
@@ -96,13 +96,17 @@ class MillStage:
 
 @dataclass(frozen=True, eq=False)
 class PartWork:
-    """The holes of each drill and the tasks of each mill. `cuts` contains only the tasks along edges."""
+    """The holes of each drill and the tasks of each mill.
+
+    `cuts` contains only the tasks along edges. `copies` is None if the drawing is milled once.
+    """
 
     groups: tuple[HoleGroup, ...]
     mills: tuple[MillStage, ...]
     cuts: tuple[OutlineCut, ...]
     heights: PartHeights
     layers: tuple[LayerWork, ...]
+    copies: CopyGrid | None
 
 
 def plan_part(job: Job, source: Source) -> Plan:
@@ -115,15 +119,17 @@ def plan_part(job: Job, source: Source) -> Plan:
     """
     settings, milling, asked = job.settings, job.settings.of(MillingOptions), job.settings.job
     thickness = _thickness(settings)
-    part = repeat_part(with_pockets(read_placed_contours(job, source)), settings)
-    divided = _divide(part, settings, thickness)
-    sheet = _prepare_sheet(divided, settings)
     bottom = -thickness - asked.break_through
     library = library_of(settings, job.machine)
     mill, diameter = _mill(job, library, -bottom)
+    tabs, finish = _tab_rules(settings, thickness), _allowance(settings, 0.5 * diameter)
+    part, grid = repeat_part(
+        with_pockets(read_placed_contours(job, source)), settings, tabs.least_gap(0.5 * diameter, finish)
+    )
+    divided = _divide(part, settings, thickness)
+    sheet = _prepare_sheet(divided, settings)
     data, of_data = milling_data(milling, asked, diameter, job.machine, mill)
     main = Mill(data, asked.step_down or 0.5 * diameter, milling.milling == "climb")
-    tabs, finish = _tab_rules(settings, thickness), _allowance(settings, 0.5 * diameter)
     edges, issues = _drawn_edges(sheet, divided, settings, part.name)
     edges, drilled, more = _split_holes(edges, divided, library, asked.diameter_tolerance, -bottom, diameter)
     issues += more
@@ -177,7 +183,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     stages = _mill_stages([*mills, main], request, axes, pockets, cuts)
     layers = _layer_works(part, divided, request, drilled, tools)
     holes = tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
-    work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers)
+    work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers, grid)
     return Plan(
         job=job,
         part=replace(part, holes=holes),

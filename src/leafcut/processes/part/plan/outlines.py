@@ -194,7 +194,7 @@ def plan_cuts(
                 "reach the edge of the sheet; move the parts at least {:g} mm apart and {:g} mm from the edge, use a "
                 "smaller mill, change --tabs or --tab-width, or give --tabs 0",
                 edge.name,
-                4.0 * radius + 2.0 * finish + tabs.web,
+                tabs.least_gap(radius, finish),
                 2.0 * radius + finish + tabs.web,
             )
         exact, intervals = places or ((), ())
