@@ -48,6 +48,15 @@ def with_pockets(part: Part) -> Part:
     return replace(part, issues=(*issues, *part.besides), besides=())
 
 
+def pocket_mills(mills: Sequence[Mill]) -> dict[int | None, PocketMill]:
+    """Return the mills as mills of pockets, by tool number."""
+    return {
+        tool.number: PocketMill(tool.number, 0.5 * tool.diameter, mill.step, tool.feed)
+        for mill in mills
+        for tool in [mill.data.tool]
+    }
+
+
 def pocket_areas(
     divided: LayeredPart, settings: Settings, diameter: float, mills: Sequence[Mill]
 ) -> tuple[list[PocketArea], list[Issue]]:
@@ -69,12 +78,7 @@ def pocket_areas(
     PlanError, ReadError
         An outline is open, or it crosses another outline. The message gives the line in the operations file.
     """
-    mill_of: dict[int | None, PocketMill] = {
-        one.data.tool.number: PocketMill(
-            one.data.tool.number, 0.5 * one.data.tool.diameter, one.step, one.data.tool.feed
-        )
-        for one in mills
-    }
+    mill_of = pocket_mills(mills)
     areas: list[PocketArea] = []
     issues: list[Issue] = []
     for rule, contours in divided.faces_of(Operation.POCKET):
@@ -202,7 +206,7 @@ def check_pockets(
 def pocket_tasks(
     job: Job, dialect: Dialect, part: Part, request: PartRequest, mills: Sequence[Mill]
 ) -> tuple[dict[int, list[PocketTask]], list[Issue]]:
-    """Plan a task for each region of each pocket.
+    """Plan a task for each region of each pocket and of each carved floor.
 
     Returns
     -------
@@ -213,7 +217,8 @@ def pocket_tasks(
     """
     tasks: dict[int, list[PocketTask]] = {}
     issues: list[Issue] = []
-    total = sum(len(request.mills_of(area)) for area in request.pockets)
+    floors = [floor for carving in request.carvings for floor in carving.floors]
+    total = sum(len(request.mills_of(area)) for area in request.pockets) + len(floors)
     for mill in mills:
         number = mill.data.tool.number
         own = [_Work(area, _pocket_of(area)) for area in request.pockets if request.mill_of(area).tool == number]
@@ -225,9 +230,14 @@ def pocket_tasks(
             pockets = rest_pockets(area, _rules(job, 2.0 * request.mill_of(area).radius), rules)
             left += [_Work(area, pocket, cleared) for pocket in pockets]
             issues += centre_regions(_pocket_of(area), rules)[1]
+        own_floors = [area for area in floors if request.mill_of(area).tool == number]
+        left += [_Work(area, _pocket_of(area)) for area in own_floors]
         tasks[number] = []
-        # The mill of the rest works in corners, where it clears all levels up to the wall.
-        for works, count, stock in ((own, len(own), request.finish), (left, len(rest_areas), 0.0)):
+        # The mill of the rest works in corners, where it clears all levels up to the wall. The V-bit finishes floors.
+        for works, count, stock in (
+            (own, len(own), request.finish),
+            (left, len(rest_areas) + len(own_floors), 0.0),
+        ):
             share = _CLEARING * count / max(total, 1)
             more, more_issues = _tasks_of(job, dialect, part, works, request.edges, mill, share, stock)
             tasks[number] += more

@@ -56,19 +56,46 @@ def other_mills(
         mills[tool.number] = Mill(data, asked.step_down or 0.5 * tool.diameter, main.climb)
         issues += more
     rest_rules = [rule for rule, _ in divided.faces if rule.rest is not None]
+    flat_rules = [rule for rule, _ in divided.faces if rule.flat is not None]
     for rule in rest_rules:
         _check_rest(rule, {**mills, main.data.tool.number: main}, main)
-    # The mill of the rest is always the smaller one.
-    order = sorted(mills.values(), key=lambda mill: -mill.data.tool.diameter if rest_rules else 0.0)
-    return order, issues
+    for rule in flat_rules:
+        _check_flat(rule, {**mills, main.data.tool.number: main}, main)
+
+    def position(mill: Mill) -> tuple[bool, float]:
+        """Return a sort key: V-bits after the mills of their floors, and the mill of a rest after the larger mill."""
+        tool = mill.data.tool
+        return bool(flat_rules) and tool.kind in CONES, -tool.diameter if rest_rules else 0.0
+
+    return sorted(mills.values(), key=position), issues
 
 
 def _rules_of_mills(divided: LayeredPart) -> Iterator[LayerRule]:
-    """Yield a rule for each tool that a layer names: first its own tool, and then the tool that clears the rest."""
+    """Yield a rule for each tool that a layer names: its own tool, and the end mill of the rest or of the floor."""
     for rule, _ in divided.faces:
         yield rule
         if rule.rest is not None:
             yield replace(rule, tool=rule.rest)
+        if rule.flat is not None:
+            yield replace(rule, tool=rule.flat, operation=Operation.POCKET)
+
+
+def _check_flat(rule: LayerRule, mills: Mapping[int, Mill], main: Mill) -> None:
+    tool = mills[rule.flat or 0].data.tool
+    if tool is main.data.tool:
+        raise PlanError(
+            "{}: {} is the end mill of the part, which works last; name another mill after 'flat'",
+            rule.place,
+            tool.label,
+        )
+    if tool.corner_radius:
+        raise PlanError(
+            "{}: {} has a corner radius of {:g} mm and would not clear the floor up to the slopes; use a mill with "
+            "sharp corners",
+            rule.place,
+            tool.label,
+            tool.corner_radius,
+        )
 
 
 def _check_rest(rule: LayerRule, mills: Mapping[int, Mill], main: Mill) -> None:

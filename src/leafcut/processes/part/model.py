@@ -167,12 +167,24 @@ class Chamfer:
 class Carving:
     """An area that a V-bit carves to its walls.
 
-    The depth of the `area` is the depth that the shape needs, mm. `limit` is the maximum depth, mm.
+    Attributes
+    ----------
+    area
+        The drawn area. Its depth is the depth of the V-bit, mm.
+    limit
+        Maximum depth, mm.
+    flat
+        The end mill that clears the floor where the walls would meet below `limit`. If it is None, no shape is that
+        wide.
+    floors
+        The areas of the floor that this end mill can clear. The V-bit clears the rest.
     """
 
     area: PocketArea
     bit: VBit
     limit: float
+    flat: PocketMill | None = None
+    floors: tuple[PocketArea, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -289,6 +301,12 @@ class PartRequest:
     def mills_of(self, pocket: PocketArea) -> list[PocketMill]:
         """Return the end mills of a pocket in the order of their work."""
         return [self.mill_of(pocket), *([pocket.rest] if pocket.rest else [])]
+
+    @property
+    def clearing_mills(self) -> dict[int, PocketMill]:
+        """The end mills that clear pockets and the floors of carved shapes, by tool number."""
+        mills = [mill for pocket in self.pockets for mill in self.mills_of(pocket)]
+        return {mill.tool: mill for mill in (*mills, *(one.flat for one in self.carvings if one.flat))}
 
 
 @dataclass(frozen=True)

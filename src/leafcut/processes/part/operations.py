@@ -37,9 +37,11 @@ _THROUGH = (Operation.PROFILE, Operation.BORE)
 _DEEP = (Operation.ENGRAVE, Operation.POCKET)
 #: Operations of a V-bit. Their rules must name it.
 CARVED = (Operation.CHAMFER, Operation.VCARVE)
-#: Pattern for an operation with its depth and tools, such as ``engrave 0.3mm T5`` or ``pocket 3mm T5 rest T6``.
+#: Pattern for an operation with its depth and tools, such as ``engrave 0.3mm T5``, ``pocket 3mm T5 rest T6`` or
+#: ``vcarve 2mm T6 flat T5``.
 _RULE = re.compile(
-    r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?(?:\s+T(?P<tool>\d{1,8})(?:\s+rest\s+T(?P<rest>\d{1,8}))?)?"
+    r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?"
+    r"(?:\s+T(?P<tool>\d{1,8})(?:\s+rest\s+T(?P<rest>\d{1,8})|\s+flat\s+T(?P<flat>\d{1,8}))?)?"
 )
 _WILDCARDS = re.compile(r"[*?\[]")
 #: Minimum depth, mm. It must exceed the tolerance for heights in the program.
@@ -53,7 +55,7 @@ class LayerRule:
     The layer name may contain wildcards. The depth is in mm, and 0 means through the plate. For a chamfer, it is the
     width. For V-carving, it is the maximum depth, and 0 means that none is given. `place` is the position of the rule
     in the file. `chamfer` is the rule for the edges of this operation. In a pocket, the tool `rest` clears the places
-    that `tool` cannot reach.
+    that `tool` cannot reach. In V-carving, the tool `flat` clears the floor at the maximum depth.
     """
 
     layer: str
@@ -63,6 +65,7 @@ class LayerRule:
     place: str = field(default="", compare=False)
     chamfer: LayerRule | None = None
     rest: int | None = None
+    flat: int | None = None
 
     @property
     def is_exact(self) -> bool:
@@ -166,16 +169,18 @@ def _single_rule(layer: str, value: object, place: str) -> LayerRule:
         )
     if depth and not takes_depth:
         raise DataError("{}: '{}' takes no depth; leave out '{}'", place, word, printable(depth))
+    if (match["flat"] and not (operation is Operation.VCARVE and depth)) or "flat" in (depth or "").split():
+        raise DataError(
+            "{}: 'flat' is only for V-carving with a depth and an end mill, such as 'vcarve 2mm T6 flat T5'", place
+        )
     if not tool and operation in CARVED:
         raise DataError("{}: '{}' needs a V-bit, such as '{} 0.5mm T6'", place, word, word)
     if not depth and takes_depth and operation is not Operation.VCARVE:
         raise DataError("{}: '{}' needs a depth, such as '{} 0.3mm'", place, word, word)
     if (match["rest"] and operation is not Operation.POCKET) or "rest" in (depth or "").split():
         raise DataError("{}: 'rest' is only for a pocket with two mills, such as 'pocket 3mm T5 rest T6'", place)
-    rest = int(match["rest"]) if match["rest"] else None
-    return LayerRule(
-        layer, operation, _depth(depth, place) if depth else 0.0, int(tool) if tool else None, place, rest=rest
-    )
+    first, rest, flat = (int(match[name]) if match[name] else None for name in ("tool", "rest", "flat"))
+    return LayerRule(layer, operation, _depth(depth, place) if depth else 0.0, first, place, rest=rest, flat=flat)
 
 
 def _depth(text: str, place: str) -> float:

@@ -135,7 +135,7 @@ class PartMilling(Process):
             zones=parse_zones(settings.job.keep_out),
             zone_height=crossing_heights(settings.job.keep_out, settings.job.clearance_height),
             tools=plan.tools,
-            milled=bool(plan.spec.pockets),
+            milled=bool(plan.spec.clearing_mills),
         )
         return written, [*problems, *judge_part(plan.spec, written)]
 

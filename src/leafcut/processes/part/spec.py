@@ -41,13 +41,13 @@ from leafcut.processes.job import (
 )
 from leafcut.processes.milling.clamps import parse_clamps, refuse_clamp_collisions
 from leafcut.processes.milling.mill import assumed_number_issues, library_mill_for, milling_data
-from leafcut.processes.part.carving import carvings_of
+from leafcut.processes.part.carving import carvings_of, with_floor_passes
 from leafcut.processes.part.chamfering import chamfers_of
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks, with_pockets
 from leafcut.processes.part.copies import repeat_part
 from leafcut.processes.part.engraving import engravings_of
 from leafcut.processes.part.mills import other_mills
-from leafcut.processes.part.model import CopyGrid, Edge, LayerWork, PartHole, PartRequest, TabRules
+from leafcut.processes.part.model import Carving, CopyGrid, Edge, LayerWork, PartHole, PartRequest, TabRules
 from leafcut.processes.part.operations import (
     LayeredPart,
     Operation,
@@ -144,7 +144,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     engravings, more = engravings_of(divided, settings, data.tool.number)
     issues += more
     tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
-    carvings, axes, of_carvings = carvings_of(divided, settings, tools, areas, thickness)
+    carvings, axes, of_carvings = carvings_of(divided, settings, [*mills, main], areas, thickness)
     faces = [*areas, *(carving.area for carving in carvings)]
     check_pockets(areas, faces, edges, cuts, engravings, tabs, thickness, diameter, finish)
     chamfers = chamfers_of(divided, edges, cuts, drilled, faces, 0.5 * diameter, tools, tabs, thickness)
@@ -180,7 +180,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     _refuse_clamps(request, cuts, tools | {group.tool.number: group.tool for group in groups}, settings)
     pockets, more = pocket_tasks(job, post_dialect, part, request, [*mills, main])
     issues += more
-    stages = _mill_stages([*mills, main], request, axes, pockets, cuts)
+    stages = _mill_stages([*mills, main], request, with_floor_passes(carvings, axes, pockets), pockets, cuts)
     layers = _layer_works(part, divided, request, drilled, tools)
     holes = tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
     work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers, grid)
@@ -290,9 +290,9 @@ def _layer_works(
     # The deepest shape stands for its layer.
     deepest = {one.area.layer: one.area.depth for one in sorted(request.carvings, key=lambda one: one.area.depth)}
     works += [
-        (layer, str(Operation.VCARVE), round(deepest[layer], 2), tools[one.bit.tool].label)
+        (layer, str(Operation.VCARVE), round(deepest[layer], 2), " + ".join(tools[number].label for number in numbers))
         for one in request.carvings
-        for layer in [one.area.layer]
+        for layer, numbers in [(one.area.layer, [*([one.flat.tool] if one.flat else []), one.bit.tool])]
     ]
     works += [
         (
@@ -333,13 +333,13 @@ def _heights(job: Job, tabs: TabRules, thickness: float, bottom: float) -> PartH
 def _mill_stages(
     mills: Sequence[Mill],
     request: PartRequest,
-    axes: Sequence[Sequence[Floats]],
+    carved: Sequence[tuple[Carving, Sequence[Floats]]],
     pockets: Mapping[int, Sequence[MillTask]],
     cuts: Sequence[MillTask],
 ) -> list[MillStage]:
     """Create the stage of each mill. Mills without tasks are left out.
 
-    Each mill has its engravings, chamfers, carved shapes and `pockets`. `axes` contains the paths in each carved shape.
+    Each mill has its engravings, chamfers, shapes and `pockets`. `carved` contains the shapes with their paths.
     The last mill also has all `cuts` along edges.
     """
     stages = []
@@ -347,11 +347,11 @@ def _mill_stages(
         number = mill.data.tool.number
         engravings = [engraving for engraving in request.engravings if engraving.tool == number]
         chamfers = [chamfer for chamfer in request.chamfers if chamfer.bit.tool == number]
-        carved = [(one, axis) for one, axis in zip(request.carvings, axes, strict=True) if one.bit.tool == number]
+        shapes = [(one, paths) for one, paths in carved if one.bit.tool == number]
         face: tuple[MillTask, ...] = (
             *engraving_tasks(engravings, request.edges, mill.step),
             *chamfer_tasks(chamfers, request.edges, mill.step, mill.climb),
-            *carving_tasks(carved, request.edges, mill.step),
+            *carving_tasks(shapes, request.edges, mill.step),
             *pockets[number],
         )
         tasks = (*face, *(cuts if mill is mills[-1] else ()))
@@ -366,11 +366,12 @@ def _refuse_clamps(
     if not clamps:
         return
     mill, radius = request.tool, request.radius
+    floors = [floor for carving in request.carvings for floor in carving.floors]
     works: list[tuple[str, shapely.Geometry, float, int]] = [
         *((request.edges[cut.edge].name, cut.centres, request.bottom, mill) for cut in cuts),
         *(
             (area.name, area.region.buffer(-own.radius), -area.depth, own.tool)
-            for area in request.pockets
+            for area in (*request.pockets, *floors)
             for own in request.mills_of(area)
         ),
         *((one.name, one.line, -one.depth, one.tool) for one in request.engravings),

@@ -30,8 +30,7 @@ def check_depths(request: PartRequest, cuts: Cuts, pockets: NDArray[np.bool_]) -
     deep = np.flatnonzero((cuts.lowest < -steps - _SLACK) & ~pockets)
     which, points = points_on(cuts.ends[deep], _SPACING)
     cut, lines = deep[which], shapely.STRtree(cuts.lines)
-    mills = [mill for pocket in request.pockets for mill in request.mills_of(pocket)]
-    radii = {request.tool: request.radius, **{mill.tool: mill.radius for mill in mills}}
+    radii = {request.tool: request.radius, **{tool: mill.radius for tool, mill in request.clearing_mills.items()}}
     reach = np.array([radii.get(int(tool), 0.0) for tool in cuts.tools])
     differences: list[Difference] = []
     for first in range(0, len(cut), _BLOCK):

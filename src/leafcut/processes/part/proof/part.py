@@ -53,6 +53,7 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     10. Rapids below the top are vertical, and only descend over cleared material.
     11. Each chamfer is cut once, to its depth, before its edge and the edges around it. It cuts into no other wall.
     12. Each carved shape is cut to its walls and no further, before the edges that enclose or cross it.
+        The end mill clears the floor of a shape where it fits, before the V-bit, which clears the rest of the floor.
     13. No cut is deeper than the step-down of its mill.
     """
     moves = convert_to_straight_moves(written, CHORD, _WHOLE)

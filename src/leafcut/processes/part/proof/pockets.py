@@ -55,7 +55,7 @@ def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
         explained[own] = True
         works.append(FaceWork(pocket.name, own, pocket.region))
     for mill, rows in rows_of.items():
-        differences += _check_load(mill, cuts, rows) if len(rows) else []
+        differences += check_load(mill, cuts, rows) if len(rows) else []
     return Verdict(explained, differences, works)
 
 
@@ -96,7 +96,7 @@ def _check_rest(
     return differences
 
 
-def _check_load(mill: PocketMill, cuts: Cuts, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Difference]:
+def check_load(mill: PocketMill, cuts: Cuts, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Difference]:
     """Check the step-down of cuts, and check that moves faster than the feed do not touch material."""
     other = np.isin(cuts.path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     other[rows] = False
@@ -117,7 +117,7 @@ def _check_floor(
     cuts: Cuts,
     floor: np.ndarray[tuple[int], np.dtype[np.int64]],
 ) -> list[Difference]:
-    at = _uncleared_place(mill.radius, reachable, cuts, floor)
+    at = uncleared_place(mill.radius, reachable, cuts, floor)
     if at is None:
         return []
     words = Message("{} is not cleared {:g} mm deep at {}", pocket.name, pocket.depth, at)
@@ -144,7 +144,7 @@ def _check_walls(
         nearer = np.setdiff1d(np.intersect1d(own, here), allowed)
         first = cuts.rows[nearer].min(initial=len(cuts.path))
         before = np.intersect1d(floor[cuts.rows[floor] < first], allowed)
-        at = _uncleared_place(radius, roughed.buffer(radius, quad_segs=_QUARTER), cuts, before)
+        at = uncleared_place(radius, roughed.buffer(radius, quad_segs=_QUARTER), cuts, before)
         if at is not None:
             words = Message("{} is not roughed with an allowance of {:g} mm at {}", pocket.name, finish, at)
             differences.append(Difference(Message("roughing"), 0, 0, words))
@@ -156,7 +156,7 @@ def _check_walls(
     return differences
 
 
-def _uncleared_place(
+def uncleared_place(
     radius: float, reachable: Any, cuts: Cuts, floor: np.ndarray[tuple[int], np.dtype[np.int64]]
 ) -> str | None:
     """Return a point that the cuts do not clear, as text, or None if only small remainders are left."""

@@ -39,8 +39,8 @@ def _is_drilled(moves: StraightMoves, k: int) -> bool:
 def _is_cleared(request: PartRequest, moves: StraightMoves, k: int, cuts: Cuts) -> bool:
     """Return whether the mill has cleared the area under a rapid down to the height at which the rapid ends."""
     place, tool = moves.ends[k, 3:], moves.tool[k]
-    mills = [mill for pocket in request.pockets for mill in request.mills_of(pocket)]
-    radius = {mill.tool: mill.radius for mill in mills}.get(int(tool), request.radius)
+    mill = request.clearing_mills.get(int(tool))
+    radius = mill.radius if mill else request.radius
     disc = shapely.Point(place[:2]).buffer(radius - TOLERANCE)
     near = cuts.near(disc, radius)
     mine = (cuts.rows[near] < moves.row[k]) & (cuts.tools[near] == tool)
