@@ -100,6 +100,18 @@ def test_the_commands_of_the_page_on_nesting_run(tmp_path: Path, monkeypatch: py
 
 
 @pytest.mark.slow
+def test_the_commands_of_the_page_on_quotes_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    commands = commands_of("quotes.md")
+    assert len(commands) == 2
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    for command in commands:
+        Path("quote.html").unlink(missing_ok=True)
+        assert run([*shlex.split(command), "--preset", "fast", "-q"]) == 0, command
+        assert "Example Metalwork" in Path("quote.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
 def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (command,) = re.findall(r"leafcut (cut examples/sheet\.dxf .+)$", README, flags=re.MULTILINE)
     shutil.copytree(ROOT / "examples", tmp_path / "examples")

@@ -52,6 +52,10 @@ WORKS = {work.name: work for work in registry.works()}
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 LITTLE = {**FAST, "iterations": 1}
 APART: dict[str, Any] = {"algorithm": "acs", "parallel": "exchange", "n_processes": 1}
+QUOTED: dict[str, Any] = {
+    "material": "mild_steel", "shop_rate": 60, "setup_cost": 1, "markup": 2, "currency": "EUR", "valid_days": 3,
+    "seller": "A",
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +127,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         more = {"micro_joints": 1, "heat_distance": 5, "sweep": "x", "concentric": "all"}
         api.optimize(at["sheet.dxf"], machine="laser-table", **more, **common)
         api.optimize(at["sheet.dxf"], machine="laser-table", chains=True, **APART, **common)
+        common |= {"quote": out / "quote.html", "cutting_rate": 9, "stock_price": 5, **QUOTED}
         api.optimize(at["sheet.dxf"], ignore_layers="MARK", corner_loops=True, algorithm="firefly", **common)
     elif work == "pocket":
         common = {"process": "pocket", "depth": 1, "tool_diameter": 8, **LITTLE}
@@ -142,7 +147,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     elif work == "part":
         common = {"process": "part", "thickness": 3, "open_paths": "drop", "tabs": 1, **LITTLE}
         api.optimize(at["sheet.dxf"], machine="haas-vf2", tools=at["tools.toml"], **APART, **common)
-        once = {"copies": "1x1", "pitch": (9, 9)}
+        once = {"copies": "1x1", "pitch": (9, 9), "quote": out / "quote.html", "stock_price": 5, **QUOTED}
         api.optimize(at["sheet.dxf"], machine="haas-vf2", tool_diameter=3, algorithm="firefly", **once, **common)
     elif work == "program":
         api.optimize(at["cam.nc"], **APART, **LITTLE)
@@ -254,7 +259,7 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
         (
             "holes.csv",
             {"quantity": 1},
-            "--quantity: this option does not apply to drilling, only to cutting a sheet; leave it out",
+            "--quantity: this option does not apply to drilling, only to cutting a sheet and milling parts; leave it",
         ),
         (
             "holes.csv",

@@ -16,7 +16,7 @@ from own_loop import awaited
 from leafcut import api
 from leafcut.cli import app as cli
 from leafcut.errors import OptionError, ReadError
-from leafcut.options import ALGORITHMS, SpeedOptions
+from leafcut.options import ALGORITHMS, QuoteOptions, SpeedOptions
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, collect_settings, options_used_by
@@ -40,6 +40,7 @@ EN = words("en")
 NOT_OFFERED = {
     "part", "save_plan", "remnants_out", "remnant_size",
     *(set(SpeedOptions.specs()) - {"shop_rate"}),
+    *(set(QuoteOptions.specs()) - {"quantity"}),
 }  # fmt: skip
 #: A page sets the feed of a program's materials only by the speed.
 OF_A_CHART = {"cut_process", "material", "thickness", "amps", "nozzle", "chart"}

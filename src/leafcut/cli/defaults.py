@@ -38,6 +38,13 @@ TEMPLATE = f"""\
 # clearance_height = "10mm"
 # preset = "thorough"
 
+# seller = "Example Metalwork; 1 Main Street; Springfield"  # and the costs of a quote (--quote)
+# currency = "EUR"
+# shop_rate = 80                # machine and operator per hour
+# setup_cost = 25               # once for each batch
+# markup = "20%"                # on the cost
+# valid_days = 30
+
 # [cut]                         # of one process alone
 # material = "mild_steel"
 

@@ -10,6 +10,7 @@ from leafcut.model.issue import Issue, missing_work
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.part import Part
+from leafcut.model.quote import Quote
 from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
@@ -77,6 +78,8 @@ class Outcome(Generic[D]):
         Name of the process that generated the program. The process may be a plug-in.
     work_offset
         Words of the work offsets that the program selects, such as ``G54``. Empty if the program selects none.
+    quote
+        Prices for the customer, if the user asked for a quote.
     """
 
     part: Part
@@ -104,6 +107,7 @@ class Outcome(Generic[D]):
     version: str = ""
     made_by: str = ""
     work_offset: str = ""
+    quote: Quote | None = None
     seconds: float = 0.0
     compile_seconds: float = 0.0
 

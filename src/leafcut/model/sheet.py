@@ -37,6 +37,11 @@ class Sheet:
         return () if self.outline is None else (self.outline, *self.holes)
 
     @property
+    def area(self) -> float:
+        """Area of the sheet without its openings, mm²; 0 if the edge is unknown."""
+        return sum(abs(path.area) * (-1.0 if k else 1.0) for k, path in enumerate(self.paths))
+
+    @property
     def n_parts(self) -> int:
         """Number of parts. A part is a closed outline of even depth."""
         return sum(c.depth % 2 == 0 and c.path.closed and c.kind == "cut" for c in self.contours)

@@ -12,6 +12,7 @@ from leafcut.options.cutting import CutDataOptions, FeedOptions, MillingOptions,
 from leafcut.options.drawings import ORIGINS, PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.options.job import CYCLES, JobOptions, MachineOptions, PostOptions
 from leafcut.options.option_spec import OptionGroup, flag_name
+from leafcut.options.quote import QuoteOptions
 from leafcut.options.search import (
     ALGORITHM_GROUP,
     ALGORITHM_TITLES,
@@ -40,6 +41,7 @@ SHARED: tuple[type[OptionGroup], ...] = (
     StockOptions,
     FeedOptions,
     SpeedOptions,
+    QuoteOptions,
 )
 
 __all__ = [
@@ -60,6 +62,7 @@ __all__ = [
     "MillingOptions",
     "PocketDrawingOptions",
     "PostOptions",
+    "QuoteOptions",
     "ReadOptions",
     "Settings",
     "SheetOptions",

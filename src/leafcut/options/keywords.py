@@ -219,7 +219,6 @@ class _Options28(TypedDict, total=False):
     sweep: Literal["free", "x", "y", "-x", "-y", None]
     sheet_size: str | None
     save_plan: str | Path | None
-    quantity: int | None
     cutting_rate: float | None
     pierce_cost: float | None
     beam_power: int | None
@@ -373,8 +372,22 @@ class _Options43(TypedDict, total=False):
 
 
 class _Options44(TypedDict, total=False):
-    # Of optimize, cut, tool_speeds.
+    # Of optimize, cut, part, tool_speeds.
     shop_rate: float | None
+
+
+class _Options45(TypedDict, total=False):
+    # Of optimize, cut, part.
+    quote: str | Path | None
+    quantity: int | None
+    stock_price: float | None
+    price_per_kg: float | None
+    density: float | None
+    setup_cost: float | None
+    markup: float | str | None
+    currency: str | None
+    valid_days: int | None
+    seller: str | None
 
 
 class OptimizeKeywords(
@@ -419,6 +432,7 @@ class OptimizeKeywords(
     _Options40,
     _Options42,
     _Options44,
+    _Options45,
     total=False,
 ):
     """Keywords of `leafcut.optimize`."""
@@ -484,6 +498,7 @@ class CutKeywords(
     _Options37,
     _Options38,
     _Options44,
+    _Options45,
     total=False,
 ):
     """Keywords of `leafcut.cut`."""
@@ -553,6 +568,8 @@ class PartKeywords(
     _Options37,
     _Options38,
     _Options39,
+    _Options44,
+    _Options45,
     total=False,
 ):
     """Keywords of `leafcut.part`."""

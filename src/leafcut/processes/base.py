@@ -16,6 +16,7 @@ from leafcut.options import (
     FireflyOptions,
     JobOptions,
     PostOptions,
+    QuoteOptions,
     Settings,
     SolveOptions,
 )
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import OperationOutcome, Outcome
     from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
+    from leafcut.model.quote import RunCost
     from leafcut.model.toolpath import Toolpath
     from leafcut.processes.job import Job
     from leafcut.processes.plan import OrderRefused, Pass, Plan
@@ -196,6 +198,9 @@ class Process(Work, Protocol):
         Whether a report may be a table of the parts (CSV).
     with_nearest
         Whether the outcome is compared with the nearest-neighbour order.
+    quoted_with
+        Options that a quote for a customer needs in addition to those of every process. Empty if the process has no
+        quotes.
     """
 
     reads: ClassVar[str] = ""
@@ -207,6 +212,7 @@ class Process(Work, Protocol):
     layer_names: ClassVar[tuple[str, ...]] = ()
     tabulates: ClassVar[bool] = False
     with_nearest: ClassVar[bool] = True
+    quoted_with: ClassVar[tuple[str, ...]] = ()
 
     @property
     def process_values(self) -> tuple[str, ...]:
@@ -349,13 +355,25 @@ class Process(Work, Protocol):
         """Return the results that only this process has."""
         ...
 
+    def run_cost(self, plan: Plan, best: Candidate) -> RunCost:
+        """Return the time and the cost of a run of the program with its parts, for a quote.
+
+        Raises PlanError if the program makes no parts.
+        """
+        raise NotImplementedError
+
     def extra_output_paths(self, settings: Settings) -> list[Path]:
         """Return the paths of all files that the process writes in addition to the program."""
-        return []
+        quote = settings.of(QuoteOptions).quote if self.quoted_with else None
+        return [quote] if quote else []
 
     def extra_files(self, outcome: Outcome[Any], settings: Settings) -> dict[str, str]:
         """Return the texts of the files to write in addition to the program, keyed by file name."""
-        return {}
+        if outcome.quote is None:
+            return {}
+        from leafcut.report.quote_page import quote_page_html
+
+        return {str(settings.of(QuoteOptions).quote): quote_page_html(outcome.quote)}
 
     def report(self, outcome: Outcome[Any]) -> PathReport[Any]:
         """Return the report of an outcome, with its facts and pictures. The default report shows a path over holes."""

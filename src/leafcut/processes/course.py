@@ -13,6 +13,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.job import Job, assumed_machine_note, machine_issues, refuse_missing_work, refuse_too_large
 from leafcut.processes.ordering import check_order, find_order
 from leafcut.processes.plan import OrderRefused, Plan
+from leafcut.processes.quoting import check_quote, is_quoted, with_quote
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process
@@ -24,6 +25,7 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 
     Raises ReadError, OptionError, PlanError, SolveError, PostError or VerifyError.
     """
+    check_quote(job.settings, process)
     with announced_compilations(job.report):
         plan = process.plan(job, sources, asked)
         refuse_missing_work(plan.job.settings, sources[0], plan.issues)
@@ -34,7 +36,10 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
         order = given.order if plan.keeps_given else _search_order(process, plan)
         best = _write_verified_program(process, plan, order, given, nearest)
         best = process.finish(plan, best)
-    return _build_outcome(process, plan, given, nearest, best)
+    outcome = _build_outcome(process, plan, given, nearest, best)
+    if not process.quoted_with or not is_quoted(plan.job.settings):
+        return outcome
+    return with_quote(outcome, plan.job.settings, process.run_cost(plan, best))
 
 
 def _search_order(process: Process, plan: Plan) -> Order:

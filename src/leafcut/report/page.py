@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import io
 import re
 from dataclasses import replace
@@ -15,7 +14,7 @@ from leafcut.material.solid import cut_display_solid
 from leafcut.model.issue import missing_work_text
 from leafcut.report import views
 from leafcut.report.stock_picture import OverStock, stock_png
-from leafcut.report.styles import drawing_css, page_templates, style_sheet
+from leafcut.report.styles import css_hash, drawing_css, page_templates, style_sheet
 from leafcut.report.svg import embed_styles
 from leafcut.report.wording import (
     COMPILED,
@@ -53,7 +52,7 @@ def report_page_html(report: PathReport[Any]) -> str:
     environment = page_templates("leafcut.report", report.package)
     environment.filters["flags"] = lambda words: Markup(_prevent_breaks_in_flags(str(escape(words))))
     page = environment.get_template("page.html.jinja")
-    return page.render(css=css, css_hash=_css_hash(css), **{**_template_values(report), **report.template_values()})
+    return page.render(css=css, css_hash=css_hash(css), **{**_template_values(report), **report.template_values()})
 
 
 def _prevent_breaks_in_flags(html: str) -> str:
@@ -68,10 +67,6 @@ def path_svg(report: PathReport[Any], which: Which) -> str:
 
 def _process_css(report: PathReport[Any]) -> str:
     return style_sheet(f"{report.template}.css", report.package) if report.package != "leafcut.report" else ""
-
-
-def _css_hash(css: str) -> str:
-    return base64.b64encode(hashlib.sha256(css.encode()).digest()).decode()
 
 
 def _template_values(report: PathReport[Any]) -> dict[str, Any]:

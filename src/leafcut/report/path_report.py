@@ -101,10 +101,18 @@ class PathReport(Generic[D]):
         return [
             *(self._counts or self.count_facts()),
             *self.process_facts(),
+            *self._quote_facts(),
             *range_facts(outcome),
             *([Fact(sentence=bound, name="gap", of_search=True)] if bound else []),
             *([Fact(sentence=search_summary(outcome), name="method", of_search=True)] if outcome.operations else []),
         ]
+
+    def _quote_facts(self) -> list[Fact]:
+        if self.outcome.quote is None:
+            return []
+        from leafcut.report.quote_page import quote_fact
+
+        return [quote_fact(self.outcome.quote)]
 
     def count_facts(self) -> list[Fact]:
         """Return the numbers of holes, slots, tools and operations."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
@@ -65,3 +67,8 @@ def page_templates(*packages: str) -> Environment:
 def drawing_css() -> str:
     """Return the styles of a stand-alone drawing."""
     return style_sheet("drawing.css") + ramp_css()
+
+
+def css_hash(css: str) -> str:
+    """Return the hash of a style sheet for the content security policy of a page."""
+    return base64.b64encode(hashlib.sha256(css.encode()).digest()).decode()

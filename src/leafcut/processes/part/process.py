@@ -6,8 +6,17 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
-from leafcut.options import JobOptions, MachineOptions, MillingOptions, ReadOptions, Settings, SheetOptions
-from leafcut.options.option_spec import when_absent
+from leafcut.options import (
+    JobOptions,
+    MachineOptions,
+    MillingOptions,
+    QuoteOptions,
+    ReadOptions,
+    Settings,
+    SheetOptions,
+    SpeedOptions,
+)
+from leafcut.options.option_spec import when_absent, when_given
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.part.options import PartOptions
 
@@ -16,6 +25,7 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import OperationOutcome, Outcome
     from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
+    from leafcut.model.quote import RunCost
     from leafcut.model.toolpath import Toolpath
     from leafcut.processes.job import Job
     from leafcut.processes.part.model import PartDetail
@@ -56,6 +66,7 @@ class PartMilling(Process):
         SheetOptions, cut_layers=_BY_NAME, mark_layers=_BY_NAME, ignore_layers=_BY_NAME, open_paths=_BY_NAME
     )
     uses |= use(JobOptions, *_JOB) | use(MillingOptions) | use(MillingOptions, entry_angle=()) | ORDERED | WRITTEN
+    uses |= use(QuoteOptions) | use(SpeedOptions, shop_rate=(when_given("quote"),))
     helps = {  # noqa: RUF012  # `Process` declares it as a class variable
         "thickness": ("thickness of the plate: outlines and openings go through it", "required"),
         "material": (
@@ -74,8 +85,11 @@ class PartMilling(Process):
         "end_point": ("", "where the last cut ends"),
         "tools": ("tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, or a .csv table", "none"),
         "concentric": ("which of several concentric circles to mill", ""),
+        "quantity": ("number of plates in the batch", ""),
+        "shop_rate": ("", "required for a quote"),
     }
     command = "part"
+    quoted_with = ("material",)
     help = "Mill a part from a plate: outlines with tabs, openings, holes, pockets and engraving."
     reads = "drawing"
     heads = (Head.SPINDLE,)
@@ -172,6 +186,12 @@ class PartMilling(Process):
             layers=plan.work.layers,
             copies=plan.work.copies,
         )
+
+    def run_cost(self, plan: Plan, best: Candidate) -> RunCost:
+        """Return the cost of a plate with its parts, for a quote."""
+        from leafcut.processes.part.pricing import plate_cost
+
+        return plate_cost(plan, best.measure.time_s)
 
     def report(self, outcome: Outcome[PartDetail]) -> PartReport:
         """Create the report of an outcome, with its facts and pictures."""

@@ -67,6 +67,7 @@ from leafcut.processes.part.plan.motion import part_motion
 from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts, with_ramps
 from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
 from leafcut.processes.plan import Plan
+from leafcut.processes.quoting import stock_price
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.timing.toolpath import measure_toolpath
 from leafcut.timing.travel import travel_metric
@@ -98,7 +99,8 @@ class MillStage:
 class PartWork:
     """The holes of each drill and the tasks of each mill.
 
-    `cuts` contains only the tasks along edges. `copies` is None if the drawing is milled once.
+    `cuts` contains only the tasks along edges. `copies` is None if the drawing is milled once. `plate_price` is the price
+    of the plate, for a quote.
     """
 
     groups: tuple[HoleGroup, ...]
@@ -107,6 +109,7 @@ class PartWork:
     heights: PartHeights
     layers: tuple[LayerWork, ...]
     copies: CopyGrid | None
+    plate_price: float = 0.0
 
 
 def plan_part(job: Job, source: Source) -> Plan:
@@ -182,8 +185,9 @@ def plan_part(job: Job, source: Source) -> Plan:
     issues += more
     stages = _mill_stages([*mills, main], request, with_floor_passes(carvings, axes, pockets), pockets, cuts)
     layers = _layer_works(part, divided, request, drilled, tools)
+    price = stock_price(settings, 0.0, 0.0 if area is None else area.area, asked.material, thickness)
     holes = tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
-    work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers, grid)
+    work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers, grid, price)
     return Plan(
         job=job,
         part=replace(part, holes=holes),

@@ -154,6 +154,5 @@ class CutOptions(OptionGroup):
     save_plan: Path | None = option(
         "path", None, "plan file to write", default_words="none", changes_program=False, of_file=True
     )
-    quantity: int = option("whole", 1, "number of sheets in the batch", minimum=1, maximum=1_000_000, of_file=True)
     cutting_rate: float = option("number", 0.0, "cost of gas, power and consumables per hour of cutting", minimum=0)
     pierce_cost: float = option("number", 0.0, "cost of consumables per pierce", minimum=0)

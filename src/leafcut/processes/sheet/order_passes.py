@@ -18,7 +18,7 @@ from leafcut.model.cutting import CutPlan
 from leafcut.model.issue import Issue
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.options import SpeedOptions
+from leafcut.options import QuoteOptions, SpeedOptions
 from leafcut.processes.ordering import find_order
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.costs import measure_cuts
@@ -312,8 +312,8 @@ def _generate_motion(plan: Plan, order: CutSequence) -> Candidate:
     whole, seconds = measure_toolpath(path, machine), _cut_seconds(path, rows, machine)
     crossings, close = (None, 0) if routes is None else (len(routes.crossing), len(routes.close))
     cut_plan = CutPlan(order.cutting.sheet, work.torch.data, cuts, crossings=crossings, close=close)
-    rate = settings.of(SpeedOptions).shop_rate or 0.0
-    norm = measure_cuts(cut_plan, seconds, whole.time_s, settings.of(CutOptions), corners, rate)
+    rate, sheets = settings.of(SpeedOptions).shop_rate or 0.0, settings.of(QuoteOptions).quantity
+    norm = measure_cuts(cut_plan, seconds, whole.time_s, settings.of(CutOptions), corners, rate, sheets)
     return Candidate(Order((order,)), path, whole, (replace(cut_plan, measures=norm), routes))
 
 

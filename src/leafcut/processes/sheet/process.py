@@ -13,6 +13,7 @@ from leafcut.options import (
     JobOptions,
     MachineOptions,
     PostOptions,
+    QuoteOptions,
     ReadOptions,
     Settings,
     SheetOptions,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import OperationOutcome, Outcome
     from leafcut.model.part import Part
     from leafcut.model.plan import Candidate, Order
+    from leafcut.model.quote import RunCost
     from leafcut.model.toolpath import Toolpath
     from leafcut.processes.job import Job
     from leafcut.processes.plan import Pass, Plan
@@ -56,7 +58,7 @@ class SheetCutting(Process):
     options = (CutOptions,)
     uses = use(ReadOptions, but=("z_zero",)) | use(SheetOptions) | use(MachineOptions)
     uses |= use(JobOptions, *_JOB, "start_point") | use(CutDataOptions)
-    uses |= use(SpeedOptions, "shop_rate")
+    uses |= use(SpeedOptions, "shop_rate") | use(QuoteOptions) | use(QuoteOptions, quantity=())
     uses |= ORDERED | use(PostOptions, but=("coolant",))
     helps = {  # noqa: RUF012  # `Process` declares it as a class variable
         "thickness": ("thickness of the sheet", "required"),
@@ -67,9 +69,11 @@ class SheetCutting(Process):
         "start_point": ("start point of the tool, x,y, or free", ""),
         "end_point": ("", "where the last cut ends"),
         "shop_rate": ("", "0"),
+        "quantity": ("number of sheets in the batch", ""),
     }
     command = "cut"
     tabulates = True
+    quoted_with = ("cutting_rate",)
     help = "Cut the contours of a drawing from sheet, by plasma, laser, oxyfuel or waterjet."
     reads = "drawing"
     heads = tuple(head for head in Head if head.method is not None)
@@ -77,7 +81,7 @@ class SheetCutting(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("cut", (*_CUT, *option_names(CutOptions, (*_MAIN, *_CUT, "save_plan")), "plan", "shop_rate")),
+        ("cut", (*_CUT, *option_names(CutOptions, (*_MAIN, *_CUT, "save_plan")), "plan", "quantity", "shop_rate")),
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", option_names(SheetOptions)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "strict")),
@@ -197,19 +201,25 @@ class SheetCutting(Process):
 
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
+    def run_cost(self, plan: Plan, best: Candidate) -> RunCost:
+        """Return the cost of a sheet with its parts, for a quote."""
+        from leafcut.processes.sheet.pricing import sheet_cost
+
+        return sheet_cost(best.detail[0], plan.job.settings)
+
     def extra_output_paths(self, settings: Settings) -> list[Path]:
-        """Return the path of the plan file if the user asked for a plan file, otherwise an empty list."""
+        """Return the paths of the quote and of the plan file, if the user asked for them."""
         plan = settings.of(CutOptions).save_plan
-        return [plan] if plan else []
+        return [*super().extra_output_paths(settings), *([plan] if plan else [])]
 
     def extra_files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
-        """Return the text of the plan file, keyed by its path, if the user asked for a plan file."""
-        plan = settings.of(CutOptions).save_plan
+        """Return the texts of the quote and of the plan file, keyed by their paths, if the user asked for them."""
+        files, plan = super().extra_files(outcome, settings), settings.of(CutOptions).save_plan
         if not plan:
-            return {}
+            return files
         from leafcut.read.plan_file import plan_file_text
 
-        return {str(plan): plan_file_text(outcome.detail.plan.file)}
+        return {**files, str(plan): plan_file_text(outcome.detail.plan.file)}
 
     def report(self, outcome: Outcome[SheetDetail]) -> SheetReport:
         """Return the report of an outcome, with its facts and pictures."""

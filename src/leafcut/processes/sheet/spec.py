@@ -35,6 +35,7 @@ from leafcut.processes.job import (
 )
 from leafcut.processes.ordering import nearest_order
 from leafcut.processes.plan import Plan
+from leafcut.processes.quoting import stock_price
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.order_passes import (
     SEARCH_SHARE,
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
     from leafcut.model.obstacles import Obstacles
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
+    from leafcut.options import Settings
     from leafcut.processes.sheet.plan.detached_parts import DetachableParts
     from leafcut.processes.sheet.plan.starts import CutStart
     from leafcut.read.format import Source
@@ -102,7 +104,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     planned = settings.job.plan is not None
     rules = resolve_rules(data, options, switches=torch.switches, max_feed=job.machine.max_feed, planned=planned)
     part, sheet = _read_sheet(job, source)
-    sheet = with_size_and_zones(sheet, options, parse_zones(settings.job.keep_out))
+    sheet = _priced(with_size_and_zones(sheet, options, parse_zones(settings.job.keep_out)), settings, data)
     if post_dialect.moves_z:
         refuse_higher_zones(settings.job.keep_out, settings.job.clearance_height)
     drawn, sheet, narrow = with_narrow_shapes(sheet, rules)
@@ -307,6 +309,11 @@ def _read_sheet(job: Job, source: Source) -> tuple[Part, Sheet]:
     part = read_placed_contours(job, source)
     sheet = prepare_sheet(part, job.settings.sheet, job.settings.read.concentric)
     return part, without_excluded_holes(sheet, job.settings.read)
+
+
+def _priced(sheet: Sheet, settings: Settings, data: CutData) -> Sheet:
+    """Return the sheet with its price. Raises OptionError if a quote needs the price and it is unknown."""
+    return replace(sheet, price=stock_price(settings, sheet.price, sheet.area, data.material, data.thickness))
 
 
 def _cut_data(job: Job) -> tuple[CutData, list[Issue]]:

@@ -132,9 +132,9 @@ def test_parts_add_up_to_the_sheet_and_sheets_to_the_batch() -> None:
     sheet = part_in_hole()
     cutting = cutting_of(sheet)
     cuts = tuple(cutting.cut(s) for s in drawing_order(cutting))
-    options = CutOptions(quantity=10, cutting_rate=36.0, pierce_cost=0.5)
+    options = CutOptions(cutting_rate=36.0, pierce_cost=0.5)
     seconds = [(10.0, 1.0, 2.0), (20.0, 1.0, 3.0), (30.0, 1.0, 4.0), (40.0, 1.0, 5.0)]
-    norm = measure_cuts(CutPlan(sheet, PLASMA, cuts), seconds, 120.0, options, shop_rate=72.0)
+    norm = measure_cuts(CutPlan(sheet, PLASMA, cuts), seconds, 120.0, options, shop_rate=72.0, quantity=10)
     assert (norm.sheet.cut_s, norm.sheet.pierce_s, norm.sheet.total_s) == (100.0, 4.0, 120.0)
     assert norm.sheet.rapid_s == 16.0  # 14 between the cuts, 2 at the start and the end
     assert [p.times.cut_s for p in norm.parts] == [70.0, 30.0]

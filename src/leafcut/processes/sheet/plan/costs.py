@@ -10,11 +10,12 @@ from types import MappingProxyType
 
 from leafcut.geometry.arrays import Point
 from leafcut.model.cutting import Consumption, Cut, CutData, CutMeasures, CutPlan, CutTimes, PartTimes
+from leafcut.model.quote import cost_of_time
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 
-#: Seconds per hour, and joules per kilowatt-hour.
-_HOUR, _JOULES = 3600.0, 3.6e6
+#: Joules per kilowatt-hour.
+_JOULES = 3.6e6
 #: Fields of `CutTimes` that are times, s, or lengths, mm.
 _SUMS = ("cut_s", "pierce_s", "rapid_s", "cut_mm", "rapid_mm", "perimeter_mm", "common_mm")
 
@@ -26,6 +27,7 @@ def measure_cuts(
     options: CutOptions,
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
     shop_rate: float = 0.0,
+    quantity: int = 1,
 ) -> CutMeasures:
     """Measure the times, lengths, costs and consumption of the cuts in a plan.
 
@@ -41,6 +43,8 @@ def measure_cuts(
         Corners of the travel move before each cut, keyed by the index of the cut.
     shop_rate
         Cost of the machine and its operator per hour.
+    quantity
+        Number of sheets in the batch.
     """
     sheet, cuts, data = plan.sheet, plan.cuts, plan.data
     each = [_times_of_cut(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
@@ -64,16 +68,15 @@ def measure_cuts(
             PartTimes(number, area, own, cost_of(own, options, shop_rate) + metal, names.get(number, ""), used_up)
         )
     cost = cost_of(one, options, shop_rate) + sheet.price
-    stock = sum(abs(path.area) * (-1.0 if k else 1.0) for k, path in enumerate(sheet.paths))
-    batch = one.times(options.quantity)
+    batch = one.times(quantity)
     return CutMeasures(
         sheet=one,
         batch=batch,
-        quantity=options.quantity,
+        quantity=quantity,
         parts=tuple(parts),
-        utilisation=used / stock if stock > 0.0 else None,
+        utilisation=used / sheet.area if sheet.area > 0.0 else None,
         cost=cost,
-        batch_cost=cost * options.quantity,
+        batch_cost=cost * quantity,
         cuts=tuple(each),
         used=consumption_of(one, data, one),
         batch_used=consumption_of(batch, data, one),
@@ -134,8 +137,8 @@ def part_areas(sheet: Sheet) -> dict[int, float]:
 
 def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
     """Return the cost of consumables while the torch is on, of pierces, and of machine time."""
-    burning = options.cutting_rate * (times.cut_s + times.pierce_s)
-    return (burning + shop_rate * times.total_s) / _HOUR + options.pierce_cost * times.pierces
+    burning = cost_of_time(options.cutting_rate, times.cut_s + times.pierce_s)
+    return burning + cost_of_time(shop_rate, times.total_s) + options.pierce_cost * times.pierces
 
 
 def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumption:

@@ -50,24 +50,30 @@ def cycle_time_rows(norm: CutMeasures) -> list[NormRow]:
     Parts without a name share a row if their area and perimeter are equal. Contours outside parts, and the moves at the
     start and end of the program, only count for the sheet.
     """
-    kinds: dict[object, list[PartTimes]] = {}
-    for part in norm.parts:
-        if part.part:
-            kinds.setdefault(part.name or (round(part.area, 2), round(part.times.perimeter_mm, 2)), []).append(part)
     return [
         NormRow(
             "part",
-            own[0].name or _part_numbers(own),
+            own[0].name or part_numbers(own),
             len(own),
             math.fsum(p.times.perimeter_mm for p in own),
             math.fsum(p.times.total_s for p in own),
             _total_consumption(p.used for p in own),
         )
-        for own in kinds.values()
+        for own in part_kinds(norm)
     ]
 
 
-def _part_numbers(parts: Sequence[PartTimes]) -> str:
+def part_kinds(norm: CutMeasures) -> list[list[PartTimes]]:
+    """Return the parts by kind: parts with the same name, or without a name and with equal area and perimeter."""
+    kinds: dict[object, list[PartTimes]] = {}
+    for part in norm.parts:
+        if part.part:
+            kinds.setdefault(part.name or (round(part.area, 2), round(part.times.perimeter_mm, 2)), []).append(part)
+    return list(kinds.values())
+
+
+def part_numbers(parts: Sequence[PartTimes]) -> str:
+    """Return the numbers of parts, but no more than six."""
     first = ", ".join(str(p.part) for p in parts[:_MOST_NUMBERS])
     return first if len(parts) <= _MOST_NUMBERS else f"{first} …"
 
