@@ -202,3 +202,20 @@ def test_values_of_the_shop_are_not_used_without_a_quote(tmp_path: Path) -> None
     outcome = api.cut(drawing(tmp_path / "squares.dxf"), thickness=6, options_file=shop, **FAST)
     assert outcome.quote is None
     assert outcome.detail.plan.measures.cost == 0.0
+
+
+@pytest.mark.slow
+def test_the_price_in_a_nested_drawing_counts_unless_another_is_given(tmp_path: Path) -> None:
+    """The nest states 60 for its sheet; the parts keep their names."""
+    part = drawing(tmp_path / "square.dxf", edge=False, holes=(True,))
+    nested = tmp_path / "nested.dxf"
+    api.nest([f"{part}:3"], nested, sheet="400x200@60", nester="rectangles", kerf=1.5, gap=6, seed=1)
+    given = {"quote": tmp_path / "q.html", **SHEET}
+    stated = api.cut(nested, **given)
+    replaced = api.cut(nested, stock_price=0, **given)
+    assert stated.quote.cost - replaced.quote.cost == pytest.approx(60)
+    assert [(line.part.name, line.quantity) for line in stated.quote.lines] == [("square", 3)]
+    with pytest.raises(
+        OptionError, match=r"^--price-per-kg: the drawing states a price of 60 for the sheet; leave out"
+    ):
+        api.cut(nested, price_per_kg=2, **given)

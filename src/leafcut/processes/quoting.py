@@ -155,6 +155,6 @@ def no_part(name: str) -> PlanError:
     return PlanError("{}: --quote needs the closed outline of a part; leave --quote out, or draw the outline", name)
 
 
-def part_label(numbers: str) -> Message:
+def part_label(number: int) -> Message:
     """Return the name of a part that has no name in its drawing."""
-    return Message("part {}", numbers)
+    return Message("part {}", number)

@@ -8,7 +8,7 @@ from leafcut.model.cutting import CutPlan, PartTimes
 from leafcut.model.quote import PartCost, RunCost
 from leafcut.options import Settings
 from leafcut.processes.quoting import density_of, no_part, part_label, weight
-from leafcut.processes.sheet.report.norms import part_kinds, part_numbers
+from leafcut.processes.sheet.report.norms import part_kinds
 
 
 def sheet_cost(plan: CutPlan, settings: Settings) -> RunCost:
@@ -28,7 +28,7 @@ def _part_cost(plan: CutPlan, own: list[PartTimes], density: float, *, alone: bo
     """Return the mean time, cost and weight of equal parts. If they are `alone`, the drawing gives their name."""
     number, mine = len(own), [c for c in plan.sheet.contours if c.part == own[0].part and not c.chamber]
     return PartCost(
-        name=own[0].name or (plan.sheet.name if alone else part_label(part_numbers(own))),
+        name=own[0].name or (plan.sheet.name if alone else part_label(own[0].part)),
         per_run=number,
         time_s=math.fsum(part.times.total_s for part in own) / number,
         cost=math.fsum(part.cost for part in own) / number,

@@ -53,7 +53,7 @@ def cycle_time_rows(norm: CutMeasures) -> list[NormRow]:
     return [
         NormRow(
             "part",
-            own[0].name or part_numbers(own),
+            own[0].name or _part_numbers(own),
             len(own),
             math.fsum(p.times.perimeter_mm for p in own),
             math.fsum(p.times.total_s for p in own),
@@ -72,8 +72,7 @@ def part_kinds(norm: CutMeasures) -> list[list[PartTimes]]:
     return list(kinds.values())
 
 
-def part_numbers(parts: Sequence[PartTimes]) -> str:
-    """Return the numbers of parts, but no more than six."""
+def _part_numbers(parts: Sequence[PartTimes]) -> str:
     first = ", ".join(str(p.part) for p in parts[:_MOST_NUMBERS])
     return first if len(parts) <= _MOST_NUMBERS else f"{first} …"
 
