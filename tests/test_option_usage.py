@@ -147,8 +147,13 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     elif work == "part":
         common = {"process": "part", "thickness": 3, "open_paths": "drop", "tabs": 1, **LITTLE}
         api.optimize(at["sheet.dxf"], machine="haas-vf2", tools=at["tools.toml"], **APART, **common)
-        once = {"copies": "1x1", "pitch": (9, 9), "quote": out / "quote.html", "stock_price": 5, **QUOTED}
+        once = {"copies": "1x1", "pitch": (9, 9)}
         api.optimize(at["sheet.dxf"], machine="haas-vf2", tool_diameter=3, algorithm="firefly", **once, **common)
+        plate = ezdxf.new(units=4)
+        plate.modelspace().add_lwpolyline([(0, 0), (40, 0), (40, 32), (0, 32)], close=True)
+        plate.saveas(out / "plate.dxf")
+        quoted = {"quote": out / "quote.html", "stock_price": 5, **QUOTED}
+        api.optimize(out / "plate.dxf", machine="haas-vf2", tool_diameter=3, **quoted, **common)
     elif work == "program":
         api.optimize(at["cam.nc"], **APART, **LITTLE)
         api.optimize(at["cam.nc"], algorithm="firefly", **LITTLE)
