@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 
 from leafcut.errors import ReadError, printable
 from leafcut.message import Message
@@ -128,7 +129,7 @@ def _find_columns(
     if not fields:
         raise ReadError(source.path, "no points: the file contains only comments")
     if any(is_number(f, separator) for f in fields[:2]):
-        return _Columns(), _prepend_row((number, fields), rows)
+        return _Columns(), chain([(number, fields)], rows)
     indices: dict[str, int] = {}
     unit = None
     for index, field in enumerate(fields):
@@ -153,13 +154,6 @@ def _find_columns(
         ),
         rows,
     )
-
-
-def _prepend_row(
-    first: tuple[int, list[str]], rows: Iterator[tuple[int, list[str]]]
-) -> Iterator[tuple[int, list[str]]]:
-    yield first
-    yield from rows
 
 
 def _hole_of_row(fields: list[str], columns: _Columns, separator: str | None, factor: float) -> Hole:

@@ -63,7 +63,7 @@ def closed_outlines(whole: Part) -> Part:
         paths = kept
     closed = _geometry_as_part([path for path in paths if path.closed], holes)
     opened = [path for path in paths if not path.closed]
-    if _is_empty(closed) or any(_surrounds(path.extents, closed.extents) for path in opened):
+    if not (closed.holes or closed.contours) or any(_surrounds(path.extents, closed.extents) for path in opened):
         return _geometry_as_part(paths, holes)
     return closed
 
@@ -72,10 +72,6 @@ def _geometry_as_part(paths: Sequence[Polyline], holes: Sequence[Hole]) -> Part:
     circles = [Polyline.circle(h.x, h.y, 0.5 * h.diameter) for h in holes if h.diameter]
     points = tuple(h for h in holes if not h.diameter)
     return Part("", points, contours=tuple(Contour(path) for path in (*paths, *circles)))
-
-
-def _is_empty(part: Part) -> bool:
-    return not part.holes and not part.contours
 
 
 def _surrounds(outer: tuple[float, float, float, float], inner: tuple[float, float, float, float]) -> bool:
