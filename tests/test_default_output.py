@@ -14,7 +14,7 @@ from leafcut.cli.app import run
 from leafcut.files.digests import is_unchanged, sign_program
 from leafcut.processes import registry
 from leafcut.processes.settings import collect_settings
-from leafcut.read.registry import read_source
+from leafcut.read.registry import read_source_with_format
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 FAST = ("--preset", "fast", "--threads", "1", "-q")
@@ -76,7 +76,7 @@ def test_the_program_of_a_program_has_leafcut_in_its_name(shop: Path) -> None:
     ],
 )
 def test_machine_options_and_layers_decide_what_a_file_is_for(name: str, options: dict[str, Any], command: str) -> None:
-    assert registry.guess_command([read_source(EXAMPLES / name)], collect_settings(options)) == command
+    assert registry.guess_command([read_source_with_format(EXAMPLES / name)], collect_settings(options)) == command
 
 
 def test_a_guessed_work_has_its_usual_machine(shop: Path) -> None:

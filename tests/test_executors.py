@@ -27,8 +27,8 @@ from leafcut.order.executors import (
     ExecutorError,
     WatchedExecutor,
     _check_version,
-    _check_workers,
     _Dask,
+    _wait_for_first_worker,
     check_executor,
     open_executor,
     run_tasks,
@@ -185,8 +185,8 @@ def test_a_worker_that_cannot_run_leafcut_is_refused_and_one_that_dies_is_not(an
         )
 
     with pytest.raises(ExecutorError, match=message):
-        _check_workers(client(None, answer), "dask://here:1")
-    _check_workers(client(None, OSError("connection lost")), "dask://here:1")
+        _wait_for_first_worker(client(None, answer), "dask://here:1")
+    _wait_for_first_worker(client(None, OSError("connection lost")), "dask://here:1")
 
 
 @pytest.mark.parametrize("refusal", [OSError("no answer\nafter 5 s"), ValueError("port 99999"), TimeoutError()])

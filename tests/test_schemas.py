@@ -30,7 +30,7 @@ from leafcut.lab.store import Store
 from leafcut.processes.part.operations import read_operations
 from leafcut.processes.settings import read_options_file
 from leafcut.read.controllers.importing import change_profile_values, machine_from_settings
-from leafcut.read.controllers.questions import ask_machine, load_answers
+from leafcut.read.controllers.questions import load_answers, machine_from_answers
 from leafcut.read.machine import load_machine, machine_template
 from leafcut.read.order_file import load_order, order_file_text
 from leafcut.read.plan_file import load_plan
@@ -178,7 +178,7 @@ def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
     yield "list machines", machine_template("haas-vf2")
     yield "machine import", machine_from_settings(settings, "grbl.txt").text
     answers = {"name": "mill", "controller": "haas", "rapid": "20 m/min"}
-    yield "machine new", ask_machine(answers).text
+    yield "machine new", machine_from_answers(answers).text
     yield "machine check", change_profile_values("haas-vf2", {}, "a.toml")
     yield "list materials", material_file_text("copper")
     yield "list dialects", dialect_template("haas")

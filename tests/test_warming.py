@@ -47,7 +47,7 @@ def _named_by(file: Path) -> Iterator[tuple[str, str]]:
 def test_every_kernel_is_compiled_after_a_warm_up() -> None:
     warmed = warming.compile_all_kernels()
     kernels = called_by_python()
-    assert warmed.kept and len(kernels) > 40
+    assert warmed.is_cached and len(kernels) > 40
     assert [name for name, kernel in kernels.items() if not kernel.signatures] == []
 
 

@@ -91,7 +91,7 @@ def profile_table() -> list[str]:
         "| key | meaning | default |",
         "| --- | --- | --- |",
     ]
-    rows = ((key.name, key.help, "required" if key.required else key.shown_default) for key in PROFILE_KEYS)
+    rows = ((key.name, key.help, "required" if key.required else key.default_text) for key in PROFILE_KEYS)
     return [*lines, *(f"| `{name}` | {text} | {otherwise} |" for name, text, otherwise in rows), ""]
 
 

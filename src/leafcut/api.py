@@ -17,7 +17,7 @@ from leafcut.errors import LeafcutError, OptionError, PlanError
 from leafcut.files.whole_files import StandardInput, check_file_exists, check_output, write_all_or_none
 from leafcut.kernels.compiling import announced_compilations, compile_seconds
 from leafcut.message import Message
-from leafcut.model.heartbeat import OnProgress, Progress, heartbeat_for_step, report_as_step
+from leafcut.model.heartbeat import OnProgress, Progress, heartbeat_for_step, progress_for_step
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
@@ -29,7 +29,7 @@ from leafcut.processes.course import run_process
 from leafcut.processes.job import Job, machine_of, refuse_missing_work
 from leafcut.processes.settings import collect_settings, input_file_names, settings_for
 from leafcut.read import Input, read
-from leafcut.read.registry import READERS, detect_format_name, read_once, read_source
+from leafcut.read.registry import READERS, detect_format_name, read_once, read_source_with_format
 from leafcut.results.base import public_result
 
 if TYPE_CHECKING:
@@ -219,7 +219,7 @@ def _guess_command(sources: Sequence[Input], settings: Settings) -> tuple[str, l
     The result "auto" stands for the usual command.
     """
     loaded = [read_once(source) for source in sources]
-    return registry.guess_command([read_source(source) for source in loaded], settings), [*loaded]
+    return registry.guess_command([read_source_with_format(source) for source in loaded], settings), [*loaded]
 
 
 def _collect_settings(
@@ -263,7 +263,7 @@ def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table
         The process does not use one of the options, or does not provide the requested table.
     """
     registry.check_process_value(process_word)
-    inputs = [read_source(source) for source in sources]
+    inputs = [read_source_with_format(source) for source in sources]
     process = registry.process_for(inputs, process_word)
     if table and not process.tabulates:
         raise OptionError("--report: {} has no table of parts; give a name that ends in .html", process.title)
@@ -405,7 +405,7 @@ def _solve_part(
     problem = problem_from_map(part)
     step = Message("solving {}", part.name)
     heartbeat_for_step(progress, step)  # report the step at once: the search reports only between its steps
-    on_progress = report_as_step(progress, step)
+    on_progress = progress_for_step(progress, step)
     with announced_compilations(lambda message: progress(Progress(message)) if progress else None):
         solution = solve.solve(
             problem,

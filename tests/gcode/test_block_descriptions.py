@@ -11,10 +11,10 @@ from leafcut.gcode.block_description import (
     BlockDescription,
     RangeDigests,
     describe_block,
+    digest_of_callable_text,
     may_read_parameters,
     normalize_line,
     significant_text,
-    subprogram_digest,
 )
 from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.words import parse_block
@@ -103,7 +103,7 @@ def test_numbers_comments_and_spaces_are_left_out(line: str, text: str) -> None:
 
 def test_the_text_that_may_be_called_is_digested() -> None:
     def digest(text: str) -> str:
-        return subprogram_digest(text.splitlines(), LINUXCNC)
+        return digest_of_callable_text(text.splitlines(), LINUXCNC)
 
     assert digest("G0 X1\nM2\n") == digest("") == digest("G0 X1\nM30 ; end\n%\n\n") == ""
     called = digest("G0 X1\nM2\nO7\nG1 X1\nM99\n")
@@ -132,8 +132,10 @@ def test_two_ranges_have_the_same_digest_only_if_their_lines_agree() -> None:
     digests = RangeDigests(texts)
     ranges = [(first, last) for first in range(24) for last in range(first, 24)]
     kept = {(first, last): tuple(filter(None, texts[first : last + 1])) for first, last in ranges}
-    found = {pair: digests.between(*pair) for pair in ranges}
+    found = {pair: digests.digest_of_lines(*pair) for pair in ranges}
     assert len(set(found.values())) == len(set(kept.values()))
     assert len({(found[pair], kept[pair]) for pair in ranges}) == len(set(kept.values()))
     assert all(found[pair].startswith(f"{len(kept[pair])}:") for pair in ranges)
-    assert RangeDigests(["", "G1", "", "X1"]).between(0, 3) == RangeDigests(["G9", "G1", "X1"]).between(1, 2)
+    assert RangeDigests(["", "G1", "", "X1"]).digest_of_lines(0, 3) == RangeDigests(["G9", "G1", "X1"]).digest_of_lines(
+        1, 2
+    )

@@ -18,7 +18,7 @@ from rs274_moves import moves_of_rs274, run_rs274
 def value_of(text: str, **named: float) -> float:
     """Return the value of a text."""
     scanner = Scanner(text, ProgramParameters(shared=named))
-    value = scanner.value()
+    value = scanner.parse_value()
     assert scanner.at_end()
     return value
 
@@ -157,7 +157,11 @@ def test_a_parameter_whose_number_is_not_known_may_be_any() -> None:
     parameters = ProgramParameters(numbered={1: 3.0, 150: 4.0}, local={"a": 5.0})
     for key, value in read_block("#[#900]=7", 1, parameters).settings:
         parameters.set_parameter(key, value)
-    assert math.isnan(parameters.number(1)) and math.isnan(parameters.number(150)) and parameters.named("a") == 5.0
+    assert (
+        math.isnan(parameters.numbered_value(1))
+        and math.isnan(parameters.numbered_value(150))
+        and parameters.named_value("a") == 5.0
+    )
 
 
 def _random_expression(chance: random.Random, depth: int = 0) -> str:
@@ -201,7 +205,7 @@ def test_random_expressions_have_the_values_of_linuxcnc(rs274: str, tmp_path: Pa
     while len(cases) < 400:
         text = f"[{_random_expression(chance)}]"
         try:
-            value = Scanner(text, parameters).value()
+            value = Scanner(text, parameters).parse_value()
         except BlockError:
             continue
         if abs(value) < 1e4 and len(text) < 200:

@@ -146,17 +146,17 @@ def test_a_length_is_written_within_half_of_its_last_decimal(mm: float, inch: bo
     """The value differs by at most half of the last decimal."""
     numbers = NumberFormat(inch, 4 if inch else 3, True)
     assert abs(numbers.rounded(mm) - mm) <= numbers.resolution / 2 + 1e-9
-    assert "." in numbers.length(mm) and "e" not in numbers.length(mm)
+    assert "." in numbers.format_length(mm) and "e" not in numbers.format_length(mm)
 
 
 def test_a_feed_of_nothing_cannot_be_written() -> None:
     """A cut with no feed, or one that rounds to nothing, is an error."""
     numbers = NumberFormat(False, 3, False)
-    assert numbers.feed(2.0) == "120"
-    assert NumberFormat(True, 4, False).feed(25.4) == "60"
+    assert numbers.format_feed(2.0) == "120"
+    assert NumberFormat(True, 4, False).format_feed(25.4) == "60"
     for feed in (0.0, 1e-6, -1.0):
         with pytest.raises(PostError):
-            numbers.feed(feed)
+            numbers.format_feed(feed)
 
 
 @pytest.mark.parametrize(

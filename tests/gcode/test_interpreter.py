@@ -10,7 +10,7 @@ import pytest
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.own_program import interpret_own_program
-from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, arc_sweep
+from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, arc_radius_start_sweep
 
 NAN = math.nan
 
@@ -74,7 +74,7 @@ def test_arcs_have_the_centre_and_the_sweep_of_the_drawing(words: str, center: t
     """From (0, 0, 1): half, quarter and full circles, worked out on paper."""
     path = read(f"G21 G0 X0 Y0 Z1 F60 / {words}")
     assert same(path.arcs[0].center, center)
-    assert arc_sweep(path, 1)[2] == pytest.approx(sweep)
+    assert arc_radius_start_sweep(path, 1)[2] == pytest.approx(sweep)
 
 
 def test_a_helix_keeps_its_height() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from leafcut.gcode.dialects import load_dialect
-from leafcut.gcode.material import Material, add_controller_moves, read_materials
+from leafcut.gcode.material import Material, add_controller_moves, read_material_choices
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
@@ -56,14 +56,14 @@ def test_the_torch_goes_down_at_the_feed_that_the_cut_begins_with() -> None:
 
 
 def test_the_figures_are_in_the_units_of_the_program() -> None:
-    assert read_materials(["G20", "(o=0, ph=0.1, pd=1.5, ch=0.05, fr=60)"]) == [
+    assert read_material_choices(["G20", "(o=0, ph=0.1, pd=1.5, ch=0.05, fr=60)"]) == [
         (2, Material(pytest.approx(2.54), 1.5, pytest.approx(1.27), pytest.approx(25.4)))
     ]
 
 
 def test_a_material_of_the_programs_own_table_is_chosen_by_its_number() -> None:
     lines = ["(o=1, nu=7, ph=3, pd=0.2, ch=1)", "M190 P8", "n20 m190 p7", "(o=0, ph=5)", "(only words, pd=9)"]
-    assert read_materials(lines) == [
+    assert read_material_choices(lines) == [
         (2, None),
         (3, Material(3.0, 0.2, 1.0, 0.0)),
         (4, Material(5.0, 0.0, 0.0, 0.0)),
@@ -85,7 +85,7 @@ def test_an_arc_after_a_start_is_as_long_as_before() -> None:
 
 def test_senseless_comments_cost_no_time_and_do_no_harm() -> None:
     odd = "(o=0, ph=, pd=1.2.3, ch=99999999999999)", "(o=0," + "pd=1" * 5000 + ")", "(o=9, pd=1)", "(o=0, pd=-4)"
-    assert [m for _, m in read_materials(odd)] == [Material(0.0, 0.0, 0.0, 0.0)] * 2
+    assert [m for _, m in read_material_choices(odd)] == [Material(0.0, 0.0, 0.0, 0.0)] * 2
 
 
 HAL = "F#<_hal[plasmac.cut-feed-rate]>"

@@ -117,7 +117,7 @@ def test_the_first_blocks_that_state_modes_and_letters() -> None:
         "Z": ([first + 2], ["-1"]),
         "R": ([first + 2, first + 3], ["1", "2"]),
     }
-    assert reader.set_fields(first, first + 3) == {"motion", "feed", "rpm"}
+    assert reader.fields_set_in_blocks(first, first + 3) == {"motion", "feed", "rpm"}
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ NAN = math.nan
 
 def value_of(text: str, parameters: ProgramParameters | None = None) -> float:
     scanner = Scanner(text, parameters or ProgramParameters())
-    value = scanner.value()
+    value = scanner.parse_value()
     assert scanner.at_end()
     return value
 
@@ -171,12 +171,12 @@ def test_comments_and_percent_signs_of_computed_lines_are_kept() -> None:
 
 
 def test_a_reading_is_unknown_if_any_of_its_numbers_is() -> None:
-    assert not reading("X1").unknown
-    assert not reading("X#1", numbered={1: 1.0}).unknown
-    assert reading("X#1").unknown
-    assert reading("#2=#1").unknown
-    assert reading("#5001=1").unknown
-    assert not reading("#2=1").unknown
+    assert not reading("X1").has_unknown
+    assert not reading("X#1", numbered={1: 1.0}).has_unknown
+    assert reading("X#1").has_unknown
+    assert reading("#2=#1").has_unknown
+    assert reading("#5001=1").has_unknown
+    assert not reading("#2=1").has_unknown
 
 
 def test_fanuc_computes_without_brackets_and_has_its_own_parameters_from_1000() -> None:
@@ -206,13 +206,13 @@ def test_parameters_are_set_forgotten_and_told_apart() -> None:
     parameters.set_parameter("a", 6.5)
     assert parameters.digest() != one
     assert not parameters.asked and parameters.asks == 0
-    assert parameters.number(31) == 3.0 and parameters.named("a") == 6.5 and not parameters.asked
-    assert math.isnan(parameters.number(7)) and math.isnan(parameters.named("_c")) and parameters.asked
+    assert parameters.numbered_value(31) == 3.0 and parameters.named_value("a") == 6.5 and not parameters.asked
+    assert math.isnan(parameters.numbered_value(7)) and math.isnan(parameters.named_value("_c")) and parameters.asked
     assert parameters.asks == 2
     parameters.set_parameter(-1, 1.0)
     assert sorted(parameters.numbered) == list(range(1, 31))
     assert all(map(math.isnan, parameters.numbered.values())) and parameters.local == {"a": 6.5}
-    parameters.forget()
+    parameters.forget_values()
     assert parameters.shared == {} and math.isnan(parameters.local["a"])
     for part in ({"numbered": {1: 1.0}}, {"shared": {"_a": 1.0}}, {"local": {"a": 1.0}}):
         assert ProgramParameters(**part).digest()
@@ -220,9 +220,9 @@ def test_parameters_are_set_forgotten_and_told_apart() -> None:
 
 def test_arguments_of_a_subroutine_are_zero_until_they_are_set() -> None:
     inside = ProgramParameters(inside=True, known=lambda name: 9.0 if name == "31" else None)
-    assert [inside.number(number) for number in (1, 30, 31)] == [0.0, 0.0, 9.0]
-    assert math.isnan(inside.number(0)) and math.isnan(inside.number(32))
-    assert math.isnan(ProgramParameters().number(1))
+    assert [inside.numbered_value(number) for number in (1, 30, 31)] == [0.0, 0.0, 9.0]
+    assert math.isnan(inside.numbered_value(0)) and math.isnan(inside.numbered_value(32))
+    assert math.isnan(ProgramParameters().numbered_value(1))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.gcode.tool_comments import (
     comment_start,
     convert_size_to_mm,
-    sizes_in_other_unit,
+    first_size_in_other_unit,
     smallest_diameter_in_comments,
     tool_diameter_in_comments,
     tool_in_comments,
@@ -210,7 +210,7 @@ def test_the_narrowest_tool_of_a_program_is_no_depth_and_no_stock(comment: str, 
     ],
 )
 def test_sizes_in_another_unit_than_the_program_are_found(lines: list[str], unit: str, found: tuple[int, str]) -> None:
-    assert sizes_in_other_unit(lines, unit) == found
+    assert first_size_in_other_unit(lines, unit) == found
 
 
 def test_sizes_are_converted_to_millimetres() -> None:

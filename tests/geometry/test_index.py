@@ -58,4 +58,4 @@ def test_shapes_near_points_are_those_of_shapely(distance: float) -> None:
     shapes = [panel(5), line, shapely.Point(90, 20).buffer(15, quad_segs=200)]
     places = shapely.points(chance.uniform(-30, 130, (400, 2)))
     near = shapely.dwithin(places[:, None], np.array(shapes)[None, :], distance)
-    assert np.array_equal(ShapeIndex(shapes).near(places, distance), np.nonzero(near))
+    assert np.array_equal(ShapeIndex(shapes).pairs_near(places, distance), np.nonzero(near))

@@ -15,7 +15,7 @@ from leafcut.kernels.annealing import (
     close_gaps,
     mark_nearby_positions,
     rechoose_marked_nodes,
-    remove_neighbours,
+    remove_pieces_around_neighbours,
     start_trial,
 )
 from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, closed_path_length
@@ -183,7 +183,7 @@ def test_what_is_forgotten_leaves_gaps_whose_neighbours_are_marked(closed: bool)
             start_trial(layers, walk)
             assert walk.trial.tolist() == walk.path.tolist()
             assert not walk.dirty.any()
-            out = remove_neighbours(layers, walk, ant.words, 0)
+            out = remove_pieces_around_neighbours(layers, walk, ant.words, 0)
             gone = walk.out[:out].tolist()
             assert len(set(gone)) == out
             assert 1 <= out <= 10

@@ -40,7 +40,7 @@ def scaled(x):
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Return the folder of a package with the decorators of leafcut and two kernels of its own."""
-    leafcut.kernels.report_compilations()
+    leafcut.kernels.install_compilation_listener()
     folder = tmp_path / "kernels_copy"
     folder.mkdir()
     shutil.copy(leafcut.kernels.__file__, folder)
@@ -101,7 +101,7 @@ def test_the_line_about_compiling_names_a_missing_cache_folder(
     with announced_compilations(told.append) as compilations:
         assert importlib.import_module("kernels_copy.caller").twice(21) == 42
     assert told == [line]
-    assert compilations.kept == writable
+    assert compilations.is_cached == writable
 
 
 def test_the_cache_folder_is_that_of_the_user_where_none_is_chosen(

@@ -248,7 +248,7 @@ def test_blocks_are_planned_as_fast_as_their_corners_and_the_stop_at_the_end_all
             b.ring[at, [LEFT, RATE, MOST2, ENTRY2]] = length, rate, limit, 0.0
             b.counts[PLANNED] = at + 1
             first = int(b.counts[FIXED])
-            assert clock._plan_blocks(b) == at - first
+            assert clock._replan_blocks(b) == at - first
             assert b.ring[: at + 1, ENTRY2].tolist() == pytest.approx(planned(b, blocks))
             history.append((int(b.counts[FIXED]), b.ring[: at + 1, ENTRY2].tolist()))
         assert b.counts[CHANGED] == 0
@@ -272,12 +272,12 @@ def test_a_block_that_is_being_run_is_planned_from_its_speed_now() -> None:
     b.state[SPEED] = 10.0
     b.ring[4, [LEFT, RATE, ENTRY2]] = 2.0, 100.0, 7.0
     b.ring[5, [LEFT, RATE, MOST2]] = 30.0, 100.0, 800.0
-    assert clock._plan_blocks(b) == 1
+    assert clock._replan_blocks(b) == 1
     assert b.ring[[4, 5], ENTRY2].tolist() == [100.0, 500.0]
     assert b.counts[[CHANGED, FIXED]].tolist() == [1, 21]
     # A single block that is being run is not planned again.
     b.counts[[DONE, PLANNED, CHANGED]] = 21, 22, 0
-    assert clock._plan_blocks(b) == 0
+    assert clock._replan_blocks(b) == 0
     assert (b.counts[CHANGED], b.ring[5, ENTRY2]) == (0, 500.0)
 
 
@@ -330,7 +330,7 @@ def test_a_turn_of_less_than_a_thousandth_is_straight_or_a_reversal() -> None:
 
 def test_a_move_becomes_a_block_with_the_limits_of_its_direction(monkeypatch: pytest.MonkeyPatch) -> None:
     """10 steps/mm in x and y; times of a block, of each axis, of a corner, and of three replanned blocks."""
-    monkeypatch.setattr(clock, "_plan_blocks", lambda _: 3)
+    monkeypatch.setattr(clock, "_replan_blocks", lambda _: 3)
     b, spent = board(), 0.0
 
     def add(x: float, y: float, z: float, feed: float, owner: int, seconds: float) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kernels.greedy import join_fragments, join_fragments_along_edges, list_edges, write_path
+from leafcut.kernels.greedy import join_fragments, join_fragments_along_edges, list_joinable_edges, write_path
 
 SEEDS = st.integers(0, 2**31)
 
@@ -28,7 +28,7 @@ def sorted_edges(lists: np.ndarray, lengths: np.ndarray, tail: np.ndarray, limit
     """Return (row, column) of the edges that can be joined, cheapest first."""
     n, k = lists.shape
     edges = np.zeros(n * k, dtype=np.uint64)
-    count = list_edges(lists, lengths, np.arange(n, dtype=np.int32), tail, limit, edges)
+    count = list_joinable_edges(lists, lengths, np.arange(n, dtype=np.int32), tail, limit, edges)
     at = (np.sort(edges[:count]) & np.uint64(2**32 - 1)).astype(np.int64)
     return np.stack([at // k, at % k], axis=1)
 
@@ -95,7 +95,7 @@ def test_rows_may_stand_for_other_nodes() -> None:
     lists, lengths = np.array([[1], [0]], dtype=np.int32), np.array([[2.0], [2.0]])
     nodes, edges = np.array([3, 1], dtype=np.int32), np.zeros(2, dtype=np.uint64)
     tail, beside = np.arange(4, dtype=np.int32), np.full((4, 2), -1, dtype=np.int32)
-    assert list_edges(lists, lengths, nodes, tail, np.inf, edges) == 1
+    assert list_joinable_edges(lists, lengths, nodes, tail, np.inf, edges) == 1
     join_fragments_along_edges(edges, 1, lists, nodes, tail, beside)
     assert tail.tolist() == [0, 3, 2, 1]
-    assert list_edges(lists, lengths, nodes, tail, np.inf, edges) == 0
+    assert list_joinable_edges(lists, lengths, nodes, tail, np.inf, edges) == 0

@@ -10,7 +10,7 @@ import shapely
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.kernels.engagement import EdgePath, ToolEdge, measure_engagement
-from leafcut.kernels.step_over import Reaches, find_neighbours
+from leafcut.kernels.step_over import Reaches, find_smallest_touching_discs
 from leafcut.material.bands import sort_into_bands
 from leafcut.material.engagement import engagement_along_path
 from leafcut.material.tool_steps import steps_along_path
@@ -28,7 +28,9 @@ def test_the_neighbour_of_a_place_is_that_of_the_smallest_disc_beside_it(spread:
     normal = np.column_stack([np.cos(angle), np.sin(angle)])
     height, row, radius = np.zeros(60), np.zeros(60, np.int64), np.zeros(60)
     x, y, nx, ny = np.concatenate([places, normal], axis=1).T.copy()
-    find_neighbours(sort_into_bands(others, 0.3), x, y, nx, ny, Reaches(0.2, 5.0), 1e-9, height, row, radius)
+    find_smallest_touching_discs(
+        sort_into_bands(others, 0.3), x, y, nx, ny, Reaches(0.2, 5.0), 1e-9, height, row, radius
+    )
     for i in range(60):
         away = others - places[i]
         over = away @ normal[i]
@@ -50,7 +52,9 @@ def test_of_equal_discs_the_highest_point_counts_and_of_equal_points_the_last() 
     n = len(places)
     height, row, radius = np.zeros(n), np.zeros(n, np.int64), np.zeros(n)
     x, y, nx, ny = np.concatenate([places, normal], axis=1).T.copy()
-    find_neighbours(sort_into_bands(others, 0.7), x, y, nx, ny, Reaches(0.2, 30.0), 1e-9, height, row, radius)
+    find_smallest_touching_discs(
+        sort_into_bands(others, 0.7), x, y, nx, ny, Reaches(0.2, 30.0), 1e-9, height, row, radius
+    )
     for i in range(n):
         away = others - places[i]
         over = away @ normal[i]

@@ -12,8 +12,8 @@ from leafcut.kernels.cost import (
     CODES,
     CostModel,
     box_touches_zone,
-    highest_tile_in_box,
-    highest_tile_on_line,
+    max_tile_height_in_box,
+    max_tile_height_on_line,
     node_travel_cost,
     relief_table,
     segment_touches_zone,
@@ -58,11 +58,13 @@ def test_a_line_and_a_box_are_as_high_as_the_highest_tile_that_they_touch() -> N
     with plain_python():
         for (x0, y0), (x1, y1) in moves.tolist():
             line = touched(LineString([(x0, y0), (x1, y1)]))
-            assert highest_tile_on_line(table, x0, y0, x1, y1) == highest_tile_on_line(table, x1, y1, x0, y0) == line
+            assert (
+                max_tile_height_on_line(table, x0, y0, x1, y1) == max_tile_height_on_line(table, x1, y1, x0, y0) == line
+            )
             area = box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
             assert (
-                highest_tile_in_box(table, x0, y0, x1, y1)
-                == highest_tile_in_box(table, x1, y1, x0, y0)
+                max_tile_height_in_box(table, x0, y0, x1, y1)
+                == max_tile_height_in_box(table, x1, y1, x0, y0)
                 == touched(area)
             )
             none += line == -math.inf

@@ -9,7 +9,7 @@ import pytest
 from shapely import Point, Polygon, box
 
 from leafcut.kernels.surface import (
-    maximum_within_reach,
+    dilate_heights,
     mesh_heights_at,
     raise_cells_at_centres,
     raise_cells_to_maximum,
@@ -69,7 +69,7 @@ def test_a_cell_reaches_all_cells_with_a_point_within_the_radius_of_one_of_its_o
     heights = np.random.default_rng(2).uniform(-5, 5, (9, 11))
     reach, widest = reach_in_cells(radius, 1.0), np.zeros_like(heights)
     with plain_python():
-        maximum_within_reach(heights, reach, widest)
+        dilate_heights(heights, reach, widest)
     rows, columns = np.indices(heights.shape)
     for r, c in np.ndindex(*heights.shape):
         gap = np.hypot(np.maximum(abs(rows - r) - 1, 0), np.maximum(abs(columns - c) - 1, 0))

@@ -22,4 +22,4 @@ def test_a_batch_is_so_many_sheets() -> None:
     one = CutTimes(10.0, 2.0, 3.0, 400.0, 90.0, 380.0, 20.0, 4)
     assert one.total_s == 15.0
     assert one.length_mm == 380.0 - 20.0 + 90.0
-    assert one.times(3) == CutTimes(30.0, 6.0, 9.0, 1200.0, 270.0, 1140.0, 60.0, 12)
+    assert one.multiplied_by(3) == CutTimes(30.0, 6.0, 9.0, 1200.0, 270.0, 1140.0, 60.0, 12)

@@ -71,7 +71,7 @@ def master(instance: Instance, algorithm: str, workers: int, ants: int, parallel
     run = AlgorithmRun(SolveOptions(algorithm=algorithm, seed=3), aco, FireflyOptions(), Best(Stop()))
     moves = Places(instance, False)
     return AntProcesses(
-        moves, run, AntParameters.from_options(algorithm, aco, instance.n, False), moves.start(run.best)
+        moves, run, AntParameters.from_options(algorithm, aco, instance.n, False), moves.offer_first_solution(run.best)
     )
 
 

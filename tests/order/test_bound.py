@@ -190,7 +190,9 @@ def test_the_bound_is_the_best_value_of_a_plain_ascent(ends: object, monkeypatch
         hub = next((v for v in (instance.cost.free, instance.cost.tied_a) if v >= 0), instance.n - 1)
         tied = {instance.cost.tied_a: instance.cost.tied_b, instance.cost.tied_b: instance.cost.tied_a}.get(hub, -1)
         leave, arrive = np.indices((instance.n, instance.n), dtype=np.int32).reshape(2, -1)
-        c = bound_module.edge_lengths(instance.cost, np.stack([leave, arrive])).reshape(instance.n, instance.n)
+        c = bound_module.costs_with_tied_edges_free(instance.cost, np.stack([leave, arrive])).reshape(
+            instance.n, instance.n
+        )
         upper = float(c.diagonal(1).sum() + c[-1, 0])
         found = lower_bound(instance, upper)
         assert found is not None

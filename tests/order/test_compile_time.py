@@ -30,7 +30,7 @@ class Clock:
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    kernels.report_compilations()
+    kernels.install_compilation_listener()
     made = Clock()
     monkeypatch.setattr(compiling, "time", made)
     monkeypatch.setattr(stop, "time", made)
@@ -87,9 +87,9 @@ def test_numba_loads_and_compiles_kernels_outside_the_clock_of_searches(
         for _ in range(1 + cached):
             double = kernels.kernel(lambda x: 2 * x)
             before, compilations = compiling.compile_seconds(), compiling.Compilations()
-            kernels.listeners.append(compilations.note)
+            kernels.listeners.append(compilations.record_event)
             assert double(21) == 42
-            kernels.listeners.remove(compilations.note)
+            kernels.listeners.remove(compilations.record_event)
     finally:
         kernels.cache_folder.cache_clear()
     assert compilations.count == (0 if cached else 1)

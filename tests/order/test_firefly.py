@@ -187,7 +187,7 @@ def test_repaired_moves_of_a_swarm_are_those_of_the_kernel_between_looks_at_the_
     assert swarm.costs.shape == (0, 0)
     assert swarm.lengths.tolist() == [instance.length(swarm.swarm[0].node), math.inf, math.inf, math.inf]
     best = Best(stop)
-    swarm.start(best)
+    swarm.offer_first_solution(best)
     assert (best.tour.tolist(), best.cost) == (swarm.swarm[0].node.tolist(), swarm.lengths[0])
     plain = []
     for f in range(4):

@@ -66,7 +66,7 @@ for name, (problem, candidates) in problems.items():
             best = Best(stop)
             parameters = AntParameters.from_options(algorithm, AcoOptions(n_ants=40), instance.n, False)
             moves = Places(instance, False)
-            ants = kind(moves, initial_trails(moves, parameters, moves.start(best), 3), 3, stop)
+            ants = kind(moves, initial_trails(moves, parameters, moves.offer_first_solution(best), 3), 3, stop)
             for iteration in range(1, 4):
                 tours, costs = ants.construct(iteration)
                 said.append((tours.tolist(), costs.tolist()))
@@ -253,7 +253,7 @@ def test_a_fake_gpu_builds_the_tours_of_the_cpu(
     swarms = []
     for kind in (Ants, GpuAnts):
         moves, best = Places(instance, False), Best(Stop())
-        swarms.append(kind(moves, initial_trails(moves, parameters, moves.start(best), 3), 3, Stop()))
+        swarms.append(kind(moves, initial_trails(moves, parameters, moves.offer_first_solution(best), 3), 3, Stop()))
     for iteration in range(2):
         found = [swarm.construct(iteration) for swarm in swarms]
         assert np.array_equal(found[0][0], found[1][0])

@@ -133,7 +133,7 @@ def test_a_swarm_of_orders_flies_one_after_the_other_the_shortest_first(local: b
     for f in range(4):
         moves.construct_at_random(words, f, drawn[f])
     assert swarm.orders.tolist() == drawn.tolist()
-    swarm.start(best)
+    swarm.offer_first_solution(best)
     drawn[0], length = moves.nearest_neighbour_order()
     assert (best.tour.tolist(), best.cost, best.iteration) == (drawn[0].tolist(), length, 0)
     lengths, gained = np.full(4, np.inf), 0
@@ -169,7 +169,7 @@ def test_a_swarm_of_orders_stops_between_its_fireflies_once_one_has_its_length()
     instance = build_directed_instance(random_problem(6, 12, "ways", ENDS[0], pairs=4), 6)
     flight, stop = Flight.from_options(FireflyOptions(n_fireflies=4), limited=True), Stop()
     swarm = ChoiceFireflies(instance, flight, SolveOptions(), stop)
-    swarm.start(Best(Stop()))
+    swarm.offer_first_solution(Best(Stop()))
     stop.cancelled.set()
     _, lengths = swarm.construct(0)
     assert np.isfinite(lengths).tolist() == [True, False, False, False]

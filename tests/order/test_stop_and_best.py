@@ -101,13 +101,13 @@ def test_thrift_holds_for_times_without_limits(options: SolveOptions, unit: str,
 
 def test_a_period_is_worth_what_the_one_before_it_gained() -> None:
     rule = PayoffLimit(holds=True)
-    assert rule.is_worthwhile(2.0, 2.0)
+    assert rule.is_period_worthwhile(2.0, 2.0)
     assert not rule.spared
-    assert not rule.is_worthwhile(2.0, 1.9)
+    assert not rule.is_period_worthwhile(2.0, 1.9)
     assert rule.spared
-    assert not rule.is_worthwhile(0.0, 9.0)
+    assert not rule.is_period_worthwhile(0.0, 9.0)
     never = PayoffLimit()
-    assert never.is_worthwhile(9.0, 0.0)
+    assert never.is_period_worthwhile(9.0, 0.0)
     assert never.is_worth_continuing(0.0, 5.0)
     assert never.is_worth_continuing(99.0, 5.0)
     assert not never.spared
@@ -124,13 +124,13 @@ def test_a_deadline_has_the_time_of_the_run_less_that_of_lower_bounds(clock: Clo
         Deadline(),
         Deadline().for_share(0.5),
     ):
-        assert (none.limit, none.left, none.seconds) == (math.inf, math.inf, None)
+        assert (none.limit, none.left, none.remaining_time_limit) == (math.inf, math.inf, None)
 
 
 def test_the_time_left_of_a_deadline_falls_while_a_search_runs_and_stays_afterwards(clock: Clock) -> None:
     whole = Deadline(10.0)
     part = whole.for_share(0.5)
-    assert (part.limit, part.left, part.seconds) == (5.0, 5.0, 5.0)
+    assert (part.limit, part.left, part.remaining_time_limit) == (5.0, 5.0, 5.0)
     cancelled = threading.Event()
     with part.running(cancelled) as is_late:
         clock.now += 4.0
@@ -139,8 +139,8 @@ def test_the_time_left_of_a_deadline_falls_while_a_search_runs_and_stays_afterwa
         clock.now += 1.0
         assert is_late()
         clock.now += 1.0
-        assert (part.left, part.seconds) == (0.0, 0.001)
-    assert (part.left, whole.left, whole.seconds) == (0.0, 4.0, 4.0)
+        assert (part.left, part.remaining_time_limit) == (0.0, 0.001)
+    assert (part.left, whole.left, whole.remaining_time_limit) == (0.0, 4.0, 4.0)
     clock.now += 50.0
     assert whole.left == 4.0
     with whole.running(cancelled) as is_late:

@@ -327,15 +327,15 @@ def test_a_peck_is_rounded_to_the_same_number_of_pecks(peck: float, text: str) -
 
 def test_blocks_leave_out_active_words_and_number_their_lines() -> None:
     out = Blocks(load_dialect("linuxcnc"), numbered=True)
-    out.write(out.modal("motion", "G0"), "", "X1")
-    out.write(out.modal("motion", "G0"))
-    out.write(out.modal("motion", "G1"), "X2")
+    out.write(out.activate_modal_word("motion", "G0"), "", "X1")
+    out.write(out.activate_modal_word("motion", "G0"))
+    out.write(out.activate_modal_word("motion", "G1"), "X2")
     out.forget_modal_words(["motion", "unknown"])
-    out.write(out.modal("motion", "G1"), "X3")
+    out.write(out.activate_modal_word("motion", "G1"), "X3")
     out._number = 99_980
     out.write("X4")
     out.write("X5")
-    out.comment("a note")
+    out.write_comment("a note")
     assert out.lines == ["N10 G0 X1", "N20 G1 X2", "N30 G1 X3", "N99990 X4", "N10 X5", "(a note)"]
     limit = load_dialect("linuxcnc").max_line
     plain = Blocks(load_dialect("linuxcnc"), numbered=False)
@@ -348,9 +348,9 @@ def test_blocks_leave_out_active_words_and_number_their_lines() -> None:
 def test_a_controller_with_one_command_per_line_repeats_the_motion() -> None:
     single = next(d for d in map(load_dialect, ("marlin", "rrf", "grbl")) if d.one_command)
     out = Blocks(single, numbered=False)
-    out.write("G90", "M3", "S5", out.modal("motion", "G0"), "X1")
-    out.write(out.modal("motion", "G0"), "X2")
-    out.write(out.modal("F", "F5"), out.modal("F", "F5"))
+    out.write("G90", "M3", "S5", out.activate_modal_word("motion", "G0"), "X1")
+    out.write(out.activate_modal_word("motion", "G0"), "X2")
+    out.write(out.activate_modal_word("F", "F5"), out.activate_modal_word("F", "F5"))
     assert out.lines == ["G90", "M3", "G0 S5 X1", "G0 X2", "F5"]
 
 

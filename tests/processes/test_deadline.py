@@ -38,8 +38,8 @@ def given_to(works: list[float], takes: Callable[[float], float], limit: float |
     deadline, left, given = Deadline(limit), sum(works), []
     for work in works:
         part = deadline.for_share(work / left)
-        given.append(part.seconds)
-        part.subtract(takes(part.seconds or 0.0))
+        given.append(part.remaining_time_limit)
+        part.subtract(takes(part.remaining_time_limit or 0.0))
         left -= work
     return given
 
@@ -83,7 +83,7 @@ def test_a_limit_is_never_zero() -> None:
     """`SolveOptions` refuses it."""
     deadline = Deadline(0.002)
     deadline.subtract(1.0)
-    assert deadline.seconds == deadline.for_share(0.5).seconds == pytest.approx(0.001)
+    assert deadline.remaining_time_limit == deadline.for_share(0.5).remaining_time_limit == pytest.approx(0.001)
 
 
 def test_a_search_without_a_clock_of_its_own_stops_at_its_deadline_or_when_cancelled(
@@ -108,13 +108,13 @@ def test_a_search_without_a_clock_of_its_own_stops_at_its_deadline_or_when_cance
 @pytest.mark.parametrize(("bound", "searched"), [(True, 9.0), (False, 10.0)])
 def test_a_tenth_of_the_limit_is_kept_for_lower_bounds(bound: bool, searched: float) -> None:
     options = SolveOptions(time_limit=10.0, bound=bound)
-    assert Deadline.from_options(options).seconds == pytest.approx(searched)
-    assert Deadline.for_bounds(options).seconds == pytest.approx(1.0)
+    assert Deadline.from_options(options).remaining_time_limit == pytest.approx(searched)
+    assert Deadline.for_bounds(options).remaining_time_limit == pytest.approx(1.0)
 
 
 def test_without_a_limit_a_lower_bound_is_never_late() -> None:
-    assert Deadline.from_options(SolveOptions()).seconds is None
-    assert Deadline.for_bounds(SolveOptions()).seconds is None
+    assert Deadline.from_options(SolveOptions()).remaining_time_limit is None
+    assert Deadline.for_bounds(SolveOptions()).remaining_time_limit is None
 
 
 def test_all_lower_bounds_of_a_run_share_a_tenth_of_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,7 +194,7 @@ def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
     run = Job(settings, machine_of(settings), Deadline.from_options(settings.solve))
 
     def path(_: object, one: Job, grids: object) -> PocketPath:
-        given.append(one.deadline.seconds)
+        given.append(one.deadline.remaining_time_limit)
         if one.deadline is not run.deadline:
             one.deadline.subtract(one.deadline.limit)
         return PocketPath("", ())
@@ -205,7 +205,7 @@ def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
         way = ClearingStrategy("", path, searches=searches)
         time.plan_path(way, region, run)
     assert given[1] == given[3] == pytest.approx(5.0)
-    assert given[0] == given[2] == run.deadline.seconds
+    assert given[0] == given[2] == run.deadline.remaining_time_limit
 
 
 def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,10 +18,10 @@ from leafcut.read.controllers.importing import (
     change_profile_values,
     decode_settings,
     detect_settings_kind,
+    load_settings_text,
     machine_from_settings,
-    read_settings,
 )
-from leafcut.read.controllers.questions import QUESTIONS, ask_machine
+from leafcut.read.controllers.questions import QUESTIONS, machine_from_answers
 from leafcut.read.controllers.values import ValueOrigin
 from leafcut.read.machine import load_machine
 
@@ -49,7 +49,7 @@ WORKED_OUT = [
 
 
 def of_file(name: str) -> ImportedMachine:
-    return machine_from_settings(read_settings(HERE / name), str(HERE / name))
+    return machine_from_settings(load_settings_text(HERE / name), str(HERE / name))
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_what_a_profile_cannot_hold_is_told() -> None:
 
 @pytest.mark.parametrize("name", ["linuxcnc_mm.ini", "mach3_mm.xml", "mach4_mm.ini"])
 def test_units_are_asked_for_where_the_file_does_not_say_them_and_refused_where_it_does(name: str) -> None:
-    text = read_settings(HERE / name)
+    text = load_settings_text(HERE / name)
     for there in ("LINEAR_UNITS = mm\n", "<Units>0</Units>", "SetupUnits=210\n"):
         unclear = text.replace(there, "<Units>7</Units>" if there.startswith("<") else "")
         if unclear != text:
@@ -135,7 +135,7 @@ def test_units_are_asked_for_where_the_file_does_not_say_them_and_refused_where_
 
 def test_grbl_has_one_unit_and_refuses_another() -> None:
     with pytest.raises(OptionError, match="leave it out"):
-        machine_from_settings(read_settings(HERE / "grbl_3018.txt"), "x", units="in")
+        machine_from_settings(load_settings_text(HERE / "grbl_3018.txt"), "x", units="in")
 
 
 def grbl(**changed: str) -> str:
@@ -261,7 +261,7 @@ def test_a_link_out_of_the_folder_is_not_followed(tmp_path: Path) -> None:
 def test_what_is_no_text_of_settings_is_refused(data: bytes, words: str, tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(data)
     with pytest.raises(ReadError, match=words):
-        read_settings(tmp_path / "a")
+        load_settings_text(tmp_path / "a")
 
 
 def test_a_large_file_is_not_read_to_its_end(tmp_path: Path) -> None:
@@ -269,10 +269,10 @@ def test_a_large_file_is_not_read_to_its_end(tmp_path: Path) -> None:
     with (tmp_path / "large").open("wb") as file:
         file.truncate(100 << 20)
     with pytest.raises(ReadError, match="larger than 4 MiB"):
-        read_settings(tmp_path / "large")
+        load_settings_text(tmp_path / "large")
     for name, words in ((tmp_path, "a folder"), (tmp_path / "none", "not found"), ("a\0b", "not found|not a valid")):
         with pytest.raises(ReadError, match=words):
-            read_settings(name)
+            load_settings_text(name)
 
 
 def test_a_kind_can_be_said_where_the_contents_do_not_tell_it() -> None:
@@ -325,7 +325,7 @@ def test_an_axis_whose_travel_is_unknown_leaves_the_others_checked(tmp_path: Pat
 
 
 def answered(**more: Any) -> ImportedMachine:
-    return ask_machine({"name": "Mill", "controller": "haas", "rapid": "1000 ipm", **more})
+    return machine_from_answers({"name": "Mill", "controller": "haas", "rapid": "1000 ipm", **more})
 
 
 def test_a_few_answers_make_a_machine_and_the_rest_is_an_estimate_of_a_like_one(tmp_path: Path) -> None:
@@ -348,7 +348,7 @@ def test_a_few_answers_make_a_machine_and_the_rest_is_an_estimate_of_a_like_one(
 
 
 def test_a_centroid_has_its_own_dialect() -> None:
-    found = ask_machine({"name": "Knee mill", "controller": "centroid", "rapid": "300ipm"})
+    found = machine_from_answers({"name": "Knee mill", "controller": "centroid", "rapid": "300ipm"})
     assert found.machine.controller == "centroid" and found.machine.sources["controller"] == "answered"
 
 
@@ -363,7 +363,7 @@ def test_questions_are_asked_in_order_until_each_has_an_answer() -> None:
         asked.append(question)
         return next(replies)
 
-    machine = ask_machine({}, ask).machine
+    machine = machine_from_answers({}, ask).machine
     assert (machine.name, machine.controller, machine.units, machine.tool_changer) == ("Old mill", "haas", "in", False)
     assert machine.rapid_velocity == pytest.approx((1000 / 6,) * 3) and machine.travel_min == (-500, -400, -300)
     assert [any(one.text in words for words in asked) for one in QUESTIONS] == [True] * len(QUESTIONS)
@@ -381,7 +381,7 @@ def test_an_imported_profile_is_completed_by_its_estimates_alone(tmp_path: Path)
             question, ""
         )
 
-    before, machine = load_machine(str(file)), ask_machine({}, ask, str(file)).machine
+    before, machine = load_machine(str(file)), machine_from_answers({}, ask, str(file)).machine
     assert (machine.tool_changer, machine.tool_change_s) == (True, 6.0)
     assert not any("rapids" in words or "travel" in words for words in asked)
     for key in ("rapid_velocity", "acceleration", "travel_min", "home", "acceleration_factor", "name", "corners"):
@@ -390,18 +390,18 @@ def test_an_imported_profile_is_completed_by_its_estimates_alone(tmp_path: Path)
 
 def test_what_a_base_has_by_estimate_stays_where_nobody_answers(tmp_path: Path) -> None:
     """The router's travel is an estimate, and better than none."""
-    base, made = load_machine("mach3-router"), ask_machine({"name": "mine"}, None, "mach3-router").machine
+    base, made = load_machine("mach3-router"), machine_from_answers({"name": "mine"}, None, "mach3-router").machine
     for key in ("travel_min", "travel_max", "rapid_velocity", "acceleration", "tool_change_s", "corner_deviation"):
         assert getattr(made, key) == getattr(base, key)
-    enter = ask_machine({"name": "mine"}, lambda question, likely: "", "mach3-router")
+    enter = machine_from_answers({"name": "mine"}, lambda question, likely: "", "mach3-router")
     assert enter.machine == made
-    assert ask_machine({"travel": "1m,2m,0.1m"}, None, "mach3-router").machine.travel_max == (1000, 2000, 0)
+    assert machine_from_answers({"travel": "1m,2m,0.1m"}, None, "mach3-router").machine.travel_max == (1000, 2000, 0)
 
 
 def test_a_controller_that_is_typed_is_compared_as_it_was_typed() -> None:
     replies = iter(["Knee", "Centroid", "", "", "300 ipm"])
-    asked = ask_machine({}, lambda question, likely: next(replies, "")).machine
-    given = ask_machine({"name": "Knee", "controller": "Centroid", "rapid": "300 ipm"}).machine
+    asked = machine_from_answers({}, lambda question, likely: next(replies, "")).machine
+    given = machine_from_answers({"name": "Knee", "controller": "Centroid", "rapid": "300 ipm"}).machine
     assert asked == given and "centroid-mill" in asked.sources["rapid.acceleration"]
     assert asked.rapid_style == "linear" and asked.description == "Knee (centroid)"
 
@@ -431,13 +431,13 @@ def test_a_wrong_answer_is_refused_by_its_name(given: dict[str, str], words: str
 
 def test_where_nobody_can_be_asked_what_has_no_likely_answer_is_named() -> None:
     with pytest.raises(OptionError, match="needs --controller and --rapid"):
-        ask_machine({"name": "x"})
+        machine_from_answers({"name": "x"})
 
     def ask(question: str, likely: str) -> str:
         return "nonsense?"
 
     with pytest.raises(LeafcutError, match="5 wrong answers"):
-        ask_machine({"name": "x"}, ask)
+        machine_from_answers({"name": "x"}, ask)
 
 
 def test_a_changed_profile_keeps_all_else() -> None:

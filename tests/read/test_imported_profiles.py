@@ -14,10 +14,10 @@ from leafcut.errors import ReadError
 from leafcut.read.controllers.importing import (
     ImportedMachine,
     detect_settings_kind,
+    load_settings_text,
     machine_from_settings,
-    read_settings,
 )
-from leafcut.read.controllers.questions import ask_machine
+from leafcut.read.controllers.questions import machine_from_answers
 from leafcut.read.controllers.values import ValueOrigin
 
 HERE = Path(__file__).parent / "settings"
@@ -51,8 +51,8 @@ def profile(name: str) -> ImportedMachine:
     """Return the machine of a file of settings, or of answers."""
     if name in ANSWERS:
         given, base = ANSWERS[name]
-        return ask_machine(given, None, base)
-    return machine_from_settings(read_settings(SETTINGS[name]), str(SETTINGS[name]))
+        return machine_from_answers(given, None, base)
+    return machine_from_settings(load_settings_text(SETTINGS[name]), str(SETTINGS[name]))
 
 
 def test_each_file_of_settings_has_its_profile() -> None:
@@ -73,7 +73,7 @@ def test_a_profile_has_each_value_with_its_origin(file: Path) -> None:
 
 @pytest.mark.parametrize("change", CHANGES, ids=lambda change: f"{change['file']}: {change['new'].strip()[:30]}")
 def test_a_changed_line_of_settings_changes_these_lines_of_the_profile(change: dict[str, str]) -> None:
-    text, name = read_settings(HERE / change["file"]), change["file"]
+    text, name = load_settings_text(HERE / change["file"]), change["file"]
     assert change["old"] in text
     before, after = (
         without_numbers(lines_of(machine_from_settings(each, name)))

@@ -21,7 +21,7 @@ from leafcut.read import read_contours, step_sections
 from leafcut.read.step_sections import (
     LevelSection,
     SectionRing,
-    _count_sloping,
+    _count_sloping_faces,
     _find_through_openings,
     _level_faces,
     find_outlines,
@@ -151,10 +151,10 @@ def test_faces_that_slope_are_counted_where_they_are_seen(shape: Any, count: int
         points.append(point)
         return True
 
-    assert _count_sloping(faces, seen) == count
+    assert _count_sloping_faces(faces, seen) == count
     # The points lie on the upper side of the cylinder.
     assert all(z > 2 for _, _, z in points) and len(points) >= count
-    assert _count_sloping(faces, lambda *_: False) == 0
+    assert _count_sloping_faces(faces, lambda *_: False) == 0
 
 
 def test_a_section_has_lines_arcs_and_chords() -> None:

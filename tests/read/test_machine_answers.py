@@ -9,7 +9,7 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.read.controllers.importing import ImportedMachine
-from leafcut.read.controllers.questions import ask_machine
+from leafcut.read.controllers.questions import machine_from_answers
 from leafcut.read.controllers.values import ValueOrigin
 
 #: Machine whose values are estimates → controllers.
@@ -24,7 +24,7 @@ ANSWERS: dict[str, Any] = {"name": "Mill", "controller": "haas", "rapid": "10 m/
 
 
 def answered(**more: Any) -> ImportedMachine:
-    return ask_machine({**ANSWERS, **more})
+    return machine_from_answers({**ANSWERS, **more})
 
 
 @pytest.mark.parametrize("machine", LIKE)

@@ -17,7 +17,7 @@ from leafcut.model.issue import Issue
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read import picture
 from leafcut.read.format import Source
-from leafcut.read.registry import read_source, run_reader
+from leafcut.read.registry import read_source_with_format, run_reader
 
 Grey = NDArray[np.float32]
 
@@ -268,5 +268,5 @@ def test_a_picture_without_a_pixel_size_or_with_too_large_a_one_is_refused() -> 
             picture.read_picture_pockets(source, ReadOptions(), PocketDrawingOptions(pixel_size=size), SheetOptions())
         assert str(refused.value) == text
     with pytest.raises(LeafcutError) as refused:
-        run_reader(*read_source(source), ReadOptions())
+        run_reader(*read_source_with_format(source), ReadOptions())
     assert str(refused.value) == "p.png: pictures are read for pockets only; use --process pocket"

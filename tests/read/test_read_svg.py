@@ -264,14 +264,14 @@ def test_an_element_that_is_used_many_times_is_read_once(draw, data, monkeypatch
         of_svg = getattr(module, name)
         monkeypatch.setattr(module, name, lambda *arguments: calls.append(name) or of_svg(*arguments))
 
-    for module, name in ((svg, "shape_subpaths"), (svg, "parse_transform"), (svg._Walk, "_style")):
+    for module, name in ((svg, "shape_subpaths"), (svg, "parse_transform"), (svg._Walk, "_resolve_style")):
         counted(module, name)
     uses = ['<use href="#a"/>' * 50, '<use href="#b"/>' * 50]
     body = f'<defs><path id="a" d="{data}" transform="scale(1)"/><g id="b">{uses[0]}</g></defs>{uses[1]}<line x2="9"/>'
     part = read_contours(draw(body))
     assert len(part.contours) == (1 if "?" in data else 2501)
     # The line, the path, and once each element: 100 uses, path, group, definitions, line.
-    assert (calls.count("shape_subpaths"), calls.count("parse_transform"), calls.count("_style")) == (2, 1, 103)
+    assert (calls.count("shape_subpaths"), calls.count("parse_transform"), calls.count("_resolve_style")) == (2, 1, 103)
 
 
 def test_pieces_without_length_count_as_segments(draw, monkeypatch):

@@ -10,7 +10,7 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.importing import ImportedMachine, machine_from_settings, read_settings
+from leafcut.read.controllers.importing import ImportedMachine, load_settings_text, machine_from_settings
 from leafcut.read.machine import load_machine
 from outside_programs import missing
 
@@ -91,7 +91,7 @@ SAMPLES: dict[str, tuple[Any, Any, Any, dict[str, Any]]] = {
 
 
 def of_file(path: Path) -> ImportedMachine:
-    return machine_from_settings(read_settings(path), str(path))
+    return machine_from_settings(load_settings_text(path), str(path))
 
 
 def check(found: ImportedMachine, velocity: Any, acceleration: Any, travel: Any, more: dict[str, Any]) -> None:
@@ -140,7 +140,7 @@ def test_a_profile_of_mach3_without_motor_tuning_says_what_to_save(name: str) ->
 
 
 def test_a_profile_of_mach3_without_units_asks_for_them_and_takes_them() -> None:
-    text = read_settings(HERE / "mach3_cnc_models.xml").replace("<Units>0</Units>", "")
+    text = load_settings_text(HERE / "mach3_cnc_models.xml").replace("<Units>0</Units>", "")
     with pytest.raises(ReadError, match="has no <Units>, so its lengths may be mm or inches; set --units"):
         machine_from_settings(text, "a.xml")
     assert machine_from_settings(text, "a.xml", units="in").machine.rapid_velocity[2] == pytest.approx(10 * INCH)
@@ -251,7 +251,7 @@ def test_settings_as_senders_keep_them_in_a_file_are_those_of_grbl() -> None:
 
 
 def test_grblhal_is_known_by_its_numbers_where_nothing_names_it() -> None:
-    text = read_settings(HERE / "grbl_altmill.txt").replace("$300=grblHAL\n", "")
+    text = load_settings_text(HERE / "grbl_altmill.txt").replace("$300=grblHAL\n", "")
     assert machine_from_settings(text, "a.txt").title == "grblHAL"
     without = "\n".join(line for line in text.splitlines() if int(line[1:].partition("=")[0]) < 340)
     assert machine_from_settings(without, "a.txt").title == "GRBL"

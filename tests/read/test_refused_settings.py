@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import LeafcutError
-from leafcut.read.controllers.importing import machine_from_settings, read_settings
+from leafcut.read.controllers.importing import load_settings_text, machine_from_settings
 
 HERE = Path(__file__).parent
 FILES = sorted(file.name for file in (HERE / "settings").iterdir() if file.suffix not in (".toml", ".md", ""))
@@ -34,7 +34,7 @@ def damaged(lines: list[str]) -> Iterator[tuple[str, list[str]]]:
 def refusals(name: str) -> list[str]:
     """Return the refusals of a file of settings with one damage each; the reasons of the YAML parser are left out."""
     found = []
-    for damage, lines in damaged(read_settings(HERE / "settings" / name).splitlines()):
+    for damage, lines in damaged(load_settings_text(HERE / "settings" / name).splitlines()):
         try:
             machine_from_settings("\n".join([*lines, ""]), name)
         except LeafcutError as problem:
@@ -51,7 +51,7 @@ def test_a_damaged_line_is_refused_or_does_not_matter(name: str) -> None:
 @pytest.mark.parametrize("line", ["SetupUnits=200", "SetupUnits=210"])
 def test_units_of_mach4_have_their_source(line: str) -> None:
     """Without SetupUnits the units are given, and the source says so."""
-    text = re.sub("SetupUnits=.*", line, read_settings(HERE / "settings" / "mach4_mm.ini"))
+    text = re.sub("SetupUnits=.*", line, load_settings_text(HERE / "settings" / "mach4_mm.ini"))
     assert f'"units" = "[Preferences]SetupUnits is {line[-3:]}"' in machine_from_settings(text, "a.ini").text
     assert (
         '"units" = "[Preferences] has no SetupUnits"'

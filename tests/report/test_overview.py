@@ -100,7 +100,7 @@ def test_every_strategy_of_a_pocket_has_a_way_over_one_level() -> None:
     """Its length equals the reported length, measured on the toolpath row by row."""
     import numpy as np
 
-    from leafcut.model.toolpath import Kind, arc_sweep
+    from leafcut.model.toolpath import Kind, arc_radius_start_sweep
 
     options = {"tool_diameter": "10", "depth": "3", "strategy": "contour", "preset": "fast"}
     done = api.optimize(ROOT / "examples" / "pocket.dxf", process="pocket", **options)  # type: ignore[arg-type]
@@ -111,7 +111,7 @@ def test_every_strategy_of_a_pocket_has_a_way_over_one_level() -> None:
         if path.kind[row] == Kind.FEED:
             way += float(np.hypot(*(path.end[row] - path.before[row])[:2]))
         else:
-            radius, _, sweep = arc_sweep(path, row)
+            radius, _, sweep = arc_radius_start_sweep(path, row)
             way += radius * abs(sweep)
     measured = sum(plan.result.measures.feed_mm for plan in done.detail.plans if plan.result.measures is not None)
     assert way == pytest.approx(measured, rel=1e-6)

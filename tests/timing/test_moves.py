@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.model.toolpath import Arc, ToolpathBuilder, arc_sweep, plane_axes
+from leafcut.model.toolpath import Arc, ToolpathBuilder, arc_radius_start_sweep, plane_axes
 from leafcut.model.turns import arc_turns
 from leafcut.timing.lookahead import MotionSegments, segment_move_seconds
 
@@ -38,7 +38,7 @@ def test_arcs_in_columns_are_those_of_the_model(arcs) -> None:
     path = builder.build()
     found = arc_turns(path)
     for i, row in enumerate(found.row.tolist()):
-        radius, _, sweep = arc_sweep(path, row)
+        radius, _, sweep = arc_radius_start_sweep(path, row)
         assert found.turn.radius[i] == pytest.approx(radius)
         assert found.turn.sweep[i] == pytest.approx(abs(sweep))
         assert found.length[i] == pytest.approx(math.hypot(radius * sweep, arcs[i][6]))

@@ -25,7 +25,7 @@ from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.issue import Issue
 from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.processes.registry import report_of
-from leafcut.read.registry import read_source
+from leafcut.read.registry import read_source_with_format
 from leafcut.report.json_answer import program_as_json
 from leafcut.report.several import batch_page_html
 
@@ -185,7 +185,9 @@ def _run_tasks(
     """Yield each task with its result or error. An input is read when its task starts, so that few inputs are in
     memory.
     """
-    ready = (BatchTask(name, target, page, key, read_source(name)[1], given) for name, target, page, key in tasks)
+    ready = (
+        BatchTask(name, target, page, key, read_source_with_format(name)[1], given) for name, target, page, key in tasks
+    )
     if executor is not None:
         yield from run_tasks(executor, run_task, ready)
         return
@@ -246,7 +248,7 @@ def _write_result(task: BatchTask, answer: Any) -> BatchResult:
 
 
 def _task_key(source: str, asked: str) -> str:
-    data = read_source(source)[1].data or source.encode()
+    data = read_source_with_format(source)[1].data or source.encode()
     return hashlib.sha256(b"\0".join([hashlib.sha256(data).digest(), asked.encode()])).hexdigest()
 
 

@@ -100,10 +100,10 @@ def install_kernels(*, as_json: Json = False) -> int:
     with Reporter() as reporter:
         warmed = compile_all_kernels(lambda words: reporter(Progress(words)))
     if as_json:
-        print_json({"compiled": warmed.count, "seconds": round(warmed.seconds, 1), "kept": warmed.kept})
+        print_json({"compiled": warmed.count, "seconds": round(warmed.seconds, 1), "kept": warmed.is_cached})
     elif warmed.count:
         print(f"{count_of(warmed.count, 'kernel')} compiled in {warmed.seconds:.0f} s")
-    if not warmed.kept:
+    if not warmed.is_cached:
         problem = LeafcutError("no folder for compiled code is writable; set NUMBA_CACHE_DIR to a writable folder")
         problem.answered = as_json
         raise problem

@@ -22,7 +22,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.outcome import Outcome
 from leafcut.processes import registry
 from leafcut.processes.settings import collect_settings
-from leafcut.read.registry import read_source
+from leafcut.read.registry import read_source_with_format
 
 INI_VARIABLE = "INI_FILE_NAME"
 
@@ -79,10 +79,10 @@ def _temporary_linuxcnc_profile(ini: str) -> Iterator[str]:
     if not ini:
         yield ""
         return
-    from leafcut.read.controllers.importing import machine_from_settings, read_settings
+    from leafcut.read.controllers.importing import load_settings_text, machine_from_settings
 
     try:
-        machine = machine_from_settings(read_settings(ini), ini, "linuxcnc")
+        machine = machine_from_settings(load_settings_text(ini), ini, "linuxcnc")
     except LeafcutError as problem:
         line = f"{problem}; or name the machine in the line of [FILTER], --machine my.toml"
         raise OptionError(line) from None
@@ -100,7 +100,7 @@ def _default_process(file: str, machine: str) -> str:
     """
     from leafcut.read.machine import load_machine
 
-    kinds = read_source(file)[0].processes
+    kinds = read_source_with_format(file)[0].processes
     if "program" in kinds:
         return "auto"
     head = load_machine(machine).head

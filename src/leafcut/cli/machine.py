@@ -57,7 +57,7 @@ def import_machine(
     as_json: Json = False,
 ) -> int:
     """Make a machine profile from the settings of its controller; each value is shown with its source."""
-    from leafcut.read.controllers.importing import decode_settings, machine_from_settings, read_settings
+    from leafcut.read.controllers.importing import decode_settings, load_settings_text, machine_from_settings
 
     if file is not None and port is not None:
         raise OptionError("machine import takes FILE or --port, not both")
@@ -74,7 +74,7 @@ def import_machine(
     elif name == DASH:
         text, name = decode_settings(StandardInput.read().data, "standard input"), "standard input"
     else:
-        text = read_settings(name)
+        text = load_settings_text(name)
     _write_or_print(machine_from_settings(text, name, settings_kind, units), output, as_json=as_json)
     return 0
 
@@ -143,7 +143,7 @@ def new_machine(
     On a terminal, values that are not given by a flag or by --answers are asked, with a suggestion. Otherwise the
     suggestion is used, and shown.
     """
-    from leafcut.read.controllers.questions import ask_machine, load_answers
+    from leafcut.read.controllers.questions import load_answers, machine_from_answers
 
     refuse_standard_input("--answers", answers)
     refuse_standard_input("--base", base)
@@ -170,7 +170,7 @@ def new_machine(
     given |= typed
     places = {key: place for key, place in places.items() if key not in typed}
     terminal = sys.stdin is not None and sys.stdin.isatty() and not as_json
-    _write_or_print(ask_machine(given, _ask if terminal else None, base, places), output, as_json=as_json)
+    _write_or_print(machine_from_answers(given, _ask if terminal else None, base, places), output, as_json=as_json)
     return 0
 
 

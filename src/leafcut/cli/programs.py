@@ -175,7 +175,7 @@ def _output_file(
     input.
     """
     from leafcut import api
-    from leafcut.read.registry import read_source
+    from leafcut.read.registry import read_source_with_format
 
     command = ""
     if output is None and inputs != [DASH]:
@@ -183,7 +183,7 @@ def _output_file(
         output = files_beside_inputs(inputs[:1], [name], inputs)[0]
         if Path(output).is_file():
             registry.check_process_value(str(given["process"]))
-            registry.process_for([read_source(source) for source in loaded], str(given["process"]))
+            registry.process_for([read_source_with_format(source) for source in loaded], str(given["process"]))
     refuse_foreign_file(output, inputs, command)
     return output
 

@@ -100,7 +100,7 @@ def _format_number(value: float) -> str:
     return f"{round(value, 9) + 0.0:.12g}"
 
 
-def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
+def digest_of_callable_text(lines: Sequence[str], dialect: Dialect) -> str:
     """Return a digest of all text that an unsupported block can call, or "" without such text.
 
     A block can call the text after the end of a program, and the subroutines of the program (o… sub). It does not
@@ -134,7 +134,7 @@ class RangeDigests:
             self._upto.append((last * self._BASE + own) % self._PRIME if text else last)
             self._count.append(self._count[-1] + bool(text))
 
-    def between(self, first: int, last: int) -> str:
+    def digest_of_lines(self, first: int, last: int) -> str:
         """Return the digest of lines `first` to `last`, inclusive."""
         count = self._count[last + 1] - self._count[first]
         value = self._upto[last + 1] - self._upto[first] * pow(self._BASE, count, self._PRIME)

@@ -25,7 +25,7 @@ MAX_REPEATED_HOLES = 1_000_000
 MAX_PECKS = 10_000
 
 
-def start_cycle(state: InterpreterState, number: int) -> None:
+def activate_cycle(state: InterpreterState, number: int) -> None:
     """Activate a canned cycle. In RS274/NGC, a different cycle clears the words of the previous cycle."""
     if state.cycle != number and state.dialect.groups == "rs274":
         state.cycle_values = CycleValues()
@@ -86,14 +86,14 @@ def _build_cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycl
     fagor = state.dialect.cycle_words == "fagor"
     name = f"G{state.cycle}"
     words = state.cycle_values
-    _take_plane_words(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
+    _store_plane_words(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
     if "Q" in letters and (name in PECKING or not fagor):
-        _note_spare_word(state, words, letters["Q"], name in PECKING)
+        _record_spare_word(state, words, letters["Q"], name in PECKING)
         words.peck = _peck_in_mm(state, letters.pop("Q"))
     dwelling = name in (*state.dialect.dwell_cycles, "G86", "G89") or (fagor and name in ("G81", "G85"))
     if (dwelling or not fagor) and state.dialect.dwell_letter in letters:
-        _note_spare_word(state, words, letters[state.dialect.dwell_letter], dwelling)
-        words.dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
+        _record_spare_word(state, words, letters[state.dialect.dwell_letter], dwelling)
+        words.dwell = state.dwell_seconds(letters.pop(state.dialect.dwell_letter))
         state.last_dwell = words.dwell if dwelling else state.last_dwell
     if fagor and name == "G81" and words.dwell is not None:
         name = "G82"
@@ -112,9 +112,9 @@ def _build_cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycl
     return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if waits else 0.0)
 
 
-def _note_spare_word(state: InterpreterState, words: CycleValues, word: Word, used: bool) -> None:
+def _record_spare_word(state: InterpreterState, words: CycleValues, word: Word, used: bool) -> None:
     if not used:
-        state.policy.unknown(Message("{} has no meaning in this block", word))
+        state.policy.handle_unknown(Message("{} has no meaning in this block", word))
         words.spare.add("Q" if word.letter == "Q" else "P")
 
 
@@ -128,7 +128,7 @@ def _peck_in_mm(state: InterpreterState, word: Word) -> float:
     return state.mm(word)
 
 
-def _take_plane_words(
+def _store_plane_words(
     state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]
 ) -> None:
     """Store the words of the R plane and the bottom in the cycle.

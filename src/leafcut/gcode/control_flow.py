@@ -181,17 +181,17 @@ class Flow:
             self._find_constructs()
         self._looped[goal : line + 1] = b"\1" * (line + 1 - goal)
 
-    def call_line(self, number: int, times: int, line: int) -> int | None:
+    def call_subprogram_at_line(self, number: int, times: int, line: int) -> int | None:
         """Start the subprogram at line N`number` (M97), and run it `times` times.
 
         Return the first line of the subprogram, or None if it does not exist.
         """
-        start = self.jumps.label(number, line)
+        start = self.jumps.find_label(number, line)
         if start is None:
             return None
         return self._start_subprogram(start, times, line)
 
-    def call_program(self, number: int, times: int, line: int) -> int | None:
+    def call_numbered_program(self, number: int, times: int, line: int) -> int | None:
         """Start the subprogram O`number` (M98), and run it `times` times. P30012 calls O12 three times.
 
         Return the first line of the subprogram, or None if it does not exist.
@@ -214,7 +214,7 @@ class Flow:
         self._enter_subprogram(SubprogramCall(start, line + 1, times - 1, None))
         return start
 
-    def leave_program(self) -> int | None:
+    def return_from_program(self) -> int | None:
         """End a run of the subprogram that M98 started (M99). Return the next line, or None in the main program."""
         if not self.calls:
             return None
@@ -277,7 +277,7 @@ class Flow:
         construct.closing_line()
         arguments = []
         while scanner.peek() == "[":
-            arguments.append(scanner.expression())
+            arguments.append(scanner.parse_expression())
         if len(arguments) > ARGUMENTS:
             raise BlockError("a subroutine takes at most {} arguments", ARGUMENTS)
         parameters = self.parameters
@@ -301,7 +301,7 @@ class Flow:
     def _obey_return(self, construct: Construct, scanner: Scanner, _line: int) -> int:
         if not self.calls or self.calls[-1].construct is not construct:
             raise BlockError("this block ends a subroutine that is not running")
-        value = None if scanner.at_end() else scanner.value()
+        value = None if scanner.at_end() else scanner.parse_value()
         call, parameters = self.calls.pop(), self.parameters
         for number in range(1, ARGUMENTS + 1):
             parameters.numbered.pop(number, None)
@@ -315,11 +315,11 @@ class Flow:
     # Conditions. After a branch, the next part of its `if` jumps to the end.
 
     def _obey_if(self, construct: Construct, scanner: Scanner, line: int) -> int:
-        return self._execute_branch(construct, scanner.expression(), line)
+        return self._execute_branch(construct, scanner.parse_expression(), line)
 
     def _execute_branch(self, construct: Construct, condition: float, line: int) -> int:
         if math.isnan(condition):
-            raise self.jumps.undecided(line, construct.closing_line())
+            raise self.jumps.undecided_jump(line, construct.closing_line())
         after, keyword = construct.next_branch(line)
         if condition:
             return line + 1
@@ -332,7 +332,7 @@ class Flow:
     def _obey_elseif(self, construct: Construct, scanner: Scanner, line: int) -> int:
         if self._deciding == line:
             self._deciding = -1
-            return self._execute_branch(construct, scanner.expression(), line)
+            return self._execute_branch(construct, scanner.parse_expression(), line)
         scanner.position = len(scanner.text)
         return construct.closing_line()
 
@@ -345,9 +345,9 @@ class Flow:
     # Loops.
 
     def _obey_while(self, construct: Construct, scanner: Scanner, line: int) -> int:
-        end, condition = construct.closing_line(), scanner.expression()
+        end, condition = construct.closing_line(), scanner.parse_expression()
         if math.isnan(condition):
-            raise self.jumps.undecided(line, end, construct.first)
+            raise self.jumps.undecided_jump(line, end, construct.first)
         if not condition:
             return line + 1 if construct.kind == "do" else end + 1
         self.start_iteration(line)
@@ -379,9 +379,9 @@ class Flow:
 
     def _obey_repeat(self, construct: Construct, scanner: Scanner, line: int) -> int:
         end = construct.closing_line()
-        value = scanner.expression()
+        value = scanner.parse_expression()
         if math.isnan(value):
-            raise self.jumps.undecided(line, end, construct.first)
+            raise self.jumps.undecided_jump(line, end, construct.first)
         times = round(value)
         if times <= 0:
             return end + 1

@@ -89,7 +89,7 @@ class ProgramParameters:
         """The number of the first parameter that belongs to the machine."""
         return FIRST_OF_FANUC if self.fanuc else FIRST_OF_MACHINE
 
-    def number(self, number: int) -> float:
+    def numbered_value(self, number: int) -> float:
         """Return the value of parameter #`number`."""
         value = self.numbered.get(number)
         if value is None:
@@ -98,20 +98,20 @@ class ProgramParameters:
             value = 0.0 if self.inside and 0 < number <= ARGUMENTS else self.known(str(number))
         return UNKNOWN if value is None else value
 
-    def named(self, name: str) -> float:
+    def named_value(self, name: str) -> float:
         """Return the value of parameter #<`name`>."""
-        value = self._find(name)
+        value = self._find_named_value(name)
         if value is None and not name.startswith("_"):
             raise BlockError("#<{}> is used, but the program does not set it before", name)
         return UNKNOWN if value is None else value
 
     def exists(self, name: str) -> float:
         """Return 1 if parameter #<name> has a value, 0 if not, and `UNKNOWN` if another program may have set it."""
-        if self._find(name) is not None:
+        if self._find_named_value(name) is not None:
             return 1.0
         return UNKNOWN if name.startswith("_") else 0.0
 
-    def _find(self, name: str) -> float | None:
+    def _find_named_value(self, name: str) -> float | None:
         value = (self.shared if name.startswith("_") else self.local).get(name)
         if value is not None:
             return value
@@ -127,14 +127,14 @@ class ProgramParameters:
     def set_parameter(self, key: int | str, value: float) -> None:
         """Set a parameter by its number or its name."""
         if key == ANY_NUMBER:
-            self.forget(names=False)
+            self.forget_values(names=False)
         elif isinstance(key, int):
             if key < self.first_machine_parameter:
                 self.numbered[key] = value
         else:
             (self.shared if key.startswith("_") else self.local)[key] = value
 
-    def forget(self, names: bool = True) -> None:
+    def forget_values(self, names: bool = True) -> None:
         """Mark all numbered parameters as unknown. With `names`, mark the named parameters as well."""
         self.numbered = dict.fromkeys(range(1, ARGUMENTS + 1), UNKNOWN)
         if names:
@@ -143,10 +143,10 @@ class ProgramParameters:
 
 
 class _UnknownParameters(ProgramParameters):
-    def number(self, number: int) -> float:
+    def numbered_value(self, number: int) -> float:
         return UNKNOWN
 
-    def named(self, name: str) -> float:
+    def named_value(self, name: str) -> float:
         return UNKNOWN
 
     def exists(self, name: str) -> float:
@@ -165,7 +165,7 @@ class BlockReading(NamedTuple):
     of_machine: bool = False
 
     @property
-    def unknown(self) -> bool:
+    def has_unknown(self) -> bool:
         """Whether any number in the block, or any parameter that it sets, is unknown."""
         values = [word.value for word in self.block.words] + [value for _, value in self.settings]
         return self.of_machine or (self.computed and any(map(math.isnan, values)))
@@ -195,9 +195,9 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockRe
     settings: list[Setting] = []
     while not scanner.at_end():
         if scanner.peek() == "#":
-            settings.append(scanner.setting())
+            settings.append(scanner.parse_setting())
         else:
-            words.append(scanner.word())
+            words.append(scanner.parse_word())
     block = Block(number, tuple(words), comments, deleted=deleted)
     return BlockReading(block, settings, scanner.computed, scanner.of_machine)
 
@@ -216,7 +216,7 @@ def words_without_evaluation(line: str) -> tuple[Word, ...] | None:
             if scanner.peek() == "#":
                 return None
             begin, scanner.computed = scanner.position + 1, False
-            word = scanner.word()
+            word = scanner.parse_word()
             if scanner.computed and word.letter not in _MAY_BE_COMPUTED:
                 return None
             words.append(Word(word.letter, word.value, body[begin : scanner.position].strip()))
@@ -248,7 +248,7 @@ class Scanner:
         """Return whether only spaces remain."""
         return not self.peek()
 
-    def word(self) -> Word:
+    def parse_word(self) -> Word:
         """Parse a word: a letter and its value."""
         letter = self._consume(_WORD_LETTER)
         if letter is None:
@@ -260,19 +260,19 @@ class Scanner:
         plain = self._consume(_NUMBER)
         if plain is None and self.peek() not in ("#", "[", "+", "-") and self._peek_match(_LETTERS) not in _FUNCTIONS:
             raise_unreadable_text(self.text, start)
-        value = float(plain) if plain is not None else self.value()
+        value = float(plain) if plain is not None else self.parse_value()
         if not (-MAX_NUMBER < value < MAX_NUMBER or math.isnan(value)):
             raise BlockError(out_of_range_message(letter))
         return Word(letter.upper(), value, plain if plain is not None else _format_value(value))
 
-    def setting(self) -> Setting:
+    def parse_setting(self) -> Setting:
         """Parse a parameter setting, `#… = value`."""
-        key = self._parameter_key()
+        key = self._parse_parameter_key()
         if self.peek() != "=":
             found = self.text[self.position : self.position + 12]
             raise BlockError("'{}': '=' is expected after a parameter; if # starts a comment, put it in ( )", found)
         self.position += 1
-        value = self._binary_operations(1) if self.parameters.fanuc else self.value()
+        value = self._parse_binary_operations(1) if self.parameters.fanuc else self.parse_value()
         self.computed = True
         if isinstance(key, int) and key >= self.parameters.first_machine_parameter:
             self.of_machine = True
@@ -280,7 +280,7 @@ class Scanner:
             raise BlockError("#<{}> cannot be set", key)
         return key, value
 
-    def value(self) -> float:
+    def parse_value(self) -> float:
         """Parse a number, a parameter, an expression or a function."""
         sign = self.peek()
         plain = self._consume(_NUMBER)
@@ -294,25 +294,25 @@ class Scanner:
             raise BlockError("an expression has more than {} nested brackets", MAX_DEPTH)
         try:
             if sign == "[":
-                return self.expression()
+                return self.parse_expression()
             if sign == "#":
-                key = self._parameter_key()
+                key = self._parse_parameter_key()
                 self.computed = True
-                return self.parameters.number(key) if isinstance(key, int) else self.parameters.named(key)
+                return self.parameters.numbered_value(key) if isinstance(key, int) else self.parameters.named_value(key)
             if sign and sign in "+-":
                 self.position += 1
-                return -self.value() if sign == "-" else self.value()
-            return self._function()
+                return -self.parse_value() if sign == "-" else self.parse_value()
+            return self._parse_function()
         finally:
             self._depth -= 1
 
-    def expression(self) -> float:
+    def parse_expression(self) -> float:
         """Parse an expression in brackets, `[ … ]`."""
         if self.peek() != "[":
             raise BlockError("'[' is expected")
         self.position += 1
         self.computed = True
-        value = self._binary_operations(1)
+        value = self._parse_binary_operations(1)
         if self.peek() != "]":
             raise BlockError(
                 "an expression is not closed: ']' is missing" if self.at_end() else self._unexpected_text_message()
@@ -320,8 +320,8 @@ class Scanner:
         self.position += 1
         return value
 
-    def _binary_operations(self, level: int) -> float:
-        left = self.value()
+    def _parse_binary_operations(self, level: int) -> float:
+        left = self.parse_value()
         while True:
             self.peek()
             found = _OPERATOR.match(self.text, self.position)
@@ -329,14 +329,14 @@ class Scanner:
                 return left
             name = found.group().upper()
             self.position = found.end()
-            left = _evaluate_function(_OPERATORS[name], name, left, self._binary_operations(_LEVELS[name] + 1))
+            left = _evaluate_function(_OPERATORS[name], name, left, self._parse_binary_operations(_LEVELS[name] + 1))
 
-    def _parameter_key(self) -> int | str:
+    def _parse_parameter_key(self) -> int | str:
         self.peek()
         self.position += 1
         if self.peek() == "<":
-            return self._parameter_name()
-        value = self.value()
+            return self._parse_parameter_name()
+        value = self.parse_value()
         if math.isnan(value):
             return ANY_NUMBER
         number = round(value)
@@ -344,35 +344,35 @@ class Scanner:
             raise BlockError("#{:g}: the number of a parameter must be a whole number", value)
         return number
 
-    def _parameter_name(self) -> str:
+    def _parse_parameter_name(self) -> str:
         found = _NAME.match(self.text, self.position)
         if found is None:
             raise BlockError("a parameter name is not closed: '>' is missing")
         self.position = found.end()
         return re.sub(r"\s+", "", found.group(1)).lower()
 
-    def _function(self) -> float:
+    def _parse_function(self) -> float:
         name = (self._consume(_LETTERS) or "").upper()
         if name not in _FUNCTIONS:
             self.position -= len(name)
             raise BlockError(self._unexpected_text_message())
         self.computed = True
         if name == "EXISTS":
-            return self._exists()
-        argument = self.expression()
+            return self._parse_exists()
+        argument = self.parse_expression()
         if name != "ATAN":
             return _evaluate_function(_FUNCTIONS[name], name, argument)
         if self.peek() != "/":
             raise BlockError("ATAN needs two arguments: ATAN[…]/[…]")
         self.position += 1
-        return _evaluate_function(_atan_degrees, name, argument, self.expression())
+        return _evaluate_function(_atan_degrees, name, argument, self.parse_expression())
 
-    def _exists(self) -> float:
+    def _parse_exists(self) -> float:
         inside = re.compile(r"[ \t]*\[[ \t]*#[ \t]*(?=<)").match(self.text, self.position)
         if inside is None:
             raise BlockError("EXISTS needs a name: EXISTS[#<name>]")
         self.position = inside.end()
-        name = self._parameter_name()
+        name = self._parse_parameter_name()
         if self.peek() != "]":
             raise BlockError("an expression is not closed: ']' is missing")
         self.position += 1

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import may_stop_program, select_active_comments
-from leafcut.gcode.canned import drill_cycle_holes, end_cycle, start_cycle
+from leafcut.gcode.canned import activate_cycle, drill_cycle_holes, end_cycle
 from leafcut.gcode.motion import (
     changes_origin,
     run_arc,
@@ -116,11 +116,11 @@ class Interpreter:
         self._percents = self._blocks = 0
         dialect = state.dialect
         self._separate = dialect.groups == "fanuc"
-        self._g, self._m = self.policy.codes(dialect)
+        self._g, self._m = self.policy.supported_codes(dialect)
         self._turning = self.policy.spindle_directions(dialect)
-        self._reset()
+        self._reset_block_results()
 
-    def _reset(self) -> None:
+    def _reset_block_results(self) -> None:
         self.reason = self.named = self.opaque = ""
         self.unclear: list[tuple[str, tuple[bool, bool, bool]]] = []
         self.unknown: tuple[Word, ...] = ()
@@ -137,21 +137,21 @@ class Interpreter:
     def run(self, block: Block) -> None:
         """Execute one block."""
         state = self.state
-        self._reset()
+        self._reset_block_results()
         if block.percent is not None:
             self._run_percent(block.percent)
             return
         state.line = block.line
         if block.comments or block.deleted:
-            self._note_comments(block)
+            self._record_active_comments(block)
         if not block.words:
             return
         if block.deleted:
-            self.policy.unknown(
+            self.policy.handle_unknown(
                 Message("'/' (block delete): execution of this block depends on the machine's block-delete switch")
             )
         if state.dialect.one_command and not _is_one_command(block, state.dialect.tool_change == "pause"):
-            self.policy.unknown(Message("each block must contain a single G or M word, and start with it"))
+            self.policy.handle_unknown(Message("each block must contain a single G or M word, and start with it"))
         self._run_words(block)
 
     def _run_words(self, block: Block) -> None:
@@ -159,7 +159,7 @@ class Interpreter:
         without_value = {word.letter for word in block.words if math.isnan(word.value)}
         codes = {word.value: word for word in block.words if word.letter == "G"}
         if _MACRO in codes:
-            self.policy.unknown(Message("{} is not understood", codes[_MACRO]))
+            self.policy.handle_unknown(Message("{} is not understood", codes[_MACRO]))
             # The remaining words are macro arguments.
             self._blocks, self.opaque = self._blocks + 1, str(codes[_MACRO])
             return
@@ -215,16 +215,16 @@ class Interpreter:
         # G80 with G0 to G3 occurs in the safe start line of most posts, and is unambiguous.
         words = sort_words(block, self._g, self._m, self._separate or ends_cycle)
         for word in words.unknown:
-            self.policy.unknown(Message("{} is not understood", word))
+            self.policy.handle_unknown(Message("{} is not understood", word))
         if ends_cycle and not self._separate and "motion" in words.g:
-            self.policy.unknown(
+            self.policy.handle_unknown(
                 Message("{}{:g} and {}{:g} exclude each other in one block", "G", words.g["motion"] / 10, "G", 80)
             )
         return words
 
     # -- start and end of the program ----------------------------------------------------------------------------------
 
-    def check_end(self, file: str) -> None:
+    def finish_interpretation(self, file: str) -> None:
         """End the program at the end of its text. If the controller requires an end word, its absence is an error."""
         required = self.state.dialect.end_required
         if not self.state.dialect.end_word and not self.ended:
@@ -237,7 +237,7 @@ class Interpreter:
         if self._blocks or self._percents:
             self.ended = True
         elif rest and self.state.dialect.percent != "title":
-            self.policy.unknown(Message("only '%' may stand on its line"))
+            self.policy.handle_unknown(Message("only '%' may stand on its line"))
         self._percents = 1
 
     def _check_program_number(self, number: int) -> None:
@@ -246,7 +246,7 @@ class Interpreter:
 
     # -- comments, subprograms and blocks that are kept ----------------------------------------------------------------
 
-    def _note_comments(self, block: Block) -> None:
+    def _record_active_comments(self, block: Block) -> None:
         self.obeyed = select_active_comments(block.comments)
         if block.deleted:
             self.reason = Message("the block-delete switch may skip the block")
@@ -313,7 +313,7 @@ class Interpreter:
             end_cycle(state)
             state.motion, state.unknown_motion = None, Message("a canned cycle whose numbers only the machine knows")
         if "offset" in g:
-            state.set_frame(g["offset"])
+            state.select_work_offset(g["offset"])
         if "length" in g or (unknown & set("HD")):
             state.forget_length()
             named = (*named[:2], True)
@@ -327,11 +327,11 @@ class Interpreter:
     def forget_all(self, cause: str) -> None:
         """Add a FOREIGN row, and mark the position and the modes as unknown."""
         state = self.state
-        state.forget(cause)
+        state.forget_position_and_modes(cause)
         state.path.set_place(Kind.FOREIGN, (UNKNOWN, UNKNOWN, UNKNOWN), 1, state.line)
 
     def _record_unclear(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
-        self.policy.unknown(reason)
+        self.policy.handle_unknown(reason)
         self.unclear.append((reason, lost))
 
     def _execute_or_keep(self, words: SortedBlock) -> None:
@@ -475,7 +475,7 @@ class Interpreter:
     def _change_tool(self, number: int) -> None:
         state = self.state
         if state.cycle is not None:
-            self.policy.unknown(Message("the tool is changed inside a canned cycle; G80 is missing before it"))
+            self.policy.handle_unknown(Message("the tool is changed inside a canned cycle; G80 is missing before it"))
         state.path.tool(number, line=state.line)
         state.tool = number
         state.next_tool = None if state.dialect.changes_by_hand else number
@@ -541,7 +541,7 @@ class Interpreter:
         given = [letters.pop(letter, None) if code == 640 else None for letter in "PQ"]
         tolerance = 0.0 if given[0] is None else state.mm(given[0])
         joining = tolerance if given[1] is None else state.mm(given[1])
-        if self.policy.changes_blending(state, (code, tolerance, joining)):
+        if self.policy.adds_blending_row(state, (code, tolerance, joining)):
             state.blending, state.tolerance, state.joining = code, tolerance, joining
             state.path.blending(code, tolerance, joining, line=state.line)
 
@@ -549,7 +549,7 @@ class Interpreter:
         """Execute cutter compensation. If the mode changes or D is stated, add a RADIUS row."""
         state, mode = self.state, code // 10
         word = letters.pop("D", None) if mode != 40 else None
-        register = 0.0 if mode == 40 else self.policy.register(state, code, word)
+        register = 0.0 if mode == 40 else self.policy.compensation_register(state, code, word)
         if code in (411, 421):
             letters.pop("L", None)
         if mode != state.radius or word is not None:
@@ -560,7 +560,7 @@ class Interpreter:
         letter = self.state.dialect.dwell_letter
         if letter not in letters:
             raise BlockError("G4 needs its time, {}", letter)
-        return self.state.dwell(letters.pop(letter))
+        return self.state.dwell_seconds(letters.pop(letter))
 
     def _states_dwell_time(self, letters: dict[str, Word]) -> bool:
         """Return whether a dwell states its time in the form that its controller expects. If not, remove its words.
@@ -589,12 +589,12 @@ class Interpreter:
         state, g, letters = self.state, words.g, words.letters
         length = g.get("length")
         if length == 430:
-            state.set_length(self._offset_number(letters))
+            state.select_length_offset(self._offset_number(letters))
             self.policy.forget_xy_position(state)
         elif length == 490 or (length is not None and state.dialect.length_offset_off == f"G{length // 10}"):
-            state.set_length(0)
+            state.select_length_offset(0)
         elif length == 431:
-            self.policy.unknown(Message("{} is not understood", "G43.1"))
+            self.policy.handle_unknown(Message("{} is not understood", "G43.1"))
             # The length is in the block: with Z, or with K in LinuxCNC before 2.4.
             for letter in ("X", "Y", "Z", "I", "J", "K"):
                 letters.pop(letter, None)
@@ -605,15 +605,15 @@ class Interpreter:
             letters.pop("H", None)
             self._record_unclear(Message("G{:g} is not understood", length / 10), (False, False, True))
         if g.get("offset", 540) != 540:
-            self.policy.unknown(Message("G{:g}: only the work offset G54 is understood", g["offset"] / 10))
+            self.policy.handle_unknown(Message("G{:g}: only the work offset G54 is understood", g["offset"] / 10))
         if "offset" in g:
-            state.set_frame(g["offset"])
+            state.select_work_offset(g["offset"])
 
     def _offset_number(self, letters: dict[str, Word]) -> int:
         state, stated_by = self.state, self.state.dialect.length_offset
         if "H" in letters:
             if stated_by != "H":
-                self.policy.unknown(Message("{} has no meaning in this block", letters["H"]))
+                self.policy.handle_unknown(Message("{} has no meaning in this block", letters["H"]))
             return parse_whole_number(letters.pop("H"), 99_999)
         number = state.offset_number if stated_by == "D" else state.tool
         if number is None:
@@ -639,7 +639,7 @@ class Interpreter:
         if motion is not None or (cycle == 800 and not self._separate):
             state.motion = None if motion is None else motion // 10
         if cycle not in (None, 800):
-            start_cycle(state, cycle // 10)
+            activate_cycle(state, cycle // 10)
         if self._separate and cycle == 800 and state.motion is None:
             state.unknown_motion = state.unknown_motion or Message("the motion mode before the cycle")
         else:
@@ -675,10 +675,10 @@ class Interpreter:
         if special is not None and changes_origin(special):
             self._check_one_motion(special, g, moving and g.get("motion") != 0)
             if special == _SET_OFFSETS:
-                self.policy.unknown(Message("G10 changes stored offsets, which no program of leafcut does"))
+                self.policy.handle_unknown(Message("G10 changes stored offsets, which no program of leafcut does"))
             run_origin_change(state, special, letters)
             return
-        self._check_clear(special, words, moving)
+        self._check_move_is_supported(special, words, moving)
         if special in (280, 300):
             if state.cycle is not None or g.get("motion", 0) != 0:
                 raise BlockError("G28 or G30 is used while another motion is active; G80 is missing before it")
@@ -702,9 +702,9 @@ class Interpreter:
         if "motion" in g and both_move:
             raise BlockError(message)
         if "motion" in g:
-            self.policy.unknown(message)
+            self.policy.handle_unknown(message)
 
-    def _check_clear(self, special: int | None, words: SortedBlock, moving: bool) -> None:
+    def _check_move_is_supported(self, special: int | None, words: SortedBlock, moving: bool) -> None:
         """Check that the axes, the kind of motion and the modes of a move are supported.
 
         Raises

@@ -111,7 +111,7 @@ class Jumps:
         found = _LABEL.match(self._lines[line])
         return "" if found is None else f"N{int(found.group(1))}"
 
-    def label(self, number: int, line: int) -> int | None:
+    def find_label(self, number: int, line: int) -> int | None:
         """Return the line N`number` that a jump from `line` leads to, or None if it does not exist."""
         if self._labels is None:
             self._labels = {}
@@ -150,14 +150,14 @@ class Jumps:
         if keyword == "DO":
             return line + 1, ""
         scanner = Scanner(rest, self._parameters)
-        condition = scanner.expression()
+        condition = scanner.parse_expression()
         if _AFTER_WHILE.match(rest, scanner.position) is None:
             raise BlockError("WHILE needs its DO {}", number)
         if math.isnan(condition):
-            raise self.undecided(line, end, again=line)
+            raise self.undecided_jump(line, end, again=line)
         return (line + 1 if condition else end + 1), ""
 
-    def undecided(self, line: int, last: int, again: int | None = None) -> UndecidedJump:
+    def undecided_jump(self, line: int, last: int, again: int | None = None) -> UndecidedJump:
         """Create the exception for the lines up to `last`, which may or may not be executed.
 
         If these lines may jump elsewhere, the exception covers all following text.
@@ -166,10 +166,10 @@ class Jumps:
         goals = [self._target_line(found, line) for text in inside for found in _GOAL.finditer(text)]
         away = any(goal is None or not line <= goal <= last + 1 for goal in goals)
         if away or any(map(_LEAVES.search, inside)):
-            return self.undecided_to_end(line)
+            return self.undecided_jump_to_end(line)
         return UndecidedJump(last, again)
 
-    def undecided_to_end(self, line: int) -> UndecidedJump:
+    def undecided_jump_to_end(self, line: int) -> UndecidedJump:
         """Create the exception for all text from a line on, which may or may not be executed.
 
         The exception also contains the first line that this text may jump back to.
@@ -183,34 +183,34 @@ class Jumps:
         return UndecidedJump(None, min((goal for goal in back if goal <= line), default=None))
 
     def _target_line(self, found: re.Match[str], line: int) -> int | None:
-        return None if found.group(1) is None else self.label(int(found.group(1)), line)
+        return None if found.group(1) is None else self.find_label(int(found.group(1)), line)
 
     def _execute_goto(self, rest: str, line: int) -> int:
         scanner = Scanner(rest, self._parameters)
-        value = scanner.value()
+        value = scanner.parse_value()
         if math.isnan(value):
-            raise self.undecided_to_end(line)
-        goal = self.label(round(value), line)
+            raise self.undecided_jump_to_end(line)
+        goal = self.find_label(round(value), line)
         if goal is None or not scanner.at_end():
             raise BlockError("GOTO {}: the program has no such line", rest.strip()[:20])
         return goal
 
     def _execute_if(self, rest: str, line: int) -> tuple[int, str]:
         scanner = Scanner(rest, self._parameters)
-        condition = scanner.expression()
+        condition = scanner.parse_expression()
         clause = _AFTER_IF.match(rest, scanner.position)
         if clause is None:
             raise BlockError("IF needs its GOTO or THEN")
         consequence = rest[clause.end() :]
         if clause.group(1).upper() == "THEN":
             if math.isnan(condition):
-                raise self.undecided(line, line)
+                raise self.undecided_jump(line, line)
             return line + 1, consequence if condition else ""
         if not math.isnan(condition):
             return (self._execute_goto(consequence, line) if condition else line + 1), ""
         goal = self._execute_goto(consequence, line)
         if goal > line:
-            raise self.undecided(line, goal - 1)
+            raise self.undecided_jump(line, goal - 1)
         raise UndecidedJump(line, goal)
 
     # -- loops -------------------------------------------------------------------------------------------------------
@@ -264,7 +264,7 @@ class Jumps:
                 if goal.group(1) is None:
                     anywhere = True
                 else:
-                    place = self.label(int(goal.group(1)), at)
+                    place = self.find_label(int(goal.group(1)), at)
                     found.update(() if place is None else (place,))
         return found | {k for k, text in enumerate(self._lines) if _LABEL.match(text)} if anywhere else found
 

@@ -152,11 +152,11 @@ class _Reader:
             self.path.tool(self.tool, line=self.line)
             self.cycle = None
         elif (dwell := _DWELL.fullmatch(block)) is not None:
-            self._dwell(dwell)
+            self._run_dwell(dwell)
         elif block.startswith("CYCL DEF 200 DRILLING\n"):
             self._define_cycle(block.split("\n")[1:])
         elif (move := _LINE.fullmatch(block)) is not None:
-            self._move(move)
+            self._run_move(move)
         else:
             shown = re.sub(r"[^\x20-\x7e]+", " ", block[:30])
             raise BlockError(
@@ -179,7 +179,7 @@ class _Reader:
         else:
             path.pause(optional=word == "M1", line=self.line)
 
-    def _dwell(self, found: re.Match[str]) -> None:
+    def _run_dwell(self, found: re.Match[str]) -> None:
         if (found[1] == "1") != self.dwelling or (found[1] == "1") != (found[2] is not None):
             raise BlockError(
                 "a dwell must be written as CYCL DEF 9.0 DWELL TIME, then CYCL DEF 9.1 DWELL and the time in seconds"
@@ -209,7 +209,7 @@ class _Reader:
         self.cycle = DrillCycle(name, r_plane, bottom, after > r_plane, dwell=q["Q211"])
         self.after, self.feed = after, q["Q206"] / SECONDS_PER_MINUTE
 
-    def _move(self, found: re.Match[str]) -> None:
+    def _run_move(self, found: re.Match[str]) -> None:
         x, y, z = (None if one is None else float(one) for one in found.groups()[:3])
         if x is None and y is None and z is None:
             raise BlockError("the L block has no axis")
@@ -217,7 +217,7 @@ class _Reader:
             raise BlockError("the tool moves before the first TOOL CALL, while its length is unknown")
         rapid = found[4] == "MAX"
         if found[5]:
-            self._drill(x, y, z, rapid)
+            self._drill_hole(x, y, z, rapid)
         elif rapid:
             self.path.rapid(x, y, z, line=self.line)
         else:
@@ -225,7 +225,7 @@ class _Reader:
                 raise BlockError("the cut has no feed")
             self.path.feed(x, y, z, feed=float(found[4]) / SECONDS_PER_MINUTE, line=self.line)
 
-    def _drill(self, x: float | None, y: float | None, z: float | None, rapid: bool) -> None:
+    def _drill_hole(self, x: float | None, y: float | None, z: float | None, rapid: bool) -> None:
         path, cycle = self.path, self.cycle
         if cycle is None:
             raise BlockError("M99 calls no cycle, because CYCL DEF 200 is missing after the last tool call")

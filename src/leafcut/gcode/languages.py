@@ -66,16 +66,16 @@ def describe_unsupported_language(text: str) -> str:
     code = [COMMENT.sub(" ", line).strip() for line in lines]
     for words, kind in (
         (
-            _heidenhain_program(lines),
+            _heidenhain_evidence(lines),
             partial(Message, "this is a Heidenhain conversational (Klartext) program ({}), not G-code"),
         ),
-        (_heidenhain_iso_program(lines), partial(Message, "this is a Heidenhain DIN/ISO program ({})")),
+        (_heidenhain_iso_evidence(lines), partial(Message, "this is a Heidenhain DIN/ISO program ({})")),
         (
-            _siemens_program(lines),
+            _siemens_evidence(lines),
             partial(Message, "this is a Siemens (SINUMERIK) program ({}), not plain G-code"),
         ),
-        (_printer_program(lines, code), partial(Message, "this is a program for a 3D printer ({})")),
-        (lathe := _lathe_program(code, text), partial(Message, "this is a program for a lathe ({})")),
+        (_printer_evidence(lines, code), partial(Message, "this is a program for a 3D printer ({})")),
+        (lathe := _lathe_evidence(code, text), partial(Message, "this is a program for a lathe ({})")),
     ):
         if words:
             does = Message("leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code")
@@ -84,7 +84,7 @@ def describe_unsupported_language(text: str) -> str:
     return ""
 
 
-def _heidenhain_program(lines: list[str]) -> str:
+def _heidenhain_evidence(lines: list[str]) -> str:
     found = {" ".join(m.group(1).upper().split()) for m in _matching_lines(_HEIDENHAIN, lines)}
     if found & {"BEGIN PGM", "END PGM"}:
         return "BEGIN PGM"
@@ -92,12 +92,12 @@ def _heidenhain_program(lines: list[str]) -> str:
     return sorted(found)[0] if len(found) > 1 or (found and rapid) else ""
 
 
-def _heidenhain_iso_program(lines: list[str]) -> str:
+def _heidenhain_iso_evidence(lines: list[str]) -> str:
     found = next(_matching_lines(_HEIDENHAIN_ISO, lines), None)
     return "" if found is None else Message("blocks that end in *")
 
 
-def _siemens_program(lines: list[str]) -> str:
+def _siemens_evidence(lines: list[str]) -> str:
     head = next(_matching_lines(_SIEMENS_HEAD, lines), None)
     if head is not None:
         return head.group().lstrip("; ")[:20]
@@ -105,7 +105,7 @@ def _siemens_program(lines: list[str]) -> str:
     return "" if found is None else found.group(1).upper().rstrip(" (")
 
 
-def _printer_program(lines: list[str], code: list[str]) -> str:
+def _printer_evidence(lines: list[str], code: list[str]) -> str:
     prints = sum(1 for _ in _matching_lines(_PRINTS, code))
     heats = next(_matching_lines(_HEATS, code), None)
     sliced = next(_matching_lines(_SLICER, lines), None)
@@ -114,7 +114,7 @@ def _printer_program(lines: list[str], code: list[str]) -> str:
     return Message("G1 with E, {}", heats.group(1).upper() if heats else Message("layers"))
 
 
-def _lathe_program(code: list[str], text: str) -> str:
+def _lathe_evidence(code: list[str], text: str) -> str:
     """Return the first lathe word and its line if the program moves X and Z but not Y and has no drilling cycles.
 
     G18 counts only if the program has arcs, as in a turned contour. A slot along X may also be milled in G18.

@@ -47,7 +47,7 @@ class Material:
 Choice = tuple[int, Material | None]
 
 
-def read_materials(lines: Sequence[str]) -> list[Choice]:
+def read_material_choices(lines: Sequence[str]) -> list[Choice]:
     """Return the materials that a program selects, in the order of its lines."""
     unit, table, choices = 1.0, dict[int, Material](), list[Choice]()
     for number, line in enumerate(lines, 1):
@@ -78,7 +78,7 @@ class MaterialFeeds:
     def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:
         """Take the feeds from the materials of a program. For all other materials, the feed is `otherwise`, mm/s."""
         self.word, self.words = word, dict[float, str]()
-        self._choices, self._otherwise = read_materials(lines), otherwise
+        self._choices, self._otherwise = read_material_choices(lines), otherwise
         self._starts = [line for line, _ in self._choices]
 
     def feed_at(self, line: int, unit: float) -> float:
@@ -110,7 +110,7 @@ def add_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float)
 
     `clearance` is the height of travel moves above the sheet, mm.
     """
-    choices = read_materials(lines)
+    choices = read_material_choices(lines)
     starts = [line for line, _ in choices]
     unknown, switched, place = 0, 0, (math.nan, math.nan, clearance)
     rows = [Motion(Kind.RAPID, place, 0.0, 0, 0)]

@@ -118,11 +118,11 @@ class BlockReader:
         """The first block that sets each field of `Modal`."""
         found: dict[str, int] = {}
         for block in range(self.program.n_blocks):
-            for field in self.set_fields(block, block + 1):
+            for field in self.fields_set_in_blocks(block, block + 1):
                 found.setdefault(field, block)
         return found
 
-    def set_fields(self, begin: int, end: int) -> set[str]:
+    def fields_set_in_blocks(self, begin: int, end: int) -> set[str]:
         """Return the fields of `Modal` that the words in a half-open range of blocks set."""
         words = (self.words(block) for block in range(begin, end))
         return {field for w in words if w is not None for field in w.states}
@@ -134,10 +134,10 @@ class BlockReader:
     def words(self, block: int) -> BlockWords | None:
         """Return the words of a block, or None if they include expressions or other special syntax."""
         if block not in self._words:
-            self._words[block] = self._read(block)
+            self._words[block] = self._parse_words(block)
         return self._words[block]
 
-    def _read(self, block: int) -> BlockWords | None:
+    def _parse_words(self, block: int) -> BlockWords | None:
         line = self.program.lines[int(self.program.line[block]) - 1].rstrip("\r\n")
         plain = parse_plain_block(line)
         words = words_without_evaluation(line) if plain is None else plain.words

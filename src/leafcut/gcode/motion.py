@@ -29,7 +29,7 @@ _G92_OFF = (921, 922, 923)
 def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Execute a straight move, G0 or G1."""
     before = list(state.path.position)
-    x, y, z = (state.target(letters, axis) for axis in range(3))
+    x, y, z = (state.take_target(letters, axis) for axis in range(3))
     if state.motion == 0:
         state.path.rapid(x, y, z, line=state.line)
         return
@@ -42,7 +42,7 @@ def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Execute G38.2: move straight down until the probe trips. If it never trips, the controller raises an alarm."""
     if "X" in letters or "Y" in letters or "Z" not in letters:
         raise BlockError("a probe (G38.2) that does not go straight down is not understood")
-    before, z = state.path.position[2], state.target(letters, 2)
+    before, z = state.path.position[2], state.take_target(letters, 2)
     if z is None or not z < before:
         raise BlockError("a probe (G38.2) that starts at an unknown height or does not move downwards")
     state.path.probe(z, feed=state.feed_for(letters, before - z), line=state.line)
@@ -67,7 +67,7 @@ def run_reference_return(state: InterpreterState, letters: dict[str, Word]) -> N
     """
     given = [axis in letters for axis in AXES]
     before = list(state.path.position)
-    x, y, z = (state.target(letters, axis) for axis in range(3))
+    x, y, z = (state.take_target(letters, axis) for axis in range(3))
     if any(v is not None and v != b for v, b in zip((x, y, z), before, strict=True)):
         state.path.rapid(x, y, z, line=state.line)
     x, y, z = (0.0 if axis or not any(given) else None for axis in given)
@@ -77,7 +77,7 @@ def run_reference_return(state: InterpreterState, letters: dict[str, Word]) -> N
 def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Execute an arc (G2 or G3), given by its centre (I, J, K) or by its radius (R). P is the number of turns."""
     begin = (state.path.position[0], state.path.position[1], state.path.position[2])
-    targets = [state.target(letters, axis) for axis in range(3)]
+    targets = [state.take_target(letters, axis) for axis in range(3)]
     end = [b if t is None else t for b, t in zip(begin, targets, strict=True)]
     axes = plane_axes(state.plane)
     first, second, normal = axes

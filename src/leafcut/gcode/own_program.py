@@ -66,7 +66,7 @@ def interpret_own_program(
             raise ReadError(file, str(problem), number) from None
         if interpreter.ended:
             break
-    interpreter.check_end(file)
+    interpreter.finish_interpretation(file)
     return state.path.build()
 
 

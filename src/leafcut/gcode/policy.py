@@ -24,13 +24,13 @@ class Policy:
     A block that is not understood is kept. Afterwards, any state that it may have changed is unknown.
     """
 
-    def unknown(self, message: str) -> None:
+    def handle_unknown(self, message: str) -> None:
         """Handle an unknown or unexpected part of a block.
 
         Either raise an error, or return so that the block is kept.
         """
 
-    def codes(self, dialect: Dialect) -> tuple[frozenset[int], frozenset[int]]:
+    def supported_codes(self, dialect: Dialect) -> tuple[frozenset[int], frozenset[int]]:
         """Return the supported G codes, in tenths, and the supported M codes."""
         m_codes = frozenset(M_GROUP_OF) - OUTPUT_CODES - {PAUSE}
         if dialect.cycle_words == "fagor":
@@ -55,7 +55,7 @@ class Policy:
         malformed = linuxcnc_refuses_words(block.words)
         return linuxcnc_refuses(state, words) or malformed
 
-    def start(self, state: InterpreterState) -> None:
+    def set_initial_state(self, state: InterpreterState) -> None:
         """Set the state of the interpreter at the start of a program."""
         # The state at switch-on: Fanuc has G98, RS274/NGC G99 (seen with rs274).
         state.to_initial = state.dialect.groups == "fanuc"
@@ -70,14 +70,14 @@ class Policy:
         """Return whether the spindle selected by a $ word is supported."""
         return number in (0.0, -1.0)
 
-    def changes_blending(self, state: InterpreterState, blending: tuple[int, float, float]) -> bool:
+    def adds_blending_row(self, state: InterpreterState, blending: tuple[int, float, float]) -> bool:
         """Return whether a path control word adds a row.
 
         `blending` is its mode, tolerance and joining, as in `Modal`.
         """
         return blending != (state.blending, state.tolerance, state.joining)
 
-    def register(self, state: InterpreterState, code: int, word: Word | None) -> float:
+    def compensation_register(self, state: InterpreterState, code: int, word: Word | None) -> float:
         """Return the register number in the D word of cutter compensation. `code` is G41 to G42.1, in tenths."""
         return 0.0 if word is None else word.value
 
@@ -97,11 +97,11 @@ class Policy:
 class OwnPolicy(Policy):
     """Policy for leafcut's own programs. An unsupported word is an error, and positions match the planned toolpath."""
 
-    def unknown(self, message: str) -> None:
+    def handle_unknown(self, message: str) -> None:
         """Raise an error."""
         raise BlockError(message)
 
-    def codes(self, dialect: Dialect) -> tuple[frozenset[int], frozenset[int]]:
+    def supported_codes(self, dialect: Dialect) -> tuple[frozenset[int], frozenset[int]]:
         """Return the G and M codes of the dialect."""
         return dialect.g_codes, dialect.m_codes
 
@@ -114,7 +114,7 @@ class OwnPolicy(Policy):
         """Return False, because the controller supports all words of its dialect."""
         return False
 
-    def start(self, state: InterpreterState) -> None:
+    def set_initial_state(self, state: InterpreterState) -> None:
         """Keep the default state of the interpreter."""
 
     def is_known_motion(self, code: int) -> bool:
@@ -125,11 +125,11 @@ class OwnPolicy(Policy):
         """Accept all spindle numbers, because a torch has several tools."""
         return True
 
-    def changes_blending(self, state: InterpreterState, blending: tuple[int, float, float]) -> bool:
+    def adds_blending_row(self, state: InterpreterState, blending: tuple[int, float, float]) -> bool:
         """Return whether G64 is or was active. Without a path control row, a toolpath stops after every move (G61)."""
         return 640 in (blending[0], state.blending)
 
-    def register(self, state: InterpreterState, code: int, word: Word | None) -> float:
+    def compensation_register(self, state: InterpreterState, code: int, word: Word | None) -> float:
         """Return the kerf width, mm, or the number of the register that contains half of the kerf width."""
         torch = state.dialect.torch
         if torch is None or not torch.compensation:

@@ -26,9 +26,9 @@ from leafcut.gcode.block_description import (
     BlockDescription,
     RangeDigests,
     describe_block,
+    digest_of_callable_text,
     may_read_parameters,
     significant_text,
-    subprogram_digest,
 )
 from leafcut.gcode.control_flow import Control, Flow, parse_o_word
 from leafcut.gcode.dialects import Dialect
@@ -134,7 +134,7 @@ def interpret_program(
     default_unit = None if units is None else MM_PER_UNIT[units]
     policy = Policy()
     state = InterpreterState(dialect=dialect, policy=policy, default_unit=default_unit)
-    return _ProgramReader(text, state, policy, file, on_progress, material_feed).program()
+    return _ProgramReader(text, state, policy, file, on_progress, material_feed).interpret()
 
 
 def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
@@ -211,13 +211,13 @@ class _BlockRecord:
     _called: int = 0
 
     def __post_init__(self) -> None:
-        self.note_state()
+        self.record_state()
 
-    def note_state(self) -> None:
-        self.current = self._number_of(self.state.modal_values())
+    def record_state(self) -> None:
+        self.current = self._number_of_values(self.state.modal_values())
         self._plain = {}
 
-    def _number_of(self, values: ModalValues) -> int:
+    def _number_of_values(self, values: ModalValues) -> int:
         return self._numbers.setdefault(values, len(self._numbers))
 
     def add(
@@ -227,16 +227,16 @@ class _BlockRecord:
         if reason:
             self.fixed[len(self.line)] = reason
         if during_motion is not None:
-            self.switched_off[len(self.line)] = during_motion[0], self._number_of(during_motion[1])
+            self.switched_off[len(self.line)] = during_motion[0], self._number_of_values(during_motion[1])
         self.line.append(line)
         self.first.append(rows)
         self.before.append(self.current)
-        self.note_state()
+        self.record_state()
 
-    def describe(self, description: BlockDescription) -> None:
+    def add_description(self, description: BlockDescription) -> None:
         self.descriptions[len(self.line)] = description
 
-    def note_call_depth(self, before: int, after: int) -> None:
+    def record_call_depth(self, before: int, after: int) -> None:
         if before == 0 and after:
             self._called = len(self.line) - 1
         elif before and after == 0:
@@ -248,10 +248,10 @@ class _BlockRecord:
         if number is None:
             values = list(self.state.modal_values())
             values[_MOTION], values[_FEED], values[_SPEED] = motion, feed, speed
-            number = self._plain[motion, feed, speed] = self._number_of(tuple(values))
+            number = self._plain[motion, feed, speed] = self._number_of_values(tuple(values))
         return number
 
-    def program(self, lines: tuple[str, ...], last_line: int, assumed: bool = False, title: int = 0) -> Program:
+    def build_program(self, lines: tuple[str, ...], last_line: int, assumed: bool = False, title: int = 0) -> Program:
         path = self.state.path.build()
         return Program(
             Lines(lines),
@@ -315,7 +315,7 @@ class _ProgramReader:
         #: Depths of the calls that restore the modes when they end (M73).
         self.restored: list[int] = []
 
-    def program(self) -> Program:
+    def interpret(self) -> Program:
         flow, n = self.flow, len(self.lines)
         at = self._title
         while at < n and not self.ended:
@@ -331,10 +331,10 @@ class _ProgramReader:
         for block, line in enumerate(self.record.line):
             if flow.jumps.is_jump_target(line - 1):
                 self.record.fixed.setdefault(block, _GOAL)
-        self._fix_repeated_blocks()
+        self._keep_repeated_blocks_in_place()
         last = at if self.ended and not flow.calls else n
         self._check_after_percent(last)
-        program = self.record.program(self.lines, last, self.state.assumed_units, self._title)
+        program = self.record.build_program(self.lines, last, self.state.assumed_units, self._title)
         return program if self.feeds is None else replace(program, feed_words=self.feeds.words)
 
     def _run_plain_lines(self, start: int) -> int:
@@ -418,8 +418,8 @@ class _ProgramReader:
                 )
                 raise ReadError(self.file, reason, k + 1)
 
-    def _fix_repeated_blocks(self) -> None:
-        """Fix the position of every block that a backward jump may repeat."""
+    def _keep_repeated_blocks_in_place(self) -> None:
+        """Keep every block in place that a backward jump may repeat."""
         again, left = len(self.lines) + 1, sorted(self._again)
         for block in range(len(self.record.line) - 1, -1, -1):
             while left and left[-1][0] > block:
@@ -463,12 +463,12 @@ class _ProgramReader:
         if unknown.again is not None and texts:
             first = min(texts)
             texts[first] = texts[first]._replace(again=self._repeated_digest(unknown.again, at))
-        self.parameters.forget()
+        self.parameters.forget_values()
         for k, text in texts.items():
             self.state.line = k + 1
             rows = len(self.state.path)
             self.runner.forget_all(Message("line {}", at + 1))
-            self.record.describe(text)
+            self.record.add_description(text)
             self.record.add(k + 1, rows, _MAYBE)
         if unknown.again is not None:
             self._again.append((len(self.record.line), unknown.again))
@@ -486,7 +486,7 @@ class _ProgramReader:
     def _run_statement(self, statement: JumpStatement, at: int) -> int:
         self.state.line = at + 1
         after, consequence = self.flow.jumps.execute_statement(statement, at)
-        self._note_jump(at, after)
+        self._record_jump(at, after)
         if after <= at:
             self.flow.start_iteration(at)
         if consequence:
@@ -494,7 +494,7 @@ class _ProgramReader:
         self.record.add(at + 1, len(self.state.path), _DIRECTS)
         return after
 
-    def _note_jump(self, at: int, after: int) -> None:
+    def _record_jump(self, at: int, after: int) -> None:
         if after <= at:
             self.flow.mark_repeated(at, after)
             self.flow.count_repeated_block(at)
@@ -503,7 +503,7 @@ class _ProgramReader:
         self.state.line, depth = at + 1, len(self.flow.calls)
         after = self.flow.execute_o_word(control, at)
         self.record.add(at + 1, len(self.state.path), _DIRECTS)
-        self.record.note_call_depth(depth, len(self.flow.calls))
+        self.record.record_call_depth(depth, len(self.flow.calls))
         return after
 
     def _keep_board_command(self, command: str, at: int) -> int:
@@ -522,7 +522,7 @@ class _ProgramReader:
             path.set_place(Kind.FOREIGN, (math.nan, math.nan, math.nan), 1, at + 1)
         else:
             self.runner.forget_all(command)
-        self.record.describe(self._full_description(at))
+        self.record.add_description(self._full_description(at))
         self.record.add(at + 1, rows, Message("{} is a command of the controller board, not G-code", command))
         return at + 1
 
@@ -532,7 +532,7 @@ class _ProgramReader:
         if sends_data(line):
             x, y, z = state.path.position
             state.path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
-            self.record.describe(self._full_description(at))
+            self.record.add_description(self._full_description(at))
             self.record.add(at + 1, rows, _SENDS)
             return at + 1
         self.parameters.asked = False
@@ -543,20 +543,20 @@ class _ProgramReader:
         if runner.jumps:
             raise UndecidedJump(None, 0)
         after = self._next_line(at)
-        if reading.unknown or runner.opaque:
-            self.record.describe(self._full_description(at))
+        if reading.has_unknown or runner.opaque:
+            self.record.add_description(self._full_description(at))
         elif block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
             self._describe_block(block, line)
         elif runner.named and not (runner.returns and depth):
-            self.record.describe(BlockDescription(runner.named))
+            self.record.add_description(BlockDescription(runner.named))
         if runner.refused or self._endless:
             known = self.record.descriptions.get(len(self.record.line), BlockDescription())
             text = f"{known.text} refused by LinuxCNC" if runner.refused else known.text
-            self.record.describe(known._replace(text=text, again=self._endless))
+            self.record.add_description(known._replace(text=text, again=self._endless))
         for key, value in settings:
             self.parameters.set_parameter(key, value)
         if runner.opaque or of_machine:
-            self.parameters.forget()
+            self.parameters.forget_values()
             runner.forget_all(runner.opaque or Message("a parameter of the machine"))
         reason = runner.reason or (
             _LOOPED if looped else _DIRECTS if runner.call else self._computed_reason(reading, line)
@@ -571,7 +571,7 @@ class _ProgramReader:
             reason = _OBEYED
         if block.words or settings or reason:
             self.record.add(at + 1, rows, reason, runner.during_motion)
-            self.record.note_call_depth(depth, len(flow.calls))
+            self.record.record_call_depth(depth, len(flow.calls))
         self.ended |= runner.ended
         return after
 
@@ -601,11 +601,11 @@ class _ProgramReader:
         if runner.restores:
             self.restored.append(len(flow.calls))
         if runner.returns:
-            back, to = flow.leave_program(), runner.label
+            back, to = flow.return_from_program(), runner.label
             if self.restored and self.restored[-1] > len(flow.calls):
                 self.restored.pop()
                 runner.opaque = "M73"
-            goal = None if to is None else flow.jumps.label(to, at)
+            goal = None if to is None else flow.jumps.find_label(to, at)
             if back is None and (goal is None or goal <= at):
                 # The controller restarts from there; one pass covers the whole program.
                 self.state.path.end(line=at + 1)
@@ -614,18 +614,18 @@ class _ProgramReader:
                     self._again.append((len(self.record.line) + 1, goal or 0))
                 self.ended = True
                 return after
-            goal = flow.jumps.label(to, at if back is None else back - 1) if to is not None else back
+            goal = flow.jumps.find_label(to, at if back is None else back - 1) if to is not None else back
             if goal is None:
                 raise BlockError("M99 P{}: the program has no block N{}", to, to)
-            self._note_jump(at if back is None else back - 1, goal)
+            self._record_jump(at if back is None else back - 1, goal)
             return goal
         if runner.call is not None:
             number, times = runner.call
             begin = None
             if runner.label is not None:
-                begin = flow.call_line(runner.label, times, at)
+                begin = flow.call_subprogram_at_line(runner.label, times, at)
             elif number is not None:
-                begin = flow.call_program(number, times, at)
+                begin = flow.call_numbered_program(number, times, at)
             if begin is not None:
                 return begin
             runner.opaque = "M97" if runner.label is not None else f"M98 P{number}" if number is not None else "M98"
@@ -633,7 +633,7 @@ class _ProgramReader:
 
     def _repeated_digest(self, goal: int, line: int) -> str:
         """Return a digest of the text from `goal` to `line`, which a backward jump may repeat."""
-        return self._line_digests.between(goal, line)
+        return self._line_digests.digest_of_lines(goal, line)
 
     @cached_property
     def _line_digests(self) -> RangeDigests:
@@ -641,7 +641,7 @@ class _ProgramReader:
 
     @cached_property
     def _callable_text_digest(self) -> str:
-        return subprogram_digest(self.lines, self.state.dialect)
+        return digest_of_callable_text(self.lines, self.state.dialect)
 
     def _significant_text(self, at: int) -> str:
         """Return the significant text of a line. The line number is included if a jump may lead to it."""
@@ -659,4 +659,6 @@ class _ProgramReader:
         obeyed = active_or_displayed_comments(line, dialect)
         read = may_read_parameters(unknown, obeyed, dialect)
         called = self._callable_text_digest if unknown else ""
-        self.record.describe(describe_block(block, obeyed, self.parameters.digest() if read else None, called, dialect))
+        self.record.add_description(
+            describe_block(block, obeyed, self.parameters.digest() if read else None, called, dialect)
+        )

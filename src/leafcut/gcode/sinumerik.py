@@ -44,7 +44,7 @@ class SinumerikInterpreter(Interpreter):
         if call is None:
             self.run(parse_block(line, number))
             return
-        self._reset()
+        self._reset_block_results()
         self.state.line = number
         self._blocks += 1
         if call[1]:
@@ -163,7 +163,7 @@ def _drill_position(state: InterpreterState, cycle: DrillCycle, words: SortedBlo
         )
     if state.motion != 0:
         raise BlockError("a hole must be approached with G0")
-    x, y = (state.target(letters, axis) for axis in range(2))
+    x, y = (state.take_target(letters, axis) for axis in range(2))
     here = state.path.position
     place = (here[0] if x is None else x, here[1] if y is None else y)
     if not all(map(math.isfinite, place)):

@@ -46,10 +46,10 @@ class CycleValues:
 class StatePolicy(Protocol):
     """The part of `policy.Policy` that the state and the interpretation of single words need."""
 
-    def unknown(self, message: str) -> None:
+    def handle_unknown(self, message: str) -> None:
         """Handle a part of a block that is not understood."""
 
-    def start(self, state: InterpreterState) -> None:
+    def set_initial_state(self, state: InterpreterState) -> None:
         """Set the state of the interpreter at the start of a program."""
 
     def forget_height(self, state: InterpreterState) -> None:
@@ -131,7 +131,7 @@ class InterpreterState(Modal):
 
     def __post_init__(self) -> None:
         self.path.slants = self.dialect.groups == "rs274"
-        self.policy.start(self)
+        self.policy.set_initial_state(self)
 
     @property
     def stores_cycles(self) -> bool:
@@ -162,7 +162,7 @@ class InterpreterState(Modal):
         values: ModalValues = _modal_values(self)
         return values if self.cycle is None else (None, *values[1:])
 
-    def forget(self, cause: str) -> None:
+    def forget_position_and_modes(self, cause: str) -> None:
         """Mark the position and the modes as unknown after `cause`.
 
         Units and feed mode are kept, because the following numbers would be meaningless without them.
@@ -214,7 +214,7 @@ class InterpreterState(Modal):
             )
         return word.value * self.unit
 
-    def target(self, letters: dict[str, Word], axis: int) -> float | None:
+    def take_target(self, letters: dict[str, Word], axis: int) -> float | None:
         """Remove the word of an axis from `letters`.
 
         Return the target coordinate, mm, or None if the block has no such word.
@@ -289,7 +289,7 @@ class InterpreterState(Modal):
             place[axis] = value
         self.path.set_place(Kind.SHIFT, (place[0], place[1], place[2]), self.shift, line=self.line)
 
-    def set_frame(self, number: int) -> None:
+    def select_work_offset(self, number: int) -> None:
         """Select a work offset (591 for G59.1).
 
         If it differs from the active work offset, the position becomes unknown.
@@ -306,7 +306,7 @@ class InterpreterState(Modal):
         self.length = DYNAMIC_LENGTH
         self.path.offset(DYNAMIC_LENGTH, line=self.line)
 
-    def set_length(self, register: int) -> None:
+    def select_length_offset(self, register: int) -> None:
         """Select the tool length offset of a register. Register 0 cancels the offset.
 
         The origin in Z moves if the register differs from the last register, or if the tool or the tool table has
@@ -321,7 +321,7 @@ class InterpreterState(Modal):
             self.policy.forget_height(self)
         self.length = register
 
-    def dwell(self, word: Word) -> float:
+    def dwell_seconds(self, word: Word) -> float:
         """Return the duration of a dwell word in this dialect, s."""
         if word.value < 0.0:
             raise BlockError("{}: a dwell cannot be negative", word)

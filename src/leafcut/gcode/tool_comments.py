@@ -83,7 +83,7 @@ _BETWEEN_OTHER = re.compile(rf"\b(?:{_OTHER})\b", re.IGNORECASE)
 _AFTER_OTHER = re.compile(r"[^a-z0-9]{0,3}(?:deep|depth|stock|left|long|steps?|pass\w*|doc|woc)\b", re.IGNORECASE)
 
 
-def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
+def first_size_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
     """Return the line and text of the first size in a comment that is not in `unit` (``mm`` or ``in``).
 
     The line is 0 if no such size exists, or if comments also give sizes in `unit`.

@@ -17,7 +17,7 @@ from leafcut.gcode.state import InterpreterState, parse_whole_number
 from leafcut.gcode.word_groups import SortedBlock
 from leafcut.gcode.words import Block, BlockError, Word, parse_block, remove_word
 from leafcut.message import Message
-from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Arc, Kind, Motion, Toolpath
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Motion, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Controller register that contains half the kerf width if G41 and G42 use a register.
@@ -32,7 +32,7 @@ def run_output_words(state: InterpreterState, words: SortedBlock) -> None:
     if "adaptive" in words.m:
         state.adaptive = parse_whole_number(letters.pop("P")) != 0 if "P" in letters else True
     if "material" in words.m:
-        state.material = parse_whole_number(_required_word(letters, "P", 190))
+        state.material = parse_whole_number(_take_required_word(letters, "P", 190))
         if state.material_feeds is not None and state.material not in state.material_feeds:
             raise BlockError("M190 P{} selects a material of the controller whose feed is not known", state.material)
     for code in words.m.get("output", ())[:1]:
@@ -40,12 +40,12 @@ def run_output_words(state: InterpreterState, words: SortedBlock) -> None:
             _remove_wait_words(letters)
         elif code >= 67:
             number, percent = (
-                parse_whole_number(_required_word(letters, "E", code)),
-                _required_word(letters, "Q", code).value,
+                parse_whole_number(_take_required_word(letters, "E", code)),
+                _take_required_word(letters, "Q", code).value,
             )
             set_feed_output(state, number, percent)
         else:
-            _switch_output(state, parse_whole_number(_required_word(letters, "P", code)), code in (62, 64))
+            _switch_output(state, parse_whole_number(_take_required_word(letters, "P", code)), code in (62, 64))
 
 
 def parse_block_with_material_feed(state: InterpreterState, line: str, number: int) -> Block:
@@ -78,7 +78,7 @@ def parse_block_with_material_feed(state: InterpreterState, line: str, number: i
     return replace(block, words=(*block.words, Word("F", feed, word[1:])))
 
 
-def _required_word(letters: dict[str, Word], letter: str, code: int) -> Word:
+def _take_required_word(letters: dict[str, Word], letter: str, code: int) -> Word:
     if letter not in letters:
         raise BlockError("M{} needs {}", code, letter)
     return letters.pop(letter)
@@ -168,10 +168,6 @@ def convert_torch_path_for_controller(path: Toolpath, dialect: Dialect) -> Toolp
         writer.write(motion, before[number])
     if not dialect.has_z_words:
         arcs = [replace(arc, center=(arc.center[0], arc.center[1], math.nan)) for arc in arcs]
-    return _toolpath_with_arcs(rows, arcs)
-
-
-def _toolpath_with_arcs(rows: list[Motion], arcs: list[Arc]) -> Toolpath:
     return replace(Toolpath.of_motions(rows), arcs=tuple(arcs))
 
 

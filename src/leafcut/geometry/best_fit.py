@@ -215,7 +215,7 @@ def _fit_fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, 
     # The points of both lines next to the arc must fit as well.
     extra = FILLET_POINTS // 8 + piece.beyond - piece.first
     sides = [
-        _last_points(before, extra),
+        _range_of_last_points(before, extra),
         (piece.first, piece.beyond),
         (after.first, min(after.first + extra, after.beyond)),
     ]
@@ -248,7 +248,7 @@ def _fit_fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, 
     return _Piece(piece.first, piece.beyond, x, y, math.copysign(radius, cross), 0.0, 0.0)
 
 
-def _last_points(piece: _Piece, count: int) -> tuple[int, int]:
+def _range_of_last_points(piece: _Piece, count: int) -> tuple[int, int]:
     return max(piece.first, piece.beyond - count), piece.beyond
 
 

@@ -20,13 +20,13 @@ class Cells:
         self.low, self.side, self.margin = np.array(bounds[:2]), side, margin
         self.wide = math.ceil((bounds[2] - bounds[0]) / side) + 2 * margin
 
-    def of(self, points: Points) -> Indices:
+    def cells_of(self, points: Points) -> Indices:
         """Return the number of the cell that contains each point, int64[n]."""
         column, row = (np.floor((points - self.low) / self.side).astype(np.int64) + self.margin).T
         cells: Indices = row * self.wide + column
         return cells
 
-    def around(self, cells: Indices, reach: int) -> Indices:
+    def cells_around(self, cells: Indices, reach: int) -> Indices:
         """Return the sorted numbers of all cells within `reach` rows and columns of the given cells."""
         cells, offsets = np.unique(cells), np.arange(-reach, reach + 1)
         for step in (1, self.wide):

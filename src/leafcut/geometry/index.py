@@ -126,7 +126,7 @@ class ShapeIndex:
         shapely.prepare(self._shapes)
         self._tree = shapely.STRtree(self._shapes)
 
-    def near(self, others: Any, distance: float) -> Indices:
+    def pairs_near(self, others: Any, distance: float) -> Indices:
         """Return all pairs of shapes that are within `distance` mm of each other, sorted, int64[2, k].
 
         A pair consists of an index in `others` and the index of a shape.

@@ -72,7 +72,7 @@ def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlin
     first = join_paths(strokes, tolerance)
     sound = [joined for joined in first.paths if strokes[joined.members[0]].closed]
     loops = [joined for joined in first.paths if joined.path.closed and not strokes[joined.members[0]].closed]
-    flaws = _has_flaws([joined.path for joined in loops])
+    flaws = _have_flaws([joined.path for joined in loops])
     sound += [loop for loop, flaw in zip(loops, flaws, strict=True) if not flaw]
     used = {i for joined in sound for i in joined.members}
     remaining = [i for i in range(len(strokes)) if i not in used]
@@ -118,7 +118,7 @@ def chord_polygons(paths: Sequence[Polyline]) -> Any:
     return shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=indices))
 
 
-def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
+def _have_flaws(paths: Sequence[Polyline]) -> list[bool]:
     """Return whether each closed path crosses itself or encloses no area."""
     shapes = chord_polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= COINCIDENT * shapely.length(shapes)

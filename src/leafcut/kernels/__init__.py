@@ -38,12 +38,12 @@ EPSILON = 1e-9
 
 def kernel(function: Function) -> Function:
     """Compile a function that Python code calls."""
-    return _compiled(function)
+    return _compile(function)
 
 
 def inner_kernel(function: Function) -> Function:
     """Compile a function that only other kernels call. It gets no wrappers for Python and C."""
-    return _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return _compile(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def typed_constant(value: ConstantT) -> ConstantT:
@@ -58,10 +58,10 @@ def typed_constant(value: ConstantT) -> ConstantT:
 NONE = typed_constant(-1)
 
 
-def _compiled(function: Function, **flags: Any) -> Function:
+def _compile(function: Function, **flags: Any) -> Function:
     import numba
 
-    report_compilations()
+    install_compilation_listener()
     folder = cache_folder()
     # Numba reads the cache folder when it decorates a function. The cache folder of other packages does not change.
     previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
@@ -73,7 +73,7 @@ def _compiled(function: Function, **flags: Any) -> Function:
 
 
 @functools.cache
-def report_compilations() -> None:
+def install_compilation_listener() -> None:
     """Notify `listeners` whenever Numba loads or compiles a function."""
     from numba.core import event
 

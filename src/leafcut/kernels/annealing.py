@@ -158,7 +158,7 @@ def insert_cluster(layers: Clusters, walk: AntPath, c: int, count: int, blink: f
 
 
 @inner_kernel
-def remove_neighbours(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
+def remove_pieces_around_neighbours(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
     """Remove pieces of the path around a few neighbouring clusters, and return the number of removed clusters.
 
     Changes: place, out, states[k].
@@ -258,7 +258,7 @@ def anneal(
     costs[PATH] = closed_path_length(layers, walk.path)
     for _ in range(steps):
         start_trial(layers, walk)
-        n_removed = remove_neighbours(layers, walk, states, k)
+        n_removed = remove_pieces_around_neighbours(layers, walk, states, k)
         reinsert_clusters(layers, walk, close_gaps(layers, walk), n_removed, states, k)
         mark_nearby_positions(walk)
         rechoose_marked_nodes(layers, walk, states, k)

@@ -122,7 +122,7 @@ def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: i
 
 
 @inner_kernel
-def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
+def _move_random_node_to_end(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
     """Move a random node that has an unused edge to the end of ORDER. Return the number of remaining nodes.
 
     Changes: row ORDER of lists, states[k].
@@ -149,7 +149,7 @@ def split_into_ab_cycles(a: Assembly, states: NDArray, k: int) -> int:
     length = 0  # number of edges in the walk
     while True:
         if length == 0:
-            nodes = _random_unused_node(a, nodes, states, k)
+            nodes = _move_random_node_to_end(a, nodes, states, k)
             if nodes == 0:
                 return count
             walk[0] = a.lists[ORDER, nodes - 1]
@@ -448,7 +448,7 @@ def apply_child(tour: Tour, a: Assembly, entries: int) -> bool:
 
 
 @inner_kernel
-def _has_edges(a: Assembly, cycle: int) -> bool:
+def _has_all_edges(a: Assembly, cycle: int) -> bool:
     for i in range(a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1], 2):
         u, v = a.lists[CYCLES, i], a.lists[CYCLES, i + 1]
         if a.links[u, 0] != v and a.links[u, 1] != v:
@@ -502,7 +502,7 @@ def recombine_by_edge_assembly(
             pick = c + random_below(states, pair, count - c)
             cycle = order[pick]
             order[pick] = order[c]
-            if a.lists[BEGIN, cycle + 1] - a.lists[BEGIN, cycle] > 2 * LONGEST_CYCLE or not _has_edges(a, cycle):
+            if a.lists[BEGIN, cycle + 1] - a.lists[BEGIN, cycle] > 2 * LONGEST_CYCLE or not _has_all_edges(a, cycle):
                 continue
             gain, entries = build_cycle_child(cost, tour.node, tour.place, a, candidates, lengths, cycle)
             if gain > EPSILON and apply_child(tour, a, entries):

@@ -37,7 +37,7 @@ def band_at(bands: Bands, y: float) -> int:
 
 
 @inner_kernel
-def first_right_of(bands: Bands, band: int, x: float) -> int:
+def first_point_right_of(bands: Bands, band: int, x: float) -> int:
     """Return the index of the first point in a band whose x coordinate is at least `x`.
 
     If the band has no such point, return the start of the next band.
@@ -65,7 +65,7 @@ def distance_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by:
 
 
 @kernel
-def points_near_segments(
+def list_points_near_segments(
     points: Bands, limit: NDArray, max_limit: float, start: NDArray, end: NDArray, count: NDArray, rows: NDArray
 ) -> int:
     """For each segment of a path, count the nearby points. List them if there is enough space.
@@ -87,7 +87,7 @@ def points_near_segments(
         ax, ay, bx, by = start[i, 0], start[i, 1], end[i, 0], end[i, 1]
         first = total
         for band in range(band_at(points, min(ay, by) - max_limit), band_at(points, max(ay, by) + max_limit) + 1):
-            at = first_right_of(points, band, min(ax, bx) - max_limit)
+            at = first_point_right_of(points, band, min(ax, bx) - max_limit)
             while at < points.first[band + 1] and points.x[at] <= max(ax, bx) + max_limit:
                 if distance_to_segment(points.x[at], points.y[at], ax, ay, bx, by) <= limit[points.row[at]]:
                     if total < len(rows):

@@ -12,7 +12,7 @@ from leafcut.kernels.neighbours import MOST_TWINS, REST, TWINS, Nearby, Tree, fi
 
 
 @inner_kernel
-def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> None:
+def _drop_farthest_in_fullest_quadrants(points: NDArray, distances: NDArray, per_quadrant: int) -> None:
     """Remove the point farthest from the centre from the fullest quadrants. Changes: points."""
     for c in range(per_quadrant - 1, -1, -1):
         worst = -1
@@ -42,7 +42,7 @@ def _choose_candidates(points: NDArray, distances: NDArray, per_quadrant: int, k
             if points[quadrant, c] >= 0:
                 size += 1
     for _ in range(k, size):
-        _drop_farthest(points, distances, per_quadrant)
+        _drop_farthest_in_fullest_quadrants(points, distances, per_quadrant)
     for c in range(per_quadrant):
         for quadrant in range(4):
             if points[quadrant, c] >= 0:
@@ -57,7 +57,7 @@ def _choose_candidates(points: NDArray, distances: NDArray, per_quadrant: int, k
 
 
 @inner_kernel
-def _insert(candidates: NDArray, lengths: NDArray, count: int, j: int, length: float) -> None:
+def _insert_candidate(candidates: NDArray, lengths: NDArray, count: int, j: int, length: float) -> None:
     """Insert a candidate into a sorted list that has `count` candidates. Changes: candidates, lengths."""
     slot = count
     while slot > 0 and lengths[slot - 1] > length:
@@ -89,7 +89,9 @@ def fill_candidates(
         find_nearby(tree, i, per_quadrant, k, nearby)
         count = _choose_candidates(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
         for f in range(count):
-            _insert(candidates[i], lengths[i], f, nearby.chosen[f], node_travel_cost(cost, i, nearby.chosen[f]))
+            _insert_candidate(
+                candidates[i], lengths[i], f, nearby.chosen[f], node_travel_cost(cost, i, nearby.chosen[f])
+            )
         for c in range(count, k):
             candidates[i, c], lengths[i, c] = -1, math.inf
 
@@ -122,7 +124,7 @@ def fill_directed_candidates(
         count = _choose_candidates(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
         for f in range(count):
             j = nearby.chosen[f]
-            _insert(candidates[i], lengths[i], f, j, node_travel_cost(cost, query[i], goal[j]))
+            _insert_candidate(candidates[i], lengths[i], f, j, node_travel_cost(cost, query[i], goal[j]))
         for c in range(count, k):
             candidates[i, c], lengths[i, c] = -1, math.inf
 

@@ -32,22 +32,22 @@ class Compilations:
         self._lock = threading.Lock()
 
     @property
-    def kept(self) -> bool:
+    def is_cached(self) -> bool:
         """Whether the next run can load the compiled code from disk."""
         return cache_folder() is not None
 
-    def note(self, kind: str, starts: bool) -> None:
+    def record_event(self, kind: str, starts: bool) -> None:
         """Record the start or the end of an event. If an event started before this counter, its end is ignored."""
         with self._lock:
             if kind == PREPARE:
-                self._measure(starts)
+                self._start_or_stop_clock(starts)
             elif starts:
                 self.count += 1
             first = kind == COMPILE and starts and self.count == 1
         if first:
-            self._on_start(FIRST_RUN if self.kept else EVERY_RUN)
+            self._on_start(FIRST_RUN if self.is_cached else EVERY_RUN)
 
-    def _measure(self, starts: bool) -> None:
+    def _start_or_stop_clock(self, starts: bool) -> None:
         if starts:
             self._depth += 1
             if self._depth == 1:
@@ -66,7 +66,7 @@ class Compilations:
 
 #: Counts all compilations in this process. Search times do not include the time spent on loading and compiling kernels.
 _of_process = Compilations()
-listeners.append(_of_process.note)
+listeners.append(_of_process.record_event)
 
 
 def compile_seconds() -> float:
@@ -81,8 +81,8 @@ def announced_compilations(on_start: Callable[[Message], None]) -> Iterator[Comp
     When the first compilation starts, `on_start` receives a message for the user.
     """
     compilations = Compilations(on_start)
-    listeners.append(compilations.note)
+    listeners.append(compilations.record_event)
     try:
         yield compilations
     finally:
-        listeners.remove(compilations.note)
+        listeners.remove(compilations.record_event)

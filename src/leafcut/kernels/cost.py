@@ -123,7 +123,7 @@ def rapid_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: flo
 
 
 @inner_kernel
-def _radians(degrees_minutes: float) -> float:
+def _geographical_radians(degrees_minutes: float) -> float:
     degrees = float(int(degrees_minutes))
     return GEO_PI * (degrees + 5.0 * (degrees_minutes - degrees) / 3.0) / 180.0
 
@@ -134,8 +134,8 @@ def geographical_distance(xi: float, yi: float, xj: float, yj: float) -> float:
 
     Source: TSPLIB 95, section 2.4.
     """
-    latitude_i, longitude_i = _radians(xi), _radians(yi)
-    latitude_j, longitude_j = _radians(xj), _radians(yj)
+    latitude_i, longitude_i = _geographical_radians(xi), _geographical_radians(yi)
+    latitude_j, longitude_j = _geographical_radians(xj), _geographical_radians(yj)
     q1 = math.cos(longitude_i - longitude_j)
     q2 = math.cos(latitude_i - latitude_j)
     q3 = math.cos(latitude_i + latitude_j)
@@ -213,7 +213,7 @@ def metric_distance(
 
 
 @inner_kernel
-def highest_tile_in_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+def max_tile_height_in_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
     """Return the maximum safe height of the tiles that two points' bounding box touches, or −∞ if it touches none."""
     x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
     first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
@@ -228,7 +228,7 @@ def highest_tile_in_box(table: NDArray, xi: float, yi: float, xj: float, yj: flo
 
 
 @inner_kernel
-def highest_tile_on_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+def max_tile_height_on_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
     """Return the maximum safe height of the tiles that a straight move touches, or −∞ if it touches none.
 
     In each row of tiles, the move touches the columns between its entry and its exit. The range is widened slightly so
@@ -267,9 +267,9 @@ def node_height(table: NDArray, i: int) -> float:
 def travel_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
     """Compute the height of the travel move from node i to node j in mm. It is at least the height of both nodes."""
     if code == DOGLEG:
-        highest = highest_tile_in_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
+        highest = max_tile_height_in_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
     else:
-        highest = highest_tile_on_line(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
+        highest = max_tile_height_on_line(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
     return float(max(highest, node_height(table, i), node_height(table, j)))
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from numpy.typing import NDArray
 
 from leafcut.kernels import inner_kernel, kernel
-from leafcut.kernels.bands import Bands, band_at, first_right_of
+from leafcut.kernels.bands import Bands, band_at, first_point_right_of
 
 _HALF = 0.5 * math.pi
 #: Gap sequence for Shell's sort (M. Ciura, FCT 2001).
@@ -132,7 +132,7 @@ def measure_engagement(
         # All intervals that reach an end of the half circle are merged into one.
         left, right, count = -_HALF, _HALF, 0
         for band in range(band_at(bands, y[i] - reach), band_at(bands, y[i] + reach) + 1):
-            at = first_right_of(bands, band, x[i] - reach)
+            at = first_point_right_of(bands, band, x[i] - reach)
             while left < right and at < bands.first[band + 1] and bands.x[at] <= x[i] + reach:
                 j, dx, dy = bands.row[at], bands.x[at] - x[i], bands.y[at] - y[i]
                 at += 1

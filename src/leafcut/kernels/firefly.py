@@ -21,10 +21,10 @@ from leafcut.kernels.lin_kernighan import (
     Tour,
     improve_queued,
     is_single_tour,
-    keep_or_undo,
     make_move,
     push_to_queue,
     reverse_positions,
+    undo_if_longer,
 )
 from leafcut.kernels.random import random_below
 
@@ -50,7 +50,7 @@ def count_different_edges(tour: NDArray, second: NDArray, place: NDArray) -> int
 
 
 @inner_kernel
-def longest_edge(costs: NDArray, tour: NDArray) -> float:
+def longest_edge_cost(costs: NDArray, tour: NDArray) -> float:
     """Find the longest edge of a closed tour, int32[h], and return its cost."""
     longest = np.float64(costs[tour[0], tour[-1]])
     for k in range(1, len(tour)):
@@ -78,7 +78,7 @@ def make_random_inversions(
     """
     h, total, word = len(tour), 0.0, states[k]
     places, lengths = np.uint64(h), np.uint64(longest - 1)
-    reach = 2.0 * longest_edge(costs, tour)
+    reach = 2.0 * longest_edge_cost(costs, tour)
     for _ in range(moves):
         word ^= word << _A
         word ^= word >> _B
@@ -226,7 +226,7 @@ def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last
 
 
 @kernel
-def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray, lengths: NDArray) -> None:
+def write_result_tours(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray, lengths: NDArray) -> None:
     """Write the tours of the results `kept`, int32[m, 3], to the first rows of `moved`, and compute all lengths.
 
     Changes: moved int32[n, h], lengths float64[n].
@@ -288,5 +288,5 @@ def invert_and_repair(
         for _ in range(INVERSIONS):
             first = (centre + random_below(states, k, longest)) % h
             added += invert_run(cost, tour, first, 2 + random_below(states, k, longest - 1))
-        total += keep_or_undo(tour, improve_queued(cost, tour, candidates, lengths, breadth, NO_LIMIT) - added)
+        total += undo_if_longer(tour, improve_queued(cost, tour, candidates, lengths, breadth, NO_LIMIT) - added)
     return total

@@ -250,7 +250,7 @@ def _wait_for_free_block(board: Board) -> None:
 
 
 @inner_kernel
-def _plan_blocks(board: Board) -> int:
+def _replan_blocks(board: Board) -> int:
     """Replan after adding a block, and return the number of blocks visited.
 
     The backward pass starts at the last block, which ends at rest, and goes back to the first block that may change.
@@ -351,7 +351,7 @@ def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviati
         seconds += AXIS_S if unit[1, axis] != 0.0 else 0.0
         unit[0, axis] = unit[1, axis]
     count[PLANNED] += 1
-    _spend_time(board, seconds + PLAN_S * _plan_blocks(board))
+    _spend_time(board, seconds + PLAN_S * _replan_blocks(board))
 
 
 @kernel

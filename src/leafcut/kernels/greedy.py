@@ -22,7 +22,7 @@ from leafcut.kernels import kernel
 
 
 @kernel
-def list_edges(
+def list_joinable_edges(
     candidates: NDArray, lengths: NDArray, nodes: NDArray, tail: NDArray, limit: float, edges: NDArray
 ) -> int:
     """List each edge that can still be added and costs at most `limit`. Each edge is listed once.

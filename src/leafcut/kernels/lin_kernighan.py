@@ -544,7 +544,7 @@ def improve_queued(
 
 
 @inner_kernel
-def keep_or_undo(tour: Tour, gained: float) -> float:
+def undo_if_longer(tour: Tour, gained: float) -> float:
     """Undo the logged changes if they make the tour longer or if the log was too small.
 
     Return the gain. Changes: tour.
@@ -603,5 +603,5 @@ def kick_and_repair(
         tour.counts[2] = 0
         tour.counts[3] = 0
         added = segment_kick(cost, tour, states, k)
-        total += keep_or_undo(tour, improve_queued(cost, tour, candidates, lengths, breadth, NO_LIMIT) - added)
+        total += undo_if_longer(tour, improve_queued(cost, tour, candidates, lengths, breadth, NO_LIMIT) - added)
     return total

@@ -22,7 +22,7 @@ from leafcut.kernels.lin_kernighan import Tour, predecessor, push_to_queue, reve
 
 
 @inner_kernel
-def _walk_step(tour: Tour, fixed: int, moving: int, target: int) -> int:
+def _make_walk_step(tour: Tour, fixed: int, moving: int, target: int) -> int:
     """Walk one step: remove the edge fixed–moving and the edge before `target`, and add the edge moving–target.
 
     The node before `target` becomes the new end, next to `fixed`. Returns the number of written positions. Changes:
@@ -35,7 +35,7 @@ def _walk_step(tour: Tour, fixed: int, moving: int, target: int) -> int:
 
 
 @inner_kernel
-def _walk_end(
+def _let_end_walk(
     cost: CostModel,
     tour: Tour,
     candidates: NDArray,
@@ -68,7 +68,7 @@ def _walk_end(
         if target < 0:
             break
         end = predecessor(tour.node, tour.place, target) if forward else successor(tour.node, tour.place, target)
-        places -= _walk_step(tour, fixed, moving, target)
+        places -= _make_walk_step(tour, fixed, moving, target)
         joined_to[moving] = target
         steps[count, 0], steps[count, 1] = moving, target
         moving, open_length, count = end, gain, count + 1
@@ -77,7 +77,7 @@ def _walk_end(
     for k in range(count - 1, -1, -1):
         joined_to[steps[k, 0]] = -1
         if k >= kept:
-            places -= _walk_step(tour, fixed, moving, steps[k, 1])
+            places -= _make_walk_step(tour, fixed, moving, steps[k, 1])
             moving = steps[k, 0]
         else:
             push_to_queue(tour, steps[k, 0])
@@ -118,6 +118,6 @@ def shorten_by_walking(
             fixed, moving = edges[e, end], edges[e, 1 - end]
             node, place = tour.node, tour.place
             if places > 0 and (successor(node, place, fixed) == moving or predecessor(node, place, fixed) == moving):
-                gain, places = _walk_end(cost, tour, candidates, lengths, joined_to, steps, fixed, moving, places)
+                gain, places = _let_end_walk(cost, tour, candidates, lengths, joined_to, steps, fixed, moving, places)
                 total += gain
     return total

@@ -71,7 +71,7 @@ class Nearby(NamedTuple):
 
 
 @inner_kernel
-def _swap(u: NDArray, v: NDArray, label: NDArray, i: int, j: int) -> None:
+def _swap_points(u: NDArray, v: NDArray, label: NDArray, i: int, j: int) -> None:
     u[i], u[j] = u[j], u[i]
     v[i], v[j] = v[j], v[i]
     label[i], label[j] = label[j], label[i]
@@ -92,7 +92,7 @@ def _quickselect(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, mi
             while u[j] > pivot:
                 j -= 1
             if i <= j:
-                _swap(u, v, label, i, j)
+                _swap_points(u, v, label, i, j)
                 i += 1
                 j -= 1
         if middle <= j:
@@ -117,10 +117,10 @@ def _split_run(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) ->
     for i in range(middle - 1, start - 1, -1):
         if u[i] == value:
             first -= 1
-            _swap(u, v, label, i, first)
+            _swap_points(u, v, label, i, first)
     for i in range(middle + 1, stop):
         if u[i] == value:
-            _swap(u, v, label, i, last)
+            _swap_points(u, v, label, i, last)
             last += 1
     # The points first … last - 1 have equal values. Split before or after them, whichever is closer to the middle,
     # unless a part would be empty.
@@ -141,12 +141,12 @@ def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, start: int, stop: int) ->
             x[j - 1] > x[j]
             or (x[j - 1] == x[j] and (y[j - 1] > y[j] or (y[j - 1] == y[j] and label[j - 1] > label[j])))
         ):
-            _swap(x, y, label, j - 1, j)
+            _swap_points(x, y, label, j - 1, j)
             j -= 1
 
 
 @inner_kernel
-def _set_box(x: NDArray, y: NDArray, start: int, stop: int, box: NDArray, node: int) -> None:
+def _set_bounding_box(x: NDArray, y: NDArray, start: int, stop: int, box: NDArray, node: int) -> None:
     x0, y0, x1, y1 = math.inf, math.inf, -math.inf, -math.inf
     for i in range(start, stop):
         x0, x1 = min(x0, x[i]), max(x1, x[i])
@@ -182,7 +182,7 @@ def fill_tree(
         node = stack[height]
         b, s = begin[node], stop[node]
         child[node] = -1
-        _set_box(x, y, b, s, box, node)
+        _set_bounding_box(x, y, b, s, box, node)
         if node == 0 and 0 < n_separate < s:
             cut = s - n_separate
         elif s - b <= LEAF_SIZE:
@@ -282,7 +282,7 @@ def squared_distance_to_box(box: NDArray, node: int, x: float, y: float) -> floa
 
 
 @inner_kernel
-def _set_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity: int, limit: NDArray) -> None:
+def _set_quadrant_limits(points: NDArray, distances: NDArray, per_quadrant: int, capacity: int, limit: NDArray) -> None:
     """Set the squared distance limit of each row. Row REST has the largest limit. Changes: limit."""
     rest_limit = distances[REST, capacity - 1] if capacity > 0 else -1.0
     limit[REST] = 0.0
@@ -345,7 +345,7 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
                 capacity = _record_nearest_in_run(
                     x, y, tree.begin[box_node], tree.stop[box_node], i, points, distances, per_quadrant, capacity
                 )
-                _set_limits(points, distances, per_quadrant, capacity, limit)
+                _set_quadrant_limits(points, distances, per_quadrant, capacity, limit)
                 continue
             right_first = squared_distance_to_box(box, left + 1, xi, yi) < squared_distance_to_box(box, left, xi, yi)
             stack[height] = left if right_first else left + 1

@@ -75,7 +75,7 @@ def coordinate_of(route: Route, v: int, s: int) -> int:
 
 
 @inner_kernel
-def node_at(route: Route, x: int, s: int) -> int:
+def node_at_coordinate(route: Route, x: int, s: int) -> int:
     """Return the node at coordinate x = 0 … n in direction s. Coordinate n is the anchor again."""
     n = len(route.node)
     if x == 0 or x == n:
@@ -149,7 +149,7 @@ def search_cut_before(
     n = len(route.node)
     xc = coordinate_of(route, c, s)
     cut = (xc if xc > 0 else n) - 1
-    t3 = node_at(route, cut, s)
+    t3 = node_at_coordinate(route, cut, s)
     gain += leg_cost(cost, route, t3, c, s)
     span = cut - x0 if cut > x0 else cut - x0 + n
     for k in range(min(breadth, lists.near.shape[1])):  # A C B D, with its cuts in each of three roles
@@ -160,7 +160,7 @@ def search_cut_before(
         last = (xe if xe > 0 else n) - 1
         if (last - x0 if last >= x0 else last - x0 + n) <= span:
             continue
-        u = node_at(route, last, s)
+        u = node_at_coordinate(route, last, s)
         total = (
             gain - new_edge_cost(cost, route, rules, lists.near_cost[t3, k], t3, e, s) + leg_cost(cost, route, u, e, s)
         )
@@ -179,7 +179,7 @@ def search_cut_before(
         xe = coordinate_of(route, e, s)
         if xe < xc or xc == 0:
             continue
-        f = node_at(route, xe + 1, s)
+        f = node_at_coordinate(route, xe + 1, s)
         total = (
             gain - new_edge_cost(cost, route, rules, lists.back_cost[t3, k], e, t3, s) + leg_cost(cost, route, e, f, s)
         )
@@ -208,8 +208,8 @@ def search_cut_after(
     Everything else works as in `search_cut_before`.
     """
     n = len(route.node)
-    d = node_at(route, xc + 1, s)
-    gain += leg_cost(cost, route, node_at(route, xc, s), d, s)
+    d = node_at_coordinate(route, xc + 1, s)
+    gain += leg_cost(cost, route, node_at_coordinate(route, xc, s), d, s)
     inside = reversal_cost(route, s, x0 + 1, xc)
     total = gain - leg_cost(cost, route, t1, d, s) - inside  # A B' D
     if total > min_gain and record_exchange(route, rules, s, x0, xc, xc, NO, YES, NO):
@@ -221,7 +221,7 @@ def search_cut_after(
         xe = coordinate_of(route, e, s)
         if xe <= x0 or xe >= xc:
             continue
-        h = node_at(route, xe + 1, s)
+        h = node_at_coordinate(route, xe + 1, s)
         total = (
             gain - new_edge_cost(cost, route, rules, lists.back_cost[d, k], e, d, s) + leg_cost(cost, route, e, h, s)
         )
@@ -236,7 +236,7 @@ def search_cut_after(
         last = (xf if xf > 0 else n) - 1
         if last <= xc:
             continue
-        e = node_at(route, last, s)
+        e = node_at_coordinate(route, last, s)
         total = (
             gain - new_edge_cost(cost, route, rules, lists.near_cost[d, k], d, f, s) + leg_cost(cost, route, e, f, s)
         )
@@ -271,7 +271,7 @@ def find_exchange(
     Changes: move.
     """
     x0 = coordinate_of(route, t0, s)
-    t1 = node_at(route, x0 + 1, s)
+    t1 = node_at_coordinate(route, x0 + 1, s)
     current = leg_cost(cost, route, t0, t1, s)
     for k in range(min(breadth[0], lists.near.shape[1])):
         c = lists.near[t0, k]
@@ -322,7 +322,7 @@ def improve_route(
 
 
 @inner_kernel
-def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
+def swap_random_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
     """Swap two adjacent pieces at a random position that precedence allows, and return the added cost.
 
     Changes: route, states[k].
@@ -348,7 +348,7 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k:
 
 
 @inner_kernel
-def change_option(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
+def switch_to_random_option(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
     """Switch a random node to a random option, and return the added cost. Changes: route, states[k]."""
     v = random_below(states, k, len(route.node))
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]
@@ -365,9 +365,9 @@ def kick(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int, t
     added = 0.0
     for _ in range(times):
         if len(rules.way) > len(route.node) and random_uniform(states, k) < OPTION_SHARE:
-            added += change_option(cost, route, rules, states, k)
+            added += switch_to_random_option(cost, route, rules, states, k)
         else:
-            added += swap_pieces(cost, route, rules, states, k)
+            added += swap_random_pieces(cost, route, rules, states, k)
     return added
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from numpy.typing import NDArray
 
 from leafcut.kernels import inner_kernel, kernel
-from leafcut.kernels.bands import Bands, band_at, first_right_of
+from leafcut.kernels.bands import Bands, band_at, first_point_right_of
 
 #: Half of the side length of the search box around a disc's centre, as a multiple of the reach. It includes a margin
 #: for rounding.
@@ -26,11 +26,11 @@ class Reaches(NamedTuple):
 
 
 @inner_kernel
-def smallest_touching_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
+def radius_of_smallest_touching_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
     """Compute the radius of the smallest disc that touches the tangent at (x, y) and also another point."""
     smallest, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
-        index = first_right_of(bands, band, middle_x - half)
+        index = first_point_right_of(bands, band, middle_x - half)
         while index < bands.first[band + 1] and bands.x[index] <= middle_x + half:
             dx, dy = bands.x[index] - x, bands.y[index] - y
             height = dx * nx + dy * ny
@@ -42,7 +42,7 @@ def smallest_touching_disc(bands: Bands, x: float, y: float, nx: float, ny: floa
 
 
 @inner_kernel
-def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float, largest: float) -> int:
+def highest_touched_point(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float, largest: float) -> int:
     """Return the index of the point highest above the tangent whose disc has at most the radius `largest`.
 
     If several points are equally high, the last of them is returned. `largest` is in mm and is at most half the reach.
@@ -50,7 +50,7 @@ def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reac
     highest, result = 0.0, -1
     middle_x, middle_y, half = x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
-        index = first_right_of(bands, band, middle_x - half)
+        index = first_point_right_of(bands, band, middle_x - half)
         while index < bands.first[band + 1] and bands.x[index] <= middle_x + half:
             dx, dy = bands.x[index] - x, bands.y[index] - y
             height = dx * nx + dy * ny
@@ -63,7 +63,7 @@ def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reac
 
 
 @kernel
-def find_neighbours(
+def find_smallest_touching_discs(
     bands: Bands,
     x: NDArray,
     y: NDArray,
@@ -96,9 +96,9 @@ def find_neighbours(
     for i in range(len(x)):
         reach, previous = reaches.least, 0.0
         while reach > previous:
-            smallest = smallest_touching_disc(bands, x[i], y[i], nx[i], ny[i], reach)
+            smallest = radius_of_smallest_touching_disc(bands, x[i], y[i], nx[i], ny[i], reach)
             if smallest < math.inf:
-                index = highest_touched(bands, x[i], y[i], nx[i], ny[i], reach, smallest * (1.0 + equal))
+                index = highest_touched_point(bands, x[i], y[i], nx[i], ny[i], reach, smallest * (1.0 + equal))
                 dx, dy = bands.x[index] - x[i], bands.y[index] - y[i]
                 height[i], row[i] = dx * nx[i] + dy * ny[i], bands.row[index]
                 radius[i] = (dx * dx + dy * dy) / (2.0 * height[i])

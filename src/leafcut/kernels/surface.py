@@ -14,7 +14,7 @@ _ON_EDGE = 1e-6
 
 
 @inner_kernel
-def _highest_on_edge_in_box(
+def _max_edge_height_in_box(
     x0: float, y0: float, z0: float, x1: float, y1: float, z1: float, left: float, right: float, low: float, high: float
 ) -> float:
     """Return the maximum height of an edge within a rectangle, or −∞ if the edge is outside (Liang–Barsky clipping)."""
@@ -70,9 +70,9 @@ def raise_cells_to_maximum(triangles: NDArray, x: float, y: float, cell: float, 
                 if heights[r, c] >= top:
                     continue
                 left, right = x + c * cell, x + (c + 1) * cell
-                best = _highest_on_edge_in_box(ax, ay, az, bx, by, bz, left, right, low, high)
-                best = max(best, _highest_on_edge_in_box(bx, by, bz, cx, cy, cz, left, right, low, high))
-                best = max(best, _highest_on_edge_in_box(cx, cy, cz, ax, ay, az, left, right, low, high))
+                best = _max_edge_height_in_box(ax, ay, az, bx, by, bz, left, right, low, high)
+                best = max(best, _max_edge_height_in_box(bx, by, bz, cx, cy, cz, left, right, low, high))
+                best = max(best, _max_edge_height_in_box(cx, cy, cz, ax, ay, az, left, right, low, high))
                 if area != 0.0:
                     for corner in range(4):
                         px = left if corner % 2 == 0 else right
@@ -85,7 +85,7 @@ def raise_cells_to_maximum(triangles: NDArray, x: float, y: float, cell: float, 
 
 
 @kernel
-def maximum_within_reach(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
+def dilate_heights(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
     """Set each cell of `widest` to the maximum height of the cells within reach.
 
     ======= ============= ====================================================================
@@ -146,7 +146,7 @@ def mesh_heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, 
 
 
 def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
-    """Convert a radius in mm to the argument `reach` of `maximum_within_reach`.
+    """Convert a radius in mm to the argument `reach` of `dilate_heights`.
 
     The result covers all cells that have a point within the radius of any point of the central cell.
     """

@@ -210,7 +210,7 @@ def lowest_tool_height(
 
 
 @inner_kernel
-def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
+def material_height_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
     """Compute how far material reaches above the surface of a tool along its path, in mm.
 
     The tool is enlarged by a margin all around. A negative value means that all material is below the tool. −∞ means
@@ -359,7 +359,7 @@ def cut_moves(
         result[k, 3], result[k, 4], result[k, 5] = math.inf, -math.inf, -math.inf
         result[k, 6], result[k, 7], result[k, 8] = 0.0, 0.0, 0.0
         if margin >= 0.0:
-            result[k, 5] = material_over_tool(rows, shape, moves[i], margin)
+            result[k, 5] = material_height_over_tool(rows, shape, moves[i], margin)
         if len(bodies):
             measure_body_collision(rows, shape, moves[i], film, top, bodies, result[k])
         xa, ya, za = moves[i, 0] - rows.x, moves[i, 1] - rows.y, moves[i, 2]

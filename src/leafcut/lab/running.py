@@ -46,7 +46,7 @@ from leafcut.options.option_spec import flag_name
 from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.processes import registry
 from leafcut.read.format import Source
-from leafcut.read.registry import read_source
+from leafcut.read.registry import read_source_with_format
 from leafcut.report.json_answer import program_as_json, tour_as_json
 
 #: Maximum number of points to store per curve.
@@ -489,7 +489,7 @@ def _input_and_hash(command: str, name: str, instance: str) -> tuple[str | Sourc
         check_file_exists(f"instance {instance}", Path(name))
         return name, hashlib.sha256(Path(name).read_bytes()).hexdigest()
 
-    _, source = read_source(name)
+    _, source = read_source_with_format(name)
     return source, hashlib.sha256(source.data or name.encode()).hexdigest()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.kernels.bands import Bands, points_near_segments
+from leafcut.kernels.bands import Bands, list_points_near_segments
 
 
 def sort_into_bands(points: Floats, side: float) -> Bands:
@@ -43,6 +43,6 @@ def segment_point_pairs_within(start: Floats, end: Floats, points: Floats, limit
     if len(start) and len(points):
         limit = float(limits.max())
         bands = sort_into_bands(points, 0.5 * limit)
-        while (total := points_near_segments(bands, limits, limit, start, end, count, rows)) > len(rows):
+        while (total := list_points_near_segments(bands, limits, limit, start, end, count, rows)) > len(rows):
             rows = np.zeros(total, np.int64)
     return np.repeat(np.arange(len(start)), count), rows

@@ -251,7 +251,7 @@ def _shank_collides(
 
 def _cutter_as_tuple(cutter: Cutter) -> tuple[float, ...]:
     slope = 0.0 if math.isinf(cutter.slope) else cutter.slope
-    return (cutter.radius, cutter.flat, cutter.corner, *cutter.tangent, slope)
+    return (cutter.radius, cutter.flat, cutter.corner, *cutter.tangent_point, slope)
 
 
 def _split_by_tool(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:

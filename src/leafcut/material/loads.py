@@ -22,7 +22,7 @@ from leafcut.material.cutting_force import (
     spindle_torque,
 )
 from leafcut.material.height_field import HeightField, StockBlock
-from leafcut.material.straight_moves import StraightMoves, cutting_moves_for_cells, smallest_tool
+from leafcut.material.straight_moves import StraightMoves, cutting_moves_for_cells, smallest_tool_diameter
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.pace import PaceRules, SpindleLoad, ToolLimits
@@ -83,7 +83,7 @@ class Loads:
     @cached_property
     def chip(self) -> Floats:
         """Maximum chip thickness per revolution, mm, as if the tool had a single tooth. A ramp counts as a slot."""
-        share = np.where(self.sinks, 1.0, self.share)
+        share = np.where(self.is_ramping, 1.0, self.share)
         with np.errstate(divide="ignore", invalid="ignore"):
             chip: Floats = np.where(self.rpm > 0, SECONDS_PER_MINUTE * share * self.feed / self.rpm, 0.0)
         return chip
@@ -94,19 +94,19 @@ class Loads:
         return np.asarray(np.hypot(*(self.moves.ends[:, 3:5] - self.moves.ends[:, :2]).T) < 1e-9)
 
     @cached_property
-    def mills(self) -> NDArray[np.bool_]:
+    def is_milling(self) -> NDArray[np.bool_]:
         """Mask of the segments that cut without descending."""
         mills: NDArray[np.bool_] = self._is_cutting_feed & ~self.is_vertical & ~self._descends
         return mills
 
     @cached_property
-    def sinks(self) -> NDArray[np.bool_]:
+    def is_ramping(self) -> NDArray[np.bool_]:
         """Mask of the segments that cut while descending at an angle, such as ramps and helices."""
         sinks: NDArray[np.bool_] = self._is_cutting_feed & ~self.is_vertical & self._descends
         return sinks
 
     @cached_property
-    def plunges(self) -> NDArray[np.bool_]:
+    def is_plunging(self) -> NDArray[np.bool_]:
         """Mask of the segments that plunge straight down into material."""
         plunges: NDArray[np.bool_] = self._is_cutting_feed & self.is_vertical & self._descends
         return plunges
@@ -134,14 +134,14 @@ class Loads:
         across = np.hypot(*(ends[:, 3:5] - ends[:, :2]).T)
         return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
 
-    def measured_cuts(self, number: int) -> NDArray[np.bool_]:
+    def main_cuts_of_tool(self, number: int) -> NDArray[np.bool_]:
         """Return a mask of the segments in which a tool mills.
 
         If the tool never mills, return a mask of its ramps and helices. If the tool has no ramps or helices either,
         return a mask of its plunges.
         """
         of_tool = self.moves.tool == number
-        kinds = (np.asarray(pieces & of_tool) for pieces in (self.mills, self.sinks, self.plunges))
+        kinds = (np.asarray(pieces & of_tool) for pieces in (self.is_milling, self.is_ramping, self.is_plunging))
         return next((pieces for pieces in kinds if pieces.any()), np.zeros(len(of_tool), dtype=np.bool_))
 
     def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
@@ -152,7 +152,7 @@ class Loads:
         The formulas are in `material.cutting_force`.
         """
         turns = self.rpm > 0
-        mills, sinks, plunges = self.mills & turns, self.sinks & turns, self.plunges & turns
+        mills, sinks, plunges = self.is_milling & turns, self.is_ramping & turns, self.is_plunging & turns
         teeth_by_time = np.where(turns, self.rpm * teeth / SECONDS_PER_MINUTE, 1.0)
         across = np.sqrt(np.maximum(self.feed**2 - self.descent_speed**2, 0.0))
         chip = mean_chip_thickness(np.where(sinks, across, self.feed) / teeth_by_time, self.width, diameter)
@@ -205,7 +205,7 @@ def infer_largest_safe_stock(
     PlanError
         There would be too many cells.
     """
-    low, high = moves.extent(~moves.rapid, cutters)
+    low, high = moves.swept_box(~moves.rapid, cutters)
     bottom = float(low[2]) - _ABOVE
     top = float(np.maximum(moves.ends[:, 2], moves.ends[:, 5]).max()) + _ABOVE
     field = HeightField.of_block(
@@ -234,7 +234,9 @@ def compute_loads(
     """
     field = stock.field.copy()
     numbered = replace(path, line=np.arange(len(path), dtype=np.int32))
-    moves = cutting_moves_for_cells(numbered, cutters, field.cell, max(0.5 * smallest_tool(cutters), 2.0 * field.cell))
+    moves = cutting_moves_for_cells(
+        numbered, cutters, field.cell, max(0.5 * smallest_tool_diameter(cutters), 2.0 * field.cell)
+    )
     margin = clearance + field.cell
     removed = simulate_cutting(
         field, moves, cutters, threads, check_cancelled, margin=margin, surrounding_height=stock.beside
@@ -257,7 +259,7 @@ def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> di
     limits: dict[int, ToolLimits] = {}
     chip = loads.chip
     for number, tool in tools.items():
-        cutting = loads.measured_cuts(number)
+        cutting = loads.main_cuts_of_tool(number)
         if tool.kind not in MILLING or not cutting.any() or not (loads.rpm[cutting] > 0).all():
             continue
         rate = float(loads.rate[cutting].max())

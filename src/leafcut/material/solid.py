@@ -18,7 +18,7 @@ from leafcut.material.mesh_field import raise_field_to_mesh
 from leafcut.material.straight_moves import (
     StraightMoves,
     cutting_moves_for_cells,
-    smallest_tool,
+    smallest_tool_diameter,
     undivided_cutting_moves,
 )
 from leafcut.material.surface import heights_around_holes
@@ -130,7 +130,7 @@ def cut_display_solid(path: Toolpath, stock: ShownStock) -> Solid:
     tools = dict(stock.tools)
     sides = [block.high[k] - block.low[k] for k in range(2)]
     cell = max(max(sides) / CELLS, FINEST)
-    moves = cutting_moves_for_cells(path, cutters, cell, max(_PIECE * smallest_tool(cutters), 2.0 * cell))
+    moves = cutting_moves_for_cells(path, cutters, cell, max(_PIECE * smallest_tool_diameter(cutters), 2.0 * cell))
     if len(moves) > _PIECES:
         moves = cutting_moves_for_cells(path, cutters, cell)
     if len(moves) > _MOST_MOVES:
@@ -178,7 +178,7 @@ def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: 
     cutting = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
     if not cutting.any():
         raise PlanError("the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece")
-    lowest, highest = moves.extent(cutting, cutters)
+    lowest, highest = moves.swept_box(cutting, cutters)
     low, high, deepest = lowest[:2], highest[:2], float(lowest[2])
     margin = min(max(_BESIDE * float((high - low).max()), _LEAST_BESIDE), _MOST_BESIDE)
     low, high = low - margin, high + margin

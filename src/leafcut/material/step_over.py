@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices
 from leafcut.geometry.cells import Cells, number_points
-from leafcut.kernels.step_over import Reaches, find_neighbours
+from leafcut.kernels.step_over import Reaches, find_smallest_touching_discs
 from leafcut.material.bands import sort_into_bands
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps, steps_along_path
 from leafcut.model.pocket import PocketPath, PocketRules
@@ -85,9 +85,9 @@ def measure_widest_step_overs(
     sides = _build_sides(path, centres, rules, passes)
     if sides is None:
         return PassGaps(0.0, 0.0)
-    core, is_lost = sides.discs.widest(sides.rows, sides.gap, both=False), sides.is_lost
-    nearer = sides.discs.widest(sides.rows, sides.nearer, both=True)
-    return PassGaps(max(nearer, sides.discs.widest(sides.rows[is_lost], sides.gap[is_lost], both=False)), core)
+    core, is_lost = sides.discs.largest_fitting(sides.rows, sides.gap, both=False), sides.is_lost
+    nearer = sides.discs.largest_fitting(sides.rows, sides.nearer, both=True)
+    return PassGaps(max(nearer, sides.discs.largest_fitting(sides.rows[is_lost], sides.gap[is_lost], both=False)), core)
 
 
 def points_beyond_step_over(
@@ -158,7 +158,7 @@ class _Discs:
         self.region = shapely.buffer(centres, 2.0 * rules.tolerance)
         shapely.prepare(self.region)
 
-    def widest(self, rows: Indices, sizes: Floats, both: bool) -> float:
+    def largest_fitting(self, rows: Indices, sizes: Floats, both: bool) -> float:
         """Return the largest of the `sizes` whose disc lies in the region, or 0 if no disc does.
 
         With `both`, the disc on the opposite side of the step must lie in the region, too.
@@ -245,7 +245,7 @@ def _find_neighbouring_passes(
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)
     x, y, nx, ny = np.concatenate([xy, normal], axis=1).T.copy()
-    find_neighbours(
+    find_smallest_touching_discs(
         sort_into_bands(candidates, 2.0 * reaches.least), x, y, nx, ny, reaches, _EQUAL, height, row, radius
     )
     return height, row, radius
@@ -265,14 +265,14 @@ class WidePlaceFinder:
     def __call__(self, pocket_path: PocketPath) -> Floats:
         """Return the points of a path that are too far from the nearest neighbouring pass, float64[n, 2], mm."""
         path = steps_along_path(pocket_path, self.rules)
-        moved_cells = self.cells.of(
+        moved_cells = self.cells.cells_of(
             np.vstack([_without_points(path.xy, self.previous), _without_points(self.previous, path.xy)])
         )
-        changed = self.cells.around(moved_cells, _REACHES)
-        to_check = np.isin(self.cells.of(path.xy), self.cells.around(changed, 1))
+        changed = self.cells.cells_around(moved_cells, _REACHES)
+        to_check = np.isin(self.cells.cells_of(path.xy), self.cells.cells_around(changed, 1))
         new = points_beyond_step_over(path, self.centres, self.rules, to_check)
-        old = self.wide[~np.isin(self.cells.of(self.wide), changed)]
-        self.previous, self.wide = path.xy, np.vstack([old, new[np.isin(self.cells.of(new), changed)]])
+        old = self.wide[~np.isin(self.cells.cells_of(self.wide), changed)]
+        self.previous, self.wide = path.xy, np.vstack([old, new[np.isin(self.cells.cells_of(new), changed)]])
         return self.wide
 
 

@@ -61,7 +61,7 @@ class StraightMoves:
             self, ends=self.ends[selected], row=self.row[selected], rapid=self.rapid[selected], tool=self.tool[selected]
         )
 
-    def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
+    def swept_box(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
         """Return the lowest and the highest corner of the box that the tools sweep in the selected moves, mm.
 
         The heights of the corners refer to the tool tip.
@@ -124,7 +124,7 @@ def convert_to_straight_moves(path: Toolpath, max_deviation: float, max_length: 
     return StraightMoves(ends, rows[source], kind[source] == Kind.RAPID, path.tool[rows][source], path, unknown_rows)
 
 
-def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
+def smallest_tool_diameter(cutters: Mapping[int, Cutter]) -> float:
     """Return the smallest tool diameter, mm."""
     return 2.0 * min(cutter.radius for cutter in cutters.values())
 
@@ -134,7 +134,7 @@ def undivided_cutting_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> St
 
     Moves of other tools, such as probes, are left out.
     """
-    return convert_to_straight_moves(path, _OF_TOOL * smallest_tool(cutters), math.inf).of_tools(cutters)
+    return convert_to_straight_moves(path, _OF_TOOL * smallest_tool_diameter(cutters), math.inf).of_tools(cutters)
 
 
 def cutting_moves_for_cells(

@@ -83,7 +83,7 @@ def build_safe_tiles(
         Radius of each section above the flutes, and the minimum height of the tool tip above the surface for this
         section, mm. This height is negative if the distance from the tip to the section exceeds the clearance.
     """
-    from leafcut.kernels.surface import maximum_within_reach, raise_cells_to_maximum, reach_in_cells
+    from leafcut.kernels.surface import dilate_heights, raise_cells_to_maximum, reach_in_cells
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     reaches = [(radius, above), *bodies]
@@ -96,7 +96,7 @@ def build_safe_tiles(
     raise_cells_to_maximum(np.ascontiguousarray(triangles), x, y, side, heights)
     for body_radius, height in reaches:
         raised = np.empty((rows, columns))
-        maximum_within_reach(heights, reach_in_cells(body_radius, side), raised)
+        dilate_heights(heights, reach_in_cells(body_radius, side), raised)
         np.maximum(safe, raised + height, out=safe)
     return SafeTiles(safe, x, y, side)
 

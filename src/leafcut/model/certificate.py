@@ -19,7 +19,7 @@ class Counts:
     tool_changes: int
 
     @property
-    def works(self) -> bool:
+    def has_cuts_or_holes(self) -> bool:
         """Whether the program cuts or drills anything."""
         return self.holes > 0 or self.cuts > 0
 

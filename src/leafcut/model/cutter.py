@@ -47,7 +47,7 @@ class Cutter:
             raise OptionError("a tool of diameter {:g} mm cannot cut; give its true diameter", 2 * self.radius)
         if not (
             self.slope > 0 and self.flat >= 0 and self.corner >= 0
-        ) or self.flat + self.meets * self.corner > self.radius * (1.0 + 1e-9):
+        ) or self.flat + self.tangent_fraction * self.corner > self.radius * (1.0 + 1e-9):
             raise OptionError(
                 "a tool of diameter {:g} mm cannot have a corner radius of {:g} mm and a tip diameter of {:g} mm",
                 2 * self.radius,
@@ -56,14 +56,14 @@ class Cutter:
             )
 
     @property
-    def meets(self) -> float:
+    def tangent_fraction(self) -> float:
         """Radial distance from the start of the arc to its tangent point with the cone, as a fraction of `corner`."""
         return 1.0 if math.isinf(self.slope) else self.slope / math.hypot(1.0, self.slope)
 
     @property
-    def tangent(self) -> tuple[float, float]:
+    def tangent_point(self) -> tuple[float, float]:
         """Point where the arc meets the cone: distance from the axis, and height above the tip, mm."""
-        share = self.meets
+        share = self.tangent_fraction
         return self.flat + share * self.corner, self.corner * (1.0 - math.sqrt(max(1.0 - share * share, 0.0)))
 
     def height(self, distance: float) -> float:
@@ -71,7 +71,7 @@ class Cutter:
 
         The height is infinite beyond the radius of the tool.
         """
-        reach, rise = self.tangent
+        reach, rise = self.tangent_point
         if distance > self.radius:
             return math.inf
         if distance <= self.flat:

@@ -262,7 +262,7 @@ class CutTimes:
         """
         return self.perimeter_mm - self.common_mm + self.rapid_mm
 
-    def times(self, count: int) -> CutTimes:
+    def multiplied_by(self, count: int) -> CutTimes:
         """Multiply the values by a number of pieces."""
         return CutTimes(
             self.cut_s * count,

@@ -38,7 +38,7 @@ _MAX_ROWS = 6_000_000
 _MOVES_A_PECK = 3
 
 
-def peck_depths(cycle: DrillCycle) -> list[float]:
+def peck_heights(cycle: DrillCycle) -> list[float]:
     """Return the heights of the pecks, from the first peck to `cycle.bottom`, mm.
 
     Raises
@@ -91,7 +91,7 @@ def expand_cycle(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Mo
 
 
 def _peck_moves(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line: int) -> Iterator[Motion]:
-    depths = peck_depths(cycle) if cycle.name in PECKING else [cycle.bottom]
+    depths = peck_heights(cycle) if cycle.name in PECKING else [cycle.bottom]
     for number, depth in enumerate(depths):
         if number:
             if cycle.name == "G83":

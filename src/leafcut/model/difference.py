@@ -31,15 +31,15 @@ class Difference:
 
     def __str__(self) -> Message:
         old, new = ([line for line in side if line] for side in zip((self.original, self.new), *self.also, strict=True))
-        lines = [_original_lines(min(old), max(old))] if old else []
-        lines += [_lines(min(new), max(new))] if new else []
+        lines = [_original_line_range_text(min(old), max(old))] if old else []
+        lines += [_line_range_text(min(new), max(new))] if new else []
         message = Message("{}: {}", self.what, self.text)
         return Message("{} ({})", message, Message.joined(", ", lines)) if lines else message
 
 
-def _lines(first: int, last: int) -> Message:
+def _line_range_text(first: int, last: int) -> Message:
     return Message("line {}", first) if first == last else Message("lines {} to {}", first, last)
 
 
-def _original_lines(first: int, last: int) -> Message:
+def _original_line_range_text(first: int, last: int) -> Message:
     return Message("original line {}", first) if first == last else Message("original lines {} to {}", first, last)

@@ -88,7 +88,7 @@ def heartbeat_for_step(progress: OnProgress | None, step: Message) -> Heartbeat:
     return report
 
 
-def report_as_step(
+def progress_for_step(
     progress: OnProgress | None, step: Message, left: float = 1.0, part: float = 1.0
 ) -> OnProgress | None:
     """Return a callback that forwards the progress of a search to `progress`, as the progress of the step `step`.

@@ -41,13 +41,13 @@ class HeightCount:
 
     def notes(self, noun: str) -> list[Issue]:
         """Return a note if all objects share a height other than Z0. `noun` is the word for the objects."""
-        if self.differ or not self.common:
+        if self.differ or not self.common_height:
             return []
-        words = Message("all {} are drawn at Z{:g}: this height becomes Z0 of the program", noun, self.common)
+        words = Message("all {} are drawn at Z{:g}: this height becomes Z0 of the program", noun, self.common_height)
         return [Issue("L406", words, severity=Severity.NOTE)]
 
     @property
-    def common(self) -> float:
+    def common_height(self) -> float:
         """The height that all objects share, mm. It is 0 if the heights differ or the drawing has no objects."""
         return next(iter(self.heights)) if len(self.heights) == 1 else 0.0
 

@@ -56,7 +56,7 @@ class Obstacles:
         """Return the rectangles, float64[k, 4], that the centre of a tool must avoid."""
         return widen_zones(self.zones, self._margins(tool or 0))
 
-    def between(self, a: Point, b: Point, tool: int | None) -> float:
+    def min_rapid_height(self, a: Point, b: Point, tool: int | None) -> float:
         """Return the minimum height of a rapid from `a` to `b`, mm, or −∞ if the rapid crosses no zone.
 
         A rapid from an unknown position may cross any zone. If the tool can be lifted, such a rapid must stay above all

@@ -305,7 +305,7 @@ def plane_axes(plane: int) -> tuple[int, int, int]:
     return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]
 
 
-def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
+def arc_radius_start_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
     """Return the radius, mm, the start angle, rad, and the sweep, rad, of an arc. ARC_CCW has a positive sweep."""
     arc = path.arcs[int(path.ref[row])]
     first, second, _ = plane_axes(arc.plane)
@@ -323,7 +323,7 @@ def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
     """Return the extreme points of an arc along the axes of its plane, mm, without the end points of the arc."""
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
-    radius, start, sweep = arc_sweep(path, row)
+    radius, start, sweep = arc_radius_start_sweep(path, row)
     low, high = min(start, start + sweep), max(start, start + sweep)
     points = []
     for quarter in range(math.ceil(low / (math.pi / 2)), math.floor(high / (math.pi / 2)) + 1):

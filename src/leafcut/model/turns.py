@@ -18,7 +18,7 @@ AXES = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
 #: Minimum length of a move, mm, for which its direction is meaningful. Shorter moves come from rounding.
 SHORTEST = 1e-9
 
-#: An arc is a full turn if its end is within this angle (rad) of its start (`model.toolpath.arc_sweep`).
+#: An arc is a full turn if its end is within this angle (rad) of its start (`model.toolpath.arc_radius_start_sweep`).
 _NO_TURN = 1e-9
 
 

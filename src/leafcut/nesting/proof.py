@@ -76,11 +76,11 @@ def _check_angles(nest: Nest, layout: Layout) -> list[Message]:
     return [
         Message("{}: is rotated by {:g}°, which is not allowed", nest.parts[p.part].name, math.degrees(p.angle))
         for p in layout.placements
-        if not _is_allowed(p.angle, nest.parts[p.part].rotations)
+        if not _is_allowed_angle(p.angle, nest.parts[p.part].rotations)
     ]
 
 
-def _is_allowed(angle: float, rotations: tuple[float, ...] | None) -> bool:
+def _is_allowed_angle(angle: float, rotations: tuple[float, ...] | None) -> bool:
     return rotations is None or any(abs(math.remainder(angle - r, math.tau)) <= SAME_ANGLE for r in rotations)
 
 
@@ -236,11 +236,11 @@ def _box_centre(path: Polyline) -> tuple[float, float]:
 
 
 def _is_same_contour(a: Contour, b: Contour) -> bool:
-    if a.kind != b.kind or a.path.closed != b.path.closed or _differs(a.path.extents, b.path.extents):
+    if a.kind != b.kind or a.path.closed != b.path.closed or _boxes_differ(a.path.extents, b.path.extents):
         return False
     area = abs(abs(a.path.area) - abs(b.path.area))
     return abs(a.path.length - b.path.length) <= SAME_PLACE and area <= SAME_PLACE * max(a.path.length, 1.0)
 
 
-def _differs(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+def _boxes_differ(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
     return max(abs(p - q) for p, q in zip(a, b, strict=True)) > SAME_PLACE

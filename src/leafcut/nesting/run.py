@@ -29,7 +29,7 @@ from leafcut.processes.cutting_machines import with_cutting_machine
 from leafcut.read import read_contours
 from leafcut.read.format import Source, drawing_unit_mm, load_source
 from leafcut.read.machine import load_machine
-from leafcut.read.registry import read_source
+from leafcut.read.registry import read_source_with_format
 from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
 from leafcut.units import parse_angles
 
@@ -218,7 +218,7 @@ def _read_inputs(
 
     @cache
     def load_cached(file: str) -> Source:
-        return load_source(file) if is_strip_instance(file) else read_source(file)[1]
+        return load_source(file) if is_strip_instance(file) else read_source_with_format(file)[1]
 
     @cache
     def sheet_of(file: str) -> Sheet:
@@ -252,7 +252,7 @@ def _read_sheet(source: Source, settings: Settings, on_progress: Heartbeat) -> S
         return prepare_sheet(part, settings.sheet, settings.read.concentric)
     except PlanError as error:
         # Name the drawing, unless the message already does.
-        raise error if _names_file(error, source.path) else PlanError("{}: {}", source, error) from None
+        raise error if _starts_with_file_name(error, source.path) else PlanError("{}: {}", source, error) from None
 
 
 def _available_sheets(
@@ -310,7 +310,7 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
     ]
 
 
-def _names_file(error: PlanError, file: str) -> bool:
+def _starts_with_file_name(error: PlanError, file: str) -> bool:
     """Return whether the message of an error starts with a file name."""
     message = error.args[0]
     return isinstance(message, Message) and message.values[:1] == (file,)
@@ -328,7 +328,9 @@ def _read_remnant(sheet: SheetWord, source: Source, margin: float, on_progress: 
     try:
         drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES), "all")
     except PlanError as error:
-        raise (error if _names_file(error, sheet.name) else PlanError("{}: {}", printable(sheet.name), error)) from None
+        raise (
+            error if _starts_with_file_name(error, sheet.name) else PlanError("{}: {}", printable(sheet.name), error)
+        ) from None
     outer = [c.path for c in drawn.contours if c.depth == 0]
     holes = [c.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:
@@ -399,8 +401,8 @@ def parts_of_sheet(
     Raises PlanError if the drawing has no closed outline.
     """
     contours_by_part: dict[int, list[Contour]] = {}
-    outlines = [c for c in sheet.contours if _is_outline(c)]
-    for contour in (*outlines, *(c for c in sheet.contours if not _is_outline(c))):
+    outlines = [c for c in sheet.contours if _is_part_outline(c)]
+    for contour in (*outlines, *(c for c in sheet.contours if not _is_part_outline(c))):
         contours_by_part.setdefault(contour.part, []).append(replace(contour, depth=0, parent=-1))
     strays = [] if any(c.part == 0 for c in outlines) else contours_by_part.pop(0, [])
     if not outlines:
@@ -424,5 +426,5 @@ def parts_of_sheet(
     return parts, issues
 
 
-def _is_outline(contour: Contour) -> bool:
+def _is_part_outline(contour: Contour) -> bool:
     return contour.path.closed and contour.kind == "cut" and contour.depth % 2 == 0

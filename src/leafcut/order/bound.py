@@ -192,7 +192,7 @@ def _cost_matrix(cost: CostModel, n: int) -> CostModel:
     if cost.code == codes.EXPLICIT:
         return cost
     leave, arrive = np.indices((n, n), dtype=np.int32).reshape(2, -1)
-    matrix = edge_lengths(cost, np.stack([leave, arrive])).reshape(n, n)
+    matrix = costs_with_tied_edges_free(cost, np.stack([leave, arrive])).reshape(n, n)
     return cost._replace(code=codes.EXPLICIT, plain=False, matrix=matrix, zones=np.zeros((0, 4)))
 
 
@@ -234,7 +234,7 @@ def _choose_one_tree_hub(cost: CostModel, n: int) -> Hub:
     """
     node = next((i for i in (cost.free, cost.tied_a) if i >= 0), n - 1)
     tied = {cost.tied_a: cost.tied_b, cost.tied_b: cost.tied_a}.get(node, -1)
-    return Hub(node, tied, edge_lengths(cost, np.array([np.full(n, node), np.arange(n)], dtype=np.int32)))
+    return Hub(node, tied, costs_with_tied_edges_free(cost, np.array([np.full(n, node), np.arange(n)], dtype=np.int32)))
 
 
 def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int32]:
@@ -253,7 +253,7 @@ def _candidate_graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph
     both = np.sort(np.concatenate([once, once % n * n + once // n]))
     ends = np.stack([both // n, both % n]).astype(np.int32)
     begin = np.searchsorted(ends[0], np.arange(n + 1)).astype(np.int32)
-    return Graph(begin, np.ascontiguousarray(ends[1]), edge_lengths(cost, ends))
+    return Graph(begin, np.ascontiguousarray(ends[1]), costs_with_tied_edges_free(cost, ends))
 
 
 def _merge_sets(tree: SpanningTree, n: int) -> Sets:
@@ -323,7 +323,7 @@ def has_box_bounds(cost: CostModel) -> bool:
     return cost.code not in (codes.GEO, codes.EXPLICIT) and cost.lift >= 0.0 and cost.per_mm >= 0.0
 
 
-def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Floats:
+def costs_with_tied_edges_free(cost: CostModel, edges: NDArray[np.int32]) -> Floats:
     """Return the cost of each edge (`edges`: int32[2, e]). Tied edges cost 0."""
     length = costs_of_edges(cost, edges[0], edges[1])
     return np.where(length == codes.TIED, 0.0, length)
@@ -334,7 +334,7 @@ def dense_spanning_tree(cost: CostModel, hub: int, penalty: Floats) -> SpanningT
     n = len(penalty)
     edges, left, near = np.zeros((2, n - 2), dtype=np.int32), np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
     build_dense_spanning_tree(cost, penalty, hub, left, np.zeros(n), near, edges[0], edges[1])
-    return SpanningTree(edges, edge_lengths(cost, edges))
+    return SpanningTree(edges, costs_with_tied_edges_free(cost, edges))
 
 
 def minimum_spanning_tree(
@@ -354,7 +354,7 @@ def minimum_spanning_tree(
     parts = _forest_parts(instance, hub, penalty)
     have, looks, most = 0, 0, int(max(MOST_LOOKS, MOST_LOOKS_PER_NODE * n))
     while have < n - 2:
-        _set_part_ranges(instance, hub, parts)
+        _set_part_ranges_of_boxes(instance, hub, parts)
         find_cheapest_leaving_edges_in_graph(graph, penalty, parts)
         looked = find_cheapest_leaving_edges_in_kd_tree(cost, instance.tree, penalty, hub, most - looks, parts)
         if looked < 0 or stop():
@@ -363,7 +363,7 @@ def minimum_spanning_tree(
         had, have = have, join_parts(hub, parts, edges[0], edges[1], have)
         if have == had:  # costs that overflowed
             return None
-    return SpanningTree(edges, edge_lengths(cost, edges))
+    return SpanningTree(edges, costs_with_tied_edges_free(cost, edges))
 
 
 def _forest_parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
@@ -376,7 +376,7 @@ def _forest_parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
     return ForestParts(up, part, low, high, least, found, np.full(n, -math.inf), np.zeros(n), leave, arrive, stack)
 
 
-def _set_part_ranges(instance: Instance, hub: int, parts: ForestParts) -> None:
+def _set_part_ranges_of_boxes(instance: Instance, hub: int, parts: ForestParts) -> None:
     """Store the lowest and the highest part number that occurs in each box of the k-d tree.
 
     Each tree of the current forest is a part.

@@ -265,7 +265,7 @@ def improve_by_colony(
         ants = _colony_size(instance.n, number, seconds, stop, visits, kicking)
         if ants < (FEWEST_OF_MANY if many else FEWEST_BY_CLOCK if stop.seconds < math.inf else FEWEST_ANTS):
             break
-        if not stop.payoff_limit.is_worthwhile(SECONDS_PER_VISIT * ants * instance.n, gain):
+        if not stop.payoff_limit.is_period_worthwhile(SECONDS_PER_VISIT * ants * instance.n, gain):
             break
         visits -= ants * instance.n
         before, began = best.cost, stop.elapsed()

@@ -103,7 +103,7 @@ def greedy_tour(instance: Instance, random: np.random.Generator | None = None) -
     ends = np.arange(n if cost.free < 0 else n - 1, dtype=np.int32)
     lists, lengths = _remove_free_node(cost.free, instance.candidates, instance.lengths)
     while True:
-        _join_fragments(lists, _with_noise(lengths, random), ends, tail, beside)
+        _join_fragments_along_candidates(lists, _with_noise(lengths, random), ends, tail, beside)
         ends = ends[tail[ends] >= 0]
         if len(ends) <= 1 or (len(ends) == 2 and tail[ends[0]] == ends[1]):
             break
@@ -127,7 +127,7 @@ def _median(values: NDArray[np.float64]) -> float:
     return float(ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2)
 
 
-def _join_fragments(
+def _join_fragments_along_candidates(
     candidates: NDArray[np.int32],
     lengths: NDArray[np.float64],
     nodes: NDArray[np.int32],
@@ -136,14 +136,15 @@ def _join_fragments(
 ) -> None:
     """Join the fragments of a tour along the candidate edges of `nodes`, cheapest edge first.
 
-    The function skips edges that cost more than a typical edge to neighbour number `SURE_NEIGHBOURS`.
+    The function skips edges that cost more than a typical edge to neighbour number `SURE_NEIGHBOURS`. Changes: tail,
+    beside.
     """
-    from leafcut.kernels.greedy import join_fragments_along_edges, list_edges
+    from leafcut.kernels.greedy import join_fragments_along_edges, list_joinable_edges
 
     k = candidates.shape[1]
     limit = np.inf if k >= len(nodes) - 1 else _median(lengths[:, min(SURE_NEIGHBOURS, k) - 1])
     edges = np.empty(candidates.size, dtype=np.uint64)
-    count = list_edges(candidates, lengths, nodes, tail, limit, edges)
+    count = list_joinable_edges(candidates, lengths, nodes, tail, limit, edges)
     edges[:count].sort()
     join_fragments_along_edges(edges, count, candidates, nodes, tail, beside)
 

@@ -291,7 +291,7 @@ def _connect_to_dask(spec: str) -> Iterator[Any]:
                     f"{spec}: no Dask scheduler responds there; start one with dask scheduler, or check host and port"
                 ) from problem
             try:
-                _check_workers(client, spec)
+                _wait_for_first_worker(client, spec)
                 yield client
             finally:
                 with suppress(Exception):
@@ -300,7 +300,7 @@ def _connect_to_dask(spec: str) -> Iterator[Any]:
         log.setLevel(level)
 
 
-def _check_workers(client: Any, spec: str) -> None:
+def _wait_for_first_worker(client: Any, spec: str) -> None:
     try:
         client.wait_for_workers(1, timeout=FIRST_WORKER_SECONDS)
     except (OSError, TimeoutError):

@@ -102,7 +102,7 @@ class PathSearch:
         """
         instance = self.instance
         self.route = create_route(instance, start.node, start.enter, log=3 * instance.n + 1000)
-        self._offer()
+        self._offer_path()
         self.mean = self._mean_move_cost()
         self.least = LEAST * self.mean
         self._improve_to_local_optimum()
@@ -166,7 +166,7 @@ class PathSearch:
         for path, made in annealing.anneal(self.best.tour, self.mean, steps, self.least):
             self.iteration, self.kicks = self.iteration + 1, self.kicks + made
             self._replace_route(path)
-            self._offer()
+            self._offer_path()
             yield
 
     def _improve_to_local_optimum(self) -> None:
@@ -179,11 +179,11 @@ class PathSearch:
             while route.counts[1] > 0 and not self.stop.must_stop():
                 self.cost -= improve_route(instance.cost, working, instance.rules, self.breadth, self.least, LOOKS)
                 if self.stop.elapsed() > offered + OFFER_EVERY:
-                    self._offer()
+                    self._offer_path()
                     self._report_progress(0)
                     offered = self.stop.elapsed()
         route.queued[:], route.counts[:] = 0, 0
-        self._offer()
+        self._offer_path()
 
     def _kick(self, heat: float, kicks: int) -> None:
         self.cost -= kick_route(
@@ -199,7 +199,7 @@ class PathSearch:
         )
         self.iteration, self.kicks = self.iteration + 1, self.kicks + kicks
         if self.cost < self.best.cost - self.least:
-            self._offer()
+            self._offer_path()
 
     def _report_progress(self, iteration: int, _: NDArray[np.float64] | None = None) -> None:
         """Update the log. If several searches run in parallel, the first of them also reports progress."""
@@ -207,7 +207,7 @@ class PathSearch:
         if self.number == 0:
             self.best.tell(iteration, alone=self.alone)
 
-    def _offer(self) -> None:
+    def _offer_path(self) -> None:
         route, instance = self.route, self.instance
         self.cost = instance.length(route.node, route.enter, route.leave)
         self.log.best[self.number] = min(self.log.best[self.number], self.cost)
@@ -249,11 +249,13 @@ def run_path_search(instance: DirectedInstance, run: AlgorithmRun) -> SearchResu
         if executor is None:
             iterations = searches[0].run(kicks, greedy)
         else:
-            iterations = _run_in_threads(executor, searches, kicks, greedy, stop)
+            iterations = _run_searches_in_threads(executor, searches, kicks, greedy, stop)
     return SearchResult(best.tour, iterations, log.worker_figures())
 
 
-def _run_in_threads(executor: Executor, searches: list[PathSearch], kicks: float, greedy: Route, stop: Stop) -> int:
+def _run_searches_in_threads(
+    executor: Executor, searches: list[PathSearch], kicks: float, greedy: Route, stop: Stop
+) -> int:
     jobs = [executor.submit(one.run, kicks, greedy) for one in searches]
     try:
         return sum(job.result() for job in as_completed(jobs))
@@ -278,7 +280,7 @@ def offer_ant_path(instance: DirectedInstance, layers: Clusters, greedy: Route, 
     own = Best(own_stop)
     moves = Choices(instance, True, layers, greedy)
     parameters = AntParameters.from_options("acs", AcoOptions(), instance.n, True)
-    ants = Ants(moves, initial_trails(moves, parameters, moves.start(own), seed), seed, own_stop)
+    ants = Ants(moves, initial_trails(moves, parameters, moves.offer_first_solution(own), seed), seed, own_stop)
     try:
         if own.cost > 0.0:
             run_population(ants, own)

@@ -59,7 +59,7 @@ class PayoffLimit:
         counted = options.iterations is not None or options.time_limit is not None
         return cls(not counted and options.preset != "thorough" and problem.metric.unit == "s")
 
-    def is_worthwhile(self, seconds: float, gained: float) -> bool:
+    def is_period_worthwhile(self, seconds: float, gained: float) -> bool:
         """Check whether a period of `seconds` is worth its time if the previous period saved `gained` seconds."""
         if self.holds and gained < seconds:
             self.spared = True
@@ -75,7 +75,7 @@ class PayoffLimit:
         if seconds < self._until:
             return not self.spared
         gained, self._cost, self._until = self._cost - cost, cost, 2.0 * seconds
-        return self.is_worthwhile(seconds, gained)
+        return self.is_period_worthwhile(seconds, gained)
 
 
 @dataclass
@@ -163,7 +163,7 @@ class Deadline:
         return max(self.limit - self._spent - running, 0.0)
 
     @property
-    def seconds(self) -> float | None:
+    def remaining_time_limit(self) -> float | None:
         """Remaining time in seconds as a time limit for `SolveOptions`. Always positive, or None if no limit is set."""
         return None if math.isinf(self.limit) else max(self.left, LEAST_SECONDS)
 

@@ -64,12 +64,12 @@ class Blocks:
             raise PostError("a block is longer than {} accepts: {}…", self._dialect.name, text[:60])
         self.lines.append(text)
 
-    def comment(self, text: str) -> None:
+    def write_comment(self, text: str) -> None:
         """Write a text as comment lines."""
         dialect = self._dialect
         self.lines += comment_lines(text, dialect.max_line, dialect.uppercase_comments, dialect.comments)
 
-    def modal(self, group: str, word: str) -> str:
+    def activate_modal_word(self, group: str, word: str) -> str:
         """Activate a modal word in its group. Return the word, or "" if it was already active."""
         repeat = self._dialect.one_command and group == "motion"
         if self._active.get(group) == word and not repeat:
@@ -124,7 +124,7 @@ class Writer:
         #: Tools of all tool changes after the first change.
         self.tools = iter(path.ref[path.kind == Kind.TOOL][1:].tolist())
 
-    def program(self, header: Sequence[str]) -> str:
+    def program_text(self, header: Sequence[str]) -> str:
         """Return the text of the program."""
         self._write_header(header)
         write = self._row_writers()
@@ -179,13 +179,13 @@ class Writer:
             title = (name.upper() if dialect.uppercase_comments else name)[:32].strip()
             lines.append(f"O{self.options.program_number:04d}" + (f" ({title})" if title else ""))
         for line in (*header, *(dialect.notes if header else ())):
-            self.out.comment(line)
+            self.out.write_comment(line)
         for line in dialect.opening:
             self.out.write(line)
         self.out.write(dialect.units_inch if self.numbers.inch else dialect.units_mm)
         for line in dialect.preamble:
             self.out.write(line)
-        self.out.modal("plane", "G17")
+        self.out.activate_modal_word("plane", "G17")
 
     # -- moves -------------------------------------------------------------------------------------------------------
 
@@ -204,21 +204,21 @@ class Writer:
             offset = self._offset_words(self.pending_offset)
             self.pending_offset = None
         words = self._axis_words(row, only_z=bool(offset) or not self.safe)
-        self.out.write(self.out.modal("motion", "G0"), *offset, *words, self._rapid_feed_word())
+        self.out.write(self.out.activate_modal_word("motion", "G0"), *offset, *words, self._rapid_feed_word())
         self._track_position(row)
 
     def _rapid_feed_word(self) -> str:
         if not self.dialect.rapid_feed or math.isnan(self.rapid_velocity):
             return ""
-        return self.out.modal("F", "F" + self.numbers.feed(self.rapid_velocity))
+        return self.out.activate_modal_word("F", "F" + self.numbers.format_feed(self.rapid_velocity))
 
     def _write_feed_move(self, row: Motion) -> None:
-        self._check_cutting(row)
-        self.out.write(self.out.modal("motion", "G1"), *self._axis_words(row), self._feed_word(row))
+        self._check_position_known(row)
+        self.out.write(self.out.activate_modal_word("motion", "G1"), *self._axis_words(row), self._feed_word(row))
         self._track_position(row)
 
     def _write_arc(self, row: Motion) -> None:
-        self._check_cutting(row)
+        self._check_position_known(row)
         arc = self.path.arcs[row.ref]
         axes = plane_axes(arc.plane)
         if arc.turns > 1 and not self.dialect.arc_turns:
@@ -226,11 +226,11 @@ class Writer:
         start = [math.nan if text is None else float(text) * self.numbers.unit for text in self.place]
         if any(math.isnan(start[axis]) or math.isnan(row.end[axis]) for axis in axes[:2]):
             raise PostError("the arc starts at an unknown position")
-        self._check_chord(row, axes)
-        centre = [f"{'IJK'[a]}{self.numbers.length(arc.center[a] - start[a])}" for a in sorted(axes[:2])]
+        self._check_arc_after_rounding(row, axes)
+        centre = [f"{'IJK'[a]}{self.numbers.format_length(arc.center[a] - start[a])}" for a in sorted(axes[:2])]
         turns = [f"P{arc.turns}"] if arc.turns > 1 else []
-        plane = self.out.modal("plane", f"G{arc.plane}")
-        motion = self.out.modal("motion", "G2" if row.kind is Kind.ARC_CW else "G3")
+        plane = self.out.activate_modal_word("plane", f"G{arc.plane}")
+        motion = self.out.activate_modal_word("motion", "G2" if row.kind is Kind.ARC_CW else "G3")
         words = [self._axis_word(row, axis) for axis in range(3)]
         if self.dialect.arc_ends and not any(words[axis] for axis in axes[:2]):
             self.out.forget_modal_words("XYZ"[axis] for axis in axes[:2])
@@ -239,13 +239,13 @@ class Writer:
         self.out.write(plane, motion, *words, *centre, *turns, self._feed_word(row))
         self._track_position(row)
 
-    def _check_chord(self, row: Motion, axes: tuple[int, int, int]) -> None:
+    def _check_arc_after_rounding(self, row: Motion, axes: tuple[int, int, int]) -> None:
         """Check that rounding cannot turn a very short arc into an almost full circle, or vice versa."""
         steps = [abs(row.end[a] - self.position[a]) / self.numbers.resolution for a in axes[:2]]
         if 1e-6 < max(steps) < 2.0:
             raise PostError("the ends of an arc are less than two units of the last decimal place apart")
 
-    def _check_cutting(self, row: Motion) -> None:
+    def _check_position_known(self, row: Motion) -> None:
         if not self.safe or self.pending_offset is not None:
             raise PostError(
                 "the toolpath cuts before the height of the tool is known; at the start, and after a change of tool, "
@@ -255,7 +255,7 @@ class Writer:
             raise PostError("a cut goes to an unknown position")
 
     def _is_changed(self, value: float, axis: int) -> bool:
-        return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
+        return not math.isnan(value) and self.numbers.format_length(value) != self.place[axis]
 
     def _axis_words(self, row: Motion, only_z: bool = False) -> list[str]:
         """Return the words of the axes whose position changes.
@@ -275,18 +275,22 @@ class Writer:
 
     def _axis_word(self, row: Motion, axis: int) -> str:
         value = row.end[axis]
-        return "" if math.isnan(value) else self.out.modal("XYZ"[axis], "XYZ"[axis] + self._format_length(value))
+        return (
+            ""
+            if math.isnan(value)
+            else self.out.activate_modal_word("XYZ"[axis], "XYZ"[axis] + self._format_length(value))
+        )
 
     def _format_length(self, mm: float) -> str:
-        return self.numbers.length(mm)
+        return self.numbers.format_length(mm)
 
     def _feed_word(self, row: Motion) -> str:
-        return self.out.modal("F", "F" + self.numbers.feed(row.value))
+        return self.out.activate_modal_word("F", "F" + self.numbers.format_feed(row.value))
 
     def _track_position(self, row: Motion) -> None:
         for axis, value in enumerate(row.end):
             if not math.isnan(value):
-                self.place[axis], self.position[axis] = self.numbers.length(value), value
+                self.place[axis], self.position[axis] = self.numbers.format_length(value), value
         if not math.isnan(row.end[2]):
             self.safe, self.at_machine_height = True, False
 
@@ -297,7 +301,7 @@ class Writer:
         if not moved_axes:
             raise PostError("a move in machine coordinates has no target")
         self._write_machine_move_words(
-            ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in moved_axes],
+            ["XYZ"[axis] + self.numbers.format_length(row.end[axis]) for axis in moved_axes],
             all(row.end[axis] == 0.0 for axis in moved_axes),
         )
         for axis in moved_axes:
@@ -317,13 +321,13 @@ class Writer:
             )
         else:
             self.out.forget_modal_words(["motion"])
-            self.out.write("G53", self.out.modal("motion", "G0"), *words)
+            self.out.write("G53", self.out.activate_modal_word("motion", "G0"), *words)
 
     # -- canned cycles -----------------------------------------------------------------------------------------------
 
     def _write_drill(self, row: Motion) -> None:
         cycle = self.path.cycles[row.ref]
-        self._check_cutting(row)
+        self._check_position_known(row)
         if any(math.isnan(v) for v in (*row.end, self.position[2])):
             raise PostError("a hole is drilled while the position of the tool is unknown")
         if self.calls_cycles and self.cycle is not None:
@@ -332,7 +336,7 @@ class Writer:
                 self._end_cycle()
         # A called cycle does not lift the tool first: a tool below the R plane would travel to the hole at its height.
         low = self.calls_cycles and self.numbers.rounded(self.position[2]) < self.numbers.rounded(cycle.r_plane)
-        if not supports_cycle(cycle, self.dialect) or low or not self._can_retract_to(cycle, row.end[2]):
+        if not supports_cycle(cycle, self.dialect) or low or not self._prepare_retract_to(cycle, row.end[2]):
             self._write_expanded_cycle(row, cycle)
             return
         self._write_hole(row, cycle)
@@ -348,8 +352,8 @@ class Writer:
         is_active = self._is_active_cycle(cycle)
         if not is_active:
             self.out.forget_modal_words(["motion", "retract", *"XY"])
-        plane = self.out.modal("plane", "G17")
-        retract = self.out.modal("retract", "G98" if cycle.to_initial else "G99")
+        plane = self.out.activate_modal_word("plane", "G17")
+        retract = self.out.activate_modal_word("retract", "G98" if cycle.to_initial else "G99")
         name, words = cycle_words(cycle, self.numbers, self.dialect)
         position = self._position_words(row)
         name, words = ("", []) if is_active else (name, words)
@@ -363,7 +367,7 @@ class Writer:
             words = [self._axis_word(row, 0), self._axis_word(row, 1)]
         return words
 
-    def _can_retract_to(self, cycle: DrillCycle, height: float) -> bool:
+    def _prepare_retract_to(self, cycle: DrillCycle, height: float) -> bool:
         """Return whether the cycle can end at `height`, mm. If necessary, start a new series of cycles.
 
         Within a series, G98 returns to the height before its first hole, even after G99. LinuxCNC's move to the next
@@ -383,7 +387,7 @@ class Writer:
         return self._retracts_to(cycle, self.initial, height)
 
     def _retracts_to(self, cycle: DrillCycle, initial: float, height: float) -> bool:
-        return self.numbers.length(cycle.height_after(initial)) == self.numbers.length(height)
+        return self.numbers.format_length(cycle.height_after(initial)) == self.numbers.format_length(height)
 
     def _write_expanded_cycle(self, row: Motion, cycle: DrillCycle) -> None:
         if cycle.name == "G84":
@@ -416,7 +420,7 @@ class Writer:
         if is_manual and self.spinning:
             raise PostError("a manual tool change is planned while the spindle is running; stop the spindle first")
         name = self.tool_names.get(row.ref, "")
-        self.out.comment(f"T{row.ref} {name}".strip())
+        self.out.write_comment(f"T{row.ref} {name}".strip())
         tool = self._tool_word(row.ref)
         if self.dialect.tool_change == "M0":
             self.out.write("M0", tool)
@@ -440,7 +444,7 @@ class Writer:
     def _write_tool_change_words(self, word: str, number: int) -> None:
         offset = f"D{number}" if self.dialect.length_offset == "D" else ""
         self.out.write(word, offset, "M6")
-        self.out.modal("D", offset)
+        self.out.activate_modal_word("D", offset)
 
     def _write_offset(self, row: Motion) -> None:
         if row.ref:
@@ -451,7 +455,7 @@ class Writer:
 
     def _offset_words(self, number: int) -> list[str]:
         if self.dialect.length_offset == "D":
-            return ["G43", self.out.modal("D", f"D{number}")]
+            return ["G43", self.out.activate_modal_word("D", f"D{number}")]
         return ["G43", f"H{number}"]
 
     def _write_spindle(self, row: Motion) -> None:
@@ -470,7 +474,7 @@ class Writer:
 
     def _write_blending(self, row: Motion) -> None:
         exact = row.ref != 640
-        tolerance = "" if exact or not row.value else f"P{self.numbers.length(row.value)}"
+        tolerance = "" if exact or not row.value else f"P{self.numbers.format_length(row.value)}"
         self.out.write("G61" if exact else "G64", tolerance)
 
     def _write_pause(self, row: Motion) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from leafcut.errors import PostError
 from leafcut.gcode.active_comments import is_active_comment
 from leafcut.gcode.dialects import Dialect
-from leafcut.model.cycles import peck_depths
+from leafcut.model.cycles import peck_heights
 from leafcut.model.toolpath import DrillCycle
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
@@ -67,15 +67,15 @@ class NumberFormat:
         """Smallest step of a length in the program, mm."""
         return self.unit * 10.0**-self.decimals
 
-    def length(self, mm: float) -> str:
+    def format_length(self, mm: float) -> str:
         """Format a length given in mm."""
         return format_number(mm / self.unit, self.decimals, self.point)
 
     def rounded(self, mm: float) -> float:
         """Round a length to the resolution of the program, mm."""
-        return float(self.length(mm)) * self.unit
+        return float(self.format_length(mm)) * self.unit
 
-    def feed(self, mm_per_s: float) -> str:
+    def format_feed(self, mm_per_s: float) -> str:
         """Format a feed, given in mm/s, as units per minute.
 
         Raises
@@ -151,7 +151,7 @@ def supports_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
 
 def cycle_words(cycle: DrillCycle, numbers: NumberFormat, dialect: Dialect) -> tuple[str, list[str]]:
     """Return the G word of a cycle, and its other words except X, Y and F."""
-    r_plane, bottom = numbers.length(cycle.r_plane), numbers.length(cycle.bottom)
+    r_plane, bottom = numbers.format_length(cycle.r_plane), numbers.format_length(cycle.bottom)
     if dialect.cycle_words == "fagor":
         # On Fagor controls, G82 is G81 with a dwell; fagor8055.toml has the sources.
         dwelling = [dwell_word(cycle.dwell, dialect)] if cycle.name == "G82" else []
@@ -171,11 +171,11 @@ def format_peck(cycle: DrillCycle, numbers: NumberFormat) -> str:
     For example, 10 mm in three pecks of 3.3333 mm must not need a fourth peck of 0.001 mm after rounding.
     """
     r_plane, bottom = numbers.rounded(cycle.r_plane), numbers.rounded(cycle.bottom)
-    count = len(peck_depths(cycle))
+    count = len(peck_heights(cycle))
     for steps in (0, 1, -1):
-        text = numbers.length(cycle.peck + steps * numbers.resolution)
+        text = numbers.format_length(cycle.peck + steps * numbers.resolution)
         peck = float(text) * numbers.unit
-        if peck > 0 and len(peck_depths(DrillCycle(cycle.name, r_plane, bottom, peck=peck))) == count:
+        if peck > 0 and len(peck_heights(DrillCycle(cycle.name, r_plane, bottom, peck=peck))) == count:
             return text
     raise PostError("a peck of {:g} mm is too small to write; use a larger peck", cycle.peck)
 

@@ -67,7 +67,7 @@ def write_program(
     writer = _writer_class(dialect.language)(
         toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity, preselect_tool
     )
-    return writer.program(header if options.header else ())
+    return writer.program_text(header if options.header else ())
 
 
 def _writer_class(language: str) -> type[Writer]:
@@ -145,7 +145,7 @@ class KlartextWriter(Writer):
         return speeds
 
     def _format_length(self, mm: float) -> str:
-        text = self.numbers.length(mm)
+        text = self.numbers.format_length(mm)
         return text if text.startswith("-") else f"+{text}"
 
     # -- moves -------------------------------------------------------------------------------------------------------
@@ -158,24 +158,24 @@ class KlartextWriter(Writer):
         self._track_position(row)
 
     def _write_feed_move(self, row: Motion) -> None:
-        self._check_cutting(row)
-        self.out.write("L", *self._axis_words(row), "R0", "F" + self.numbers.feed(row.value))
+        self._check_position_known(row)
+        self.out.write("L", *self._axis_words(row), "R0", "F" + self.numbers.format_feed(row.value))
         self._track_position(row)
 
     def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
         if self.cycle is None:
-            self._define(cycle, row)
+            self._write_cycle_definition(cycle, row)
             self.out.forget_modal_words("XY")
         self.out.write("L", *self._position_words(row), "R0", "FMAX", "M99")
 
-    def _define(self, cycle: DrillCycle, row: Motion) -> None:
+    def _write_cycle_definition(self, cycle: DrillCycle, row: Motion) -> None:
         rounded = self.numbers.rounded
         r_plane, bottom, after = rounded(cycle.r_plane), rounded(cycle.bottom), rounded(row.end[2])
         surface = 0.0 if bottom < 0.0 < r_plane else rounded((r_plane + bottom) / 2)
         values = {
             "Q200": self._format_length(r_plane - surface),
             "Q201": self._format_length(bottom - surface),
-            "Q206": self.numbers.feed(row.value),
+            "Q206": self.numbers.format_feed(row.value),
             "Q202": self._format_length(surface - bottom),
             "Q210": "+0",
             "Q203": self._format_length(surface),
@@ -226,15 +226,15 @@ class SinumerikWriter(Writer):
 
     def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
         if self.cycle is None:
-            self.out.write(self.out.modal("plane", "G17"))
+            self.out.write(self.out.activate_modal_word("plane", "G17"))
             self.out.write(self._feed_word(row))
-            self.out.write(self._call(cycle, row.end[2]))
+            self.out.write(self._cycle_call_text(cycle, row.end[2]))
             self.out.forget_modal_words(["motion", *"XY"])
         position = self._position_words(row)
-        self.out.write(self.out.modal("motion", "G0"), *position)
+        self.out.write(self.out.activate_modal_word("motion", "G0"), *position)
 
-    def _call(self, cycle: DrillCycle, after: float) -> str:
-        length = self.numbers.length
+    def _cycle_call_text(self, cycle: DrillCycle, after: float) -> str:
+        length = self.numbers.format_length
         words = [length(after), length(cycle.r_plane), "0", length(cycle.bottom)]
         name = "CYCLE81"
         if cycle.name == "G82":
@@ -263,6 +263,6 @@ class SinumerikWriter(Writer):
 
     def _write_machine_move_words(self, words: list[str], to_zero: bool) -> None:
         self.out.forget_modal_words(["motion"])
-        self.out.write(self.out.modal("motion", "G0"), "SUPA", *words, "D0")
+        self.out.write(self.out.activate_modal_word("motion", "G0"), "SUPA", *words, "D0")
         # The length offset is off now; the next move in Z activates it again.
         self.pending_offset = self._tool_now

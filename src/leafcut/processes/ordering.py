@@ -18,7 +18,7 @@ import numpy as np
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Ints, Point
 from leafcut.message import Message
-from leafcut.model.heartbeat import report_as_step
+from leafcut.model.heartbeat import progress_for_step
 from leafcut.model.plan import Order, Stage
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
@@ -75,8 +75,10 @@ def find_order(
             job.report(stages[number].name, 1.0 - remaining / total)
         except KeyboardInterrupt:
             job.cancelled.set()  # Ctrl-C between two searches: keep the best order, as within a search
-        stage_options = replace(options, time_limit=deadline.for_share(problem.n_clusters / remaining).seconds)
-        progress = report_as_step(job.progress, stages[number].name, remaining / total, tasks / total)
+        stage_options = replace(
+            options, time_limit=deadline.for_share(problem.n_clusters / remaining).remaining_time_limit
+        )
+        progress = progress_for_step(job.progress, stages[number].name, remaining / total, tasks / total)
         solution = solve(
             problem,
             stage_options,

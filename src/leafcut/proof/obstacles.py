@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from leafcut.message import Message
 from leafcut.model.cycles import expand_cycles
 from leafcut.model.difference import Difference
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
+from leafcut.model.toolpath import Kind, Toolpath, arc_radius_start_sweep, plane_axes
 from leafcut.proof.clearance import rows_at_machine_height
 from leafcut.proof.difference import limit_differences, position_text, start_and_end_texts
 
@@ -142,7 +142,7 @@ def _areas_of_motions(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> N
 
 
 def _points_along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
-    radius, start, sweep = arc_sweep(path, row)
+    radius, start, sweep = arc_radius_start_sweep(path, row)
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
     count = max(2, math.ceil(abs(sweep) / _STEP) + 1)

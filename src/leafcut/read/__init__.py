@@ -15,7 +15,7 @@ from leafcut.model.issue import Severity
 from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
-from leafcut.read.registry import Input, formats, read_source, run_reader
+from leafcut.read.registry import Input, formats, read_source_with_format, run_reader
 
 __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets", "read_whole"]
 
@@ -32,7 +32,7 @@ def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbe
         reader skipped or repaired anything.
     """
     options = options or ReadOptions()
-    format_, loaded = read_source(source, on_progress)
+    format_, loaded = read_source_with_format(source, on_progress)
     return _read_with_reference(format_, format_, loaded, options)
 
 
@@ -48,7 +48,7 @@ def read_contours(source: Input, options: ReadOptions | None = None, on_progress
         the reader skipped or repaired anything.
     """
     options = options or ReadOptions()
-    format_, loaded = read_source(source, on_progress)
+    format_, loaded = read_source_with_format(source, on_progress)
     if format_.contours is None:
         known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
         raise ReadError(loaded.path, Message("{} has no contours to cut; use {}", format_.name, known_formats))
@@ -77,7 +77,7 @@ def read_pockets(
         The file is a picture and `pixel_size` is missing.
     """
     options = options or ReadOptions()
-    format_, loaded = read_source(source, on_progress)
+    format_, loaded = read_source_with_format(source, on_progress)
     if format_.pockets is None:
         known_formats = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.pockets)
         raise ReadError(loaded.path, Message("{} has no pockets; use {}", format_.name, known_formats))
@@ -99,7 +99,7 @@ def read_whole(source: Input, options: ReadOptions | None = None, on_progress: H
     """
     from leafcut.read.reference import read_whole_drawing
 
-    return read_whole_drawing(*read_source(source, on_progress), options or ReadOptions())
+    return read_whole_drawing(*read_source_with_format(source, on_progress), options or ReadOptions())
 
 
 def _read_with_reference(reader: Format, format_: Format, loaded: Source, options: ReadOptions) -> Part:

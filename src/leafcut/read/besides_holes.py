@@ -154,7 +154,7 @@ def report_contours_besides_holes(
         members = [k for k, name in enumerate(kinds) if name == kind]
         if not members:
             continue
-        positions = [_centroid(shapes[k]) for k in members]
+        positions = [_rounded_centroid(shapes[k]) for k in members]
         detail = _INSIDE_MESSAGE if kind == "contour" and "outline" in kinds else explanation
         message = Message("{} {}", count_of(len(members), noun), detail)
         if kind == "outline":
@@ -242,6 +242,6 @@ def _is_slot(path: Polyline, shape: Any) -> bool:
     return straight_length > _MIN_SLOT_LENGTH * width and abs(disc - width) < _WIDTH_TOLERANCE * width
 
 
-def _centroid(shape: Any) -> tuple[float, float]:
+def _rounded_centroid(shape: Any) -> tuple[float, float]:
     x, y = np.round(shapely.get_coordinates(shapely.centroid(shape))[0], 2).tolist()
     return x, y

@@ -274,7 +274,7 @@ def find_cut_data(
     match = _choose_row(fitting, thickness, given)
     if match is not None:
         row, issues = match
-        return _build_cut_data(row, thickness, given, [*issues, *_note_other_currents(of_material, row)])
+        return _build_cut_data(row, thickness, given, [*issues, *_other_currents_issues(of_material, row)])
     if own_row is None:
         raise PlanError(_no_row_message(fitting, process, material, thickness))
     return _build_cut_data(own_row, thickness, given, [])
@@ -487,7 +487,7 @@ def _no_row_message(rows: list[ChartRow], process: str, material: str, thickness
     )
 
 
-def _note_other_currents(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
+def _other_currents_issues(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
     chosen_label = _describe_process(chosen)
     other_labels = {
         _describe_process(r): None
@@ -505,7 +505,7 @@ def _describe_process(row: ChartRow) -> str:
     return row.process if row.amps is None else f"{row.process} {row.amps:g} A"
 
 
-def _row_values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | None]:
+def _row_values_or_given(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | None]:
     return {key: getattr(row, key) if given.get(key) is None else given[key] for key in GIVEN}
 
 
@@ -516,11 +516,11 @@ def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
     """
     if first_word_of_process(row.process) != CutMethod.PLASMA:
         return True
-    return row.pierce_height is not None or _row_values(row, given)["pierce_delay"] is not None
+    return row.pierce_height is not None or _row_values_or_given(row, given)["pierce_delay"] is not None
 
 
 def _missing_values(row: ChartRow, given: dict[str, float | None]) -> list[Message]:
-    values = _row_values(row, given)
+    values = _row_values_or_given(row, given)
     missing = []
     if not values["kerf"]:  # 0 in a chart means not measured
         missing.append(Message("kerf (--kerf)"))
@@ -532,7 +532,7 @@ def _missing_values(row: ChartRow, given: dict[str, float | None]) -> list[Messa
 def _build_cut_data(
     row: ChartRow, thickness: float, given: dict[str, float | None], issues: list[Issue]
 ) -> tuple[CutData, list[Issue]]:
-    values = _row_values(row, given)
+    values = _row_values_or_given(row, given)
     kind = first_word_of_process(row.process)
     can_pierce, missing = _can_pierce(row, given), _missing_values(row, given)
     if missing:

@@ -46,7 +46,7 @@ from leafcut.read.filter_holes import (
     ArcPiece,
     holes_on_part_layers,
     join_arcs_to_circles,
-    outline_circles,
+    outline_circle_indices,
     select_holes,
 )
 from leafcut.read.format import (
@@ -126,7 +126,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         raise ReadError(source.path, _no_holes_message(walk, finds, selection_issues))
     undrilled: list[Issue] = []
     contours: list[Issue] = []
-    outline_indices = outline_circles(kept, paths, MERGE_TOLERANCE)
+    outline_indices = outline_circle_indices(kept, paths, MERGE_TOLERANCE)
     if paths or outline_indices:
         from leafcut.read.besides_holes import report_contours_besides_holes  # start-up
 

@@ -108,8 +108,8 @@ class BlockWalk(Generic[S]):
         top = read_layout_content(self.document.modelspace(), self.shape_of)
         self._scan_blocks(top)
         # Check before the walk: a few lines of nested arrays can ask for a billion holes.
-        self.copies.check(self._weight_of(top, ()))
-        yield from self._visit(top, IDENTITY, None, ())
+        self.copies.check(self._count_entities_in(top, ()))
+        yield from self._shapes_in_content(top, IDENTITY, None, ())
 
     def _scan_blocks(self, top: Content[S]) -> None:
         """Read every block that model space can reach, and mark the blocks that lead to a shape.
@@ -138,7 +138,7 @@ class BlockWalk(Generic[S]):
                 self._with_shapes.add(name)
                 fruitful.extend(parents.get(name, ()))
 
-    def _visited_entities(self, name: str, trail: tuple[str, ...]) -> int:
+    def _count_visited_entities(self, name: str, trail: tuple[str, ...]) -> int:
         """Count the entities that an insertion of a block visits, including the entities of nested blocks.
 
         Return 0 if the insertion is not expanded.
@@ -147,20 +147,20 @@ class BlockWalk(Generic[S]):
         if content is None or name not in self._with_shapes or name in trail or len(trail) >= MAX_DEPTH:
             return 0
         if name not in self._weights:
-            self._weights[name] = self._weight_of(content, (*trail, name))
+            self._weights[name] = self._count_entities_in(content, (*trail, name))
         return self._weights[name]
 
-    def _weight_of(self, content: Content[S], trail: tuple[str, ...]) -> int:
+    def _count_entities_in(self, content: Content[S], trail: tuple[str, ...]) -> int:
         weight = 1
         for item in content.items:
             if isinstance(item, Insertion):
                 (columns, _), (rows, _) = item.steps
-                weight += rows * columns * self._visited_entities(item.block, trail)
+                weight += rows * columns * self._count_visited_entities(item.block, trail)
             else:
                 weight += 1
         return weight
 
-    def _visit(
+    def _shapes_in_content(
         self, content: Content[S], matrix: Matrix, inherited: str | None, trail: tuple[str, ...]
     ) -> Iterator[tuple[S, Matrix, str]]:
         self.copies(1)
@@ -168,7 +168,7 @@ class BlockWalk(Generic[S]):
         for item in content.items:
             layer = _effective_layer(item.layer, inherited)  # type: ignore[union-attr]
             if isinstance(item, Insertion):
-                yield from self._insert(item, matrix, layer, trail)
+                yield from self._shapes_of_insertion(item, matrix, layer, trail)
                 continue
             self.copies(1)
             if self.layers.shows(layer):
@@ -188,7 +188,7 @@ class BlockWalk(Generic[S]):
         if content.invisible:
             self.hidden[INVISIBLE] += content.invisible
 
-    def _insert(
+    def _shapes_of_insertion(
         self, insertion: Insertion, matrix: Matrix, layer: str, trail: tuple[str, ...]
     ) -> Iterator[tuple[S, Matrix, str]]:
         name = insertion.block
@@ -213,7 +213,7 @@ class BlockWalk(Generic[S]):
                         block_matrix[3][1] + shift[1],
                         block_matrix[3][2] + shift[2],
                     )
-                    yield from self._visit(content, (*block_matrix[:3], origin), layer, (*trail, name))
+                    yield from self._shapes_in_content(content, (*block_matrix[:3], origin), layer, (*trail, name))
 
 
 def _effective_layer(layer: str, inherited: str | None) -> str:

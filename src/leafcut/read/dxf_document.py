@@ -88,7 +88,7 @@ def _load_document(source: Source, issues: list[Issue]) -> Any:
             data = data.replace(b"\r", b"\n")
         if not re.search(DXF_SECTION, data[:65536], re.IGNORECASE):
             raise ReadError(source.path, "this is not a DXF drawing: it does not start with group code 0 and SECTION")
-        _check_complete(source.path, data, issues)
+        _check_size_and_end(source.path, data, issues)
     elif b"EOF\0" not in data[-64:]:
         raise ReadError(source.path, "the end of the drawing is missing; save or send it again")
     with _silence_ezdxf():
@@ -105,7 +105,7 @@ def _load_document(source: Source, issues: list[Issue]) -> Any:
             raise ReadError(source.path, reason, int(line.group(1)) if line else None) from None
 
 
-def _check_complete(path: str, data: bytes, issues: list[Issue]) -> None:
+def _check_size_and_end(path: str, data: bytes, issues: list[Issue]) -> None:
     lines = data.count(b"\n")
     if lines > MAX_LINES or sum(1 for _ in _STRUCTURE.finditer(data)) > MAX_ENTITIES:
         raise ReadError(

@@ -88,7 +88,7 @@ def to_layout_coordinates(ocs: Any, point: Vector3) -> Vector3:
     return (x, y, z)
 
 
-def _scaled(vector: Vector3, factor: float) -> Vector3:
+def _scaled_vector(vector: Vector3, factor: float) -> Vector3:
     return (vector[0] * factor, vector[1] * factor, vector[2] * factor)
 
 
@@ -99,7 +99,11 @@ def circle_curve(entity: Any) -> tuple[Curve, ...]:
     radius = entity.dxf.radius
     if not radius > 0:
         raise ValueError(Message("invalid radius {:g}", radius))
-    return (Curve(to_layout_coordinates(ocs, entity.dxf.center.xyz), _scaled(ux, radius), _scaled(uy, radius)),)
+    return (
+        Curve(
+            to_layout_coordinates(ocs, entity.dxf.center.xyz), _scaled_vector(ux, radius), _scaled_vector(uy, radius)
+        ),
+    )
 
 
 def arc_curve(entity: Any) -> tuple[Curve, ...]:
@@ -191,7 +195,13 @@ def _arcs_of_vertices(
             return ()
         x, y, radius, start, sweep = arc
         curves.append(
-            Curve(to_layout_coordinates(ocs, (x, y, elevation)), _scaled(ux, radius), _scaled(uy, radius), start, sweep)
+            Curve(
+                to_layout_coordinates(ocs, (x, y, elevation)),
+                _scaled_vector(ux, radius),
+                _scaled_vector(uy, radius),
+                start,
+                sweep,
+            )
         )
     return tuple(curves)
 

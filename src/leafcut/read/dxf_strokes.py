@@ -336,13 +336,13 @@ class Strokes:
             self.leaning[stroke.dxftype] += 1
             return
         except (PlanError, ArithmeticError, ValueError) as problem:
-            self._skip(stroke, str(problem))
+            self._record_skipped(stroke, str(problem))
             return
         dx, dy = matrix[3][0] * self.factor, matrix[3][1] * self.factor
         x0, y0, x1, y1 = stroke_path.path.extents
         if not max(abs(x0 + dx), abs(x1 + dx), abs(y0 + dy), abs(y1 + dy)) <= MAX_COORDINATE:
             finite = np.isfinite((x0 + dx, x1 + dx, y0 + dy, y1 + dy)).all()
-            self._skip(stroke, OUT_OF_RANGE if finite else Message("coordinates or radius out of range"))
+            self._record_skipped(stroke, OUT_OF_RANGE if finite else Message("coordinates or radius out of range"))
             return
         self._segments += stroke_path.path.n_segments
         if self._segments > MAX_SEGMENTS:
@@ -371,7 +371,7 @@ class Strokes:
             path = place_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE, self.points)
             return _StrokePath(path, is_sloped(stroke, matrix), stroke_height(stroke, matrix) * self.factor)
 
-    def _skip(self, stroke: DxfStroke, reason: str) -> None:
+    def _record_skipped(self, stroke: DxfStroke, reason: str) -> None:
         self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
 
     def issues(self) -> list[Issue]:

@@ -113,7 +113,7 @@ def _annotation_stroke(entity: Any) -> DxfStroke | None:
     layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
     strokes: list[DxfStroke] = []
     try:
-        for stroke in _annotation_lines(entity):
+        for stroke in _annotation_strokes(entity):
             strokes.append(stroke._replace(dxftype=kind, layer=layer, handle=handle, name="", kind="text"))
             if len(strokes) == _MOST_LINES:
                 break
@@ -122,7 +122,7 @@ def _annotation_stroke(entity: Any) -> DxfStroke | None:
     return DxfStroke(kind, Letters(tuple(strokes)), layer, handle, "", "text") if strokes else None
 
 
-def _annotation_lines(entity: Any) -> Iterator[DxfStroke]:
+def _annotation_strokes(entity: Any) -> Iterator[DxfStroke]:
     from ezdxf import path
     from ezdxf.disassemble import make_primitive, recursive_decompose
 

@@ -172,7 +172,7 @@ def _translate_commands(source: Source, units: str | None) -> _TranslatedCommand
     for number, raw in enumerate(source.text().splitlines(), 1):
         line = raw.strip()
         if line.startswith(";"):
-            _read_comment(prepared, line, number)
+            _translate_comment(prepared, line, number)
             continue
         line = "".join(line.split()).upper()
         if len(line) > MAX_COMMAND:
@@ -207,7 +207,7 @@ def _check_complete(source: Source, prepared: _TranslatedCommands, issues: list[
     issues.append(Issue("L101", Message("the file does not end with M30, so it may be incomplete and lack holes")))
 
 
-def _read_comment(prepared: _TranslatedCommands, line: str, number: int) -> None:
+def _translate_comment(prepared: _TranslatedCommands, line: str, number: int) -> None:
     if match := _FORMAT_COMMENT.match(line[:MAX_COMMAND]):
         prepared.digits = int(match.group(1)), int(match.group(2))
         prepared.has_format = True

@@ -210,7 +210,7 @@ def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolera
     return [anchor_of[k] for k in anchor_of]
 
 
-def outline_circles(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
+def outline_circle_indices(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
     """Return the circles that are outlines of parts and not holes.
 
     Such a circle encloses an off-centre hole, or several off-centre contours that lie apart. Concentric circles are

@@ -272,13 +272,13 @@ def _value_sources(top: TomlTable) -> dict[str, str]:
 def _check_values(machine: Machine, place: str, top: TomlTable) -> None:
     """Raise `DataError` for an invalid value. Messages show the numbers as the user wrote them in the file."""
 
-    def refuse(key: str, reason: Message) -> DataError:
+    def refusal(key: str, reason: Message) -> DataError:
         table, _, name = key.rpartition(".")
         return DataError("{}: '{}' {}", place, key, reason).at(table, key=name)
 
     if not machine.name or not machine.controller:
-        raise refuse("name" if not machine.name else "controller", Message("is empty"))
-    _check_cut_process(machine, refuse)
+        raise refusal("name" if not machine.name else "controller", Message("is empty"))
+    _check_cut_process(machine, refusal)
     for i, axis in enumerate("xyz"):
         low, high = machine.travel_min[i], machine.travel_max[i]
         for key, value in (
@@ -287,79 +287,79 @@ def _check_values(machine: Machine, place: str, top: TomlTable) -> None:
         ):
             if not value > 0:
                 typed = top.table("rapid", KEYS["rapid"]).typed(key.removeprefix("rapid."), i)
-                raise refuse(key, Message("of {} is {}, but must be above 0", axis, typed))
+                raise refusal(key, Message("of {} is {}, but must be above 0", axis, typed))
         if not high > low:
-            raise refuse(
+            raise refusal(
                 "travel.max", Message("of {} is {:g} mm, but must be above the smallest, {:g} mm", axis, high, low)
             )
         if not low - _TOLERANCE <= machine.home[i] <= high + _TOLERANCE:
-            raise refuse(
+            raise refusal(
                 "home",
                 Message("of {} is {:g} mm, outside the travel {:g} to {:g} mm", axis, machine.home[i], low, high),
             )
     if machine.safe_z is not None and not machine.travel_min[2] <= machine.safe_z <= machine.travel_max[2]:
-        raise refuse("safe_z", Message("is {:g} mm, outside the travel of z", machine.safe_z))
+        raise refusal("safe_z", Message("is {:g} mm, outside the travel of z", machine.safe_z))
     if not 0 < machine.acceleration_factor <= 1:
-        raise refuse(
+        raise refusal(
             "acceleration_factor", Message("is {:g}, but must be above 0 and at most 1", machine.acceleration_factor)
         )
-    _check_positive(machine, top, refuse)
-    _check_loads(machine, refuse)
+    _check_positive(machine, top, refusal)
+    _check_spindle_loads(machine, refusal)
     if machine.probe is not None:
-        _check_probe(machine.probe, machine.max_feed, refuse)
+        _check_probe(machine.probe, machine.max_feed, refusal)
     if not 0 <= machine.spindle_min_rpm <= machine.spindle_max_rpm or not machine.spindle_max_rpm > 0:
-        raise refuse("spindle.max_speed", Message("must be above 0 and not below spindle.min_speed"))
+        raise refusal("spindle.max_speed", Message("must be above 0 and not below spindle.min_speed"))
     for key, seconds in (("spindle.start_time", machine.spindle_start_s), ("tool_change.time", machine.tool_change_s)):
         if seconds < 0:
-            raise refuse(key, Message("is {:g} s, but must not be negative", seconds))
+            raise refusal(key, Message("is {:g} s, but must not be negative", seconds))
 
 
-def _check_cut_process(machine: Machine, refuse: Callable[[str, Message], DataError]) -> None:
+def _check_cut_process(machine: Machine, refusal: Callable[[str, Message], DataError]) -> None:
     name, method = machine.cut_process, machine.head.method
     if name and method is None:
-        raise refuse(
+        raise refusal(
             "cut_process", Message("is for a machine that cuts sheet, not for one with a spindle; leave it out")
         )
     if name and first_word_of_process(name) != method:
-        raise refuse("cut_process", Message("is '{}', but its name must start with '{}'", printable(name), method))
+        raise refusal("cut_process", Message("is '{}', but its name must start with '{}'", printable(name), method))
 
 
-def _check_loads(machine: Machine, refuse: Callable[[str, Message], DataError]) -> None:
+def _check_spindle_loads(machine: Machine, refusal: Callable[[str, Message], DataError]) -> None:
     for key, value in (
         ("spindle.power", machine.spindle_power),
         ("spindle.torque", machine.spindle_torque),
         ("spindle.max_thrust", machine.max_thrust),
     ):
         if value < 0:
-            raise refuse(key, Message("must not be negative"))
+            raise refusal(key, Message("must not be negative"))
 
 
-def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, Message], DataError]) -> None:
+def _check_probe(probe: Probe, max_feed: float, refusal: Callable[[str, Message], DataError]) -> None:
     if not 0 < probe.feed <= max_feed:
-        raise refuse("probe.feed", Message("must be above 0 and at most max_feed"))
+        raise refusal("probe.feed", Message("must be above 0 and at most max_feed"))
     if not 0 <= probe.switch_offset < probe.depth:
-        raise refuse("probe.switch_offset", Message("must not be negative, and below probe.depth"))
+        raise refusal("probe.switch_offset", Message("must not be negative, and below probe.depth"))
 
 
-def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, Message], DataError]) -> None:
+def _check_positive(machine: Machine, top: TomlTable, refusal: Callable[[str, Message], DataError]) -> None:
     if not machine.corner_deviation > 0:
         shown = top.table("corners", KEYS["corners"]).typed("deviation")
-        raise refuse("corners.deviation", Message("is {}, but must be above 0", shown))
+        raise refusal("corners.deviation", Message("is {}, but must be above 0", shown))
     if not machine.arc_tolerance > 0:
         shown = top.table("corners", KEYS["corners"]).typed("arc_tolerance")
-        raise refuse("corners.arc_tolerance", Message("is {}, but must be above 0", shown))
+        raise refusal("corners.arc_tolerance", Message("is {}, but must be above 0", shown))
     motors = top.table("motors", KEYS["motors"])
     for axis, steps in zip("xyz", machine.steps_per_mm, strict=True):
         if not 0 < steps <= _MAX_STEPS:
-            raise refuse(
+            raise refusal(
                 "motors.steps_per_mm",
                 Message("of {} is {:g}, but must be above 0, {:g} at most", axis, steps, _MAX_STEPS),
             )
     if not 0 <= machine.motor_lock_s < 1:
-        raise refuse("motors.lock_time", Message("is {}, but must be 0 or more, below 1 s", motors.typed("lock_time")))
+        raise refusal("motors.lock_time", Message("is {}, but must be 0 or more, below 1 s", motors.typed("lock_time")))
     if not 0 <= machine.nozzle_diameter <= _WIDEST_NOZZLE:
-        raise refuse(
+        raise refusal(
             "nozzle_diameter", Message("is {}, but must be 0 to {:g} mm", top.typed("nozzle_diameter"), _WIDEST_NOZZLE)
         )
     if not machine.max_feed > 0:
-        raise refuse("max_feed", Message("is {}, but must be above 0", top.typed("max_feed")))
+        raise refusal("max_feed", Message("is {}, but must be above 0", top.typed("max_feed")))

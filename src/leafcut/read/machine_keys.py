@@ -71,7 +71,7 @@ class ProfileKey:
         return self.name.rpartition(".")[2]
 
     @property
-    def shown_default(self) -> str:
+    def default_text(self) -> str:
         """The default of the key with its source, as text."""
         value = "" if self.default is None else toml_value(self.default)
         return f"{value} ({self.why})" if value and self.why else value or self.why
@@ -365,7 +365,7 @@ def fill_in_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str,
         if isinstance(table, dict) and key.key not in table:
             table[key.key] = key.default
             if key.reported:
-                reported_defaults[key.name] = key.shown_default
+                reported_defaults[key.name] = key.default_text
     return filled, reported_defaults
 
 
@@ -397,7 +397,7 @@ def profile_template(data: Mapping[str, Any], name: str) -> str:
 
 def _template_lines(key: ProfileKey, values: Mapping[str, Any], name: str | None) -> Iterator[str]:
     fallback = "required" if key.required else f"otherwise {key.why}" if key.default is None else ""
-    fallback = fallback or f"otherwise {key.shown_default}"
+    fallback = fallback or f"otherwise {key.default_text}"
     yield f"# {key.help}; {fallback}"
     if key.key in values:
         yield f"{key.key} = {toml_value(values[key.key])}"

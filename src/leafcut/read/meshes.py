@@ -72,7 +72,7 @@ def load_mesh(
                 "leave them out"
             )
         triangles = _read_stl(file, head, size) * UNITS[unit]
-    return _check_mesh(triangles, file, mend or Message("give its unit (--surface-unit {})", ", ".join(UNITS)))
+    return _checked_mesh(triangles, file, mend or Message("give its unit (--surface-unit {})", ", ".join(UNITS)))
 
 
 def _read_step_bytes(file: Path, size: int) -> bytes:
@@ -119,7 +119,7 @@ def _read_stl(file: Path, head: bytes, size: int) -> np.ndarray:
         return np.array(corners, dtype=np.float64).reshape(-1, 3, 3)
 
 
-def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
+def _checked_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
     if not len(triangles):
         raise ReadError(file, "has no triangles")
     if not np.isfinite(triangles).all():

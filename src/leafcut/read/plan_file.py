@@ -86,15 +86,15 @@ def load_plan(path: Path) -> PlanFile:
     reader.check_table(data, Message("the file"), (PLAN.key,))
     check_schema(PLAN, data[PLAN.key], place)
     reader.check_table(data, Message("the file"), ("contours", "cuts"))
-    contours = reader.rows(data["contours"], "contours")
-    cuts = reader.rows(data["cuts"], "cuts")
+    contours = reader.parse_list(data["contours"], "contours")
+    cuts = reader.parse_list(data["cuts"], "cuts")
     return PlanFile(
-        sheet=reader.text(data.get("sheet", ""), "'sheet'"),
-        contours=tuple(reader.contour(row, Message("contour {}", n)) for n, row in enumerate(contours, 1)),
-        cuts=tuple(reader.cut(row, Message("cut {}", n), len(contours)) for n, row in enumerate(cuts, 1)),
-        process=reader.text(data.get("process", ""), "'process'"),
-        material=reader.text(data.get("material", ""), "'material'"),
-        thickness=reader.number(data.get("thickness", 0.0), "'thickness'"),
+        sheet=reader.parse_text(data.get("sheet", ""), "'sheet'"),
+        contours=tuple(reader.parse_contour(row, Message("contour {}", n)) for n, row in enumerate(contours, 1)),
+        cuts=tuple(reader.parse_cut(row, Message("cut {}", n), len(contours)) for n, row in enumerate(cuts, 1)),
+        process=reader.parse_text(data.get("process", ""), "'process'"),
+        material=reader.parse_text(data.get("material", ""), "'material'"),
+        thickness=reader.parse_number(data.get("thickness", 0.0), "'thickness'"),
         source=place,
     )
 
@@ -103,86 +103,88 @@ class _PlanReader:
     def __init__(self, place: str) -> None:
         self.place = place
 
-    def refuse(self, label: str, reason: str) -> ReadError:
+    def refusal(self, label: str, reason: str) -> ReadError:
         return ReadError(self.place, Message("{}: {}", label, reason))
 
     def check_table(self, data: Any, label: str, needed: tuple[str, ...]) -> None:
         if not isinstance(data, dict):
-            raise self.refuse(label, Message("a JSON object was expected"))
+            raise self.refusal(label, Message("a JSON object was expected"))
         for key in needed:
             if key not in data:
-                raise self.refuse(label, Message("'{}' is missing", key))
+                raise self.refusal(label, Message("'{}' is missing", key))
 
-    def rows(self, data: Any, label: str) -> list[Any]:
+    def parse_list(self, data: Any, label: str) -> list[Any]:
         if not isinstance(data, list):
-            raise self.refuse(f"'{label}'", Message("a list was expected"))
+            raise self.refusal(f"'{label}'", Message("a list was expected"))
         return data
 
-    def text(self, value: Any, label: str) -> str:
+    def parse_text(self, value: Any, label: str) -> str:
         if not isinstance(value, str):
-            raise self.refuse(label, Message("{} is not a string", printable(json.dumps(value))))
+            raise self.refusal(label, Message("{} is not a string", printable(json.dumps(value))))
         return printable(value, 200)
 
-    def number(self, value: Any, label: str) -> float:
+    def parse_number(self, value: Any, label: str) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or abs(value) > 1e9 or not math.isfinite(value):
-            raise self.refuse(label, Message("{} is not a number in range", printable(json.dumps(value))))
+            raise self.refusal(label, Message("{} is not a number in range", printable(json.dumps(value))))
         return float(value)
 
-    def flag(self, value: Any, label: str) -> bool:
+    def parse_flag(self, value: Any, label: str) -> bool:
         if not isinstance(value, bool):
-            raise self.refuse(label, Message("{} is not true or false", printable(json.dumps(value))))
+            raise self.refusal(label, Message("{} is not true or false", printable(json.dumps(value))))
         return value
 
-    def point(self, value: Any, label: str) -> tuple[float, float]:
+    def parse_point(self, value: Any, label: str) -> tuple[float, float]:
         if not isinstance(value, list) or len(value) != 2:
-            raise self.refuse(label, Message("a point [x, y] was expected"))
-        return self.number(value[0], label), self.number(value[1], label)
+            raise self.refusal(label, Message("a point [x, y] was expected"))
+        return self.parse_number(value[0], label), self.parse_number(value[1], label)
 
     def check_keys(self, data: dict[str, Any], label: str, keys: tuple[str, ...]) -> None:
         for key in data:
             if key not in keys:
-                raise self.refuse(label, Message("unknown key '{}'{}", printable(key), name_suggestion(key, keys)))
+                raise self.refusal(label, Message("unknown key '{}'{}", printable(key), name_suggestion(key, keys)))
 
-    def choice(self, value: Any, label: str, words: tuple[str, ...]) -> str:
+    def parse_choice(self, value: Any, label: str, words: tuple[str, ...]) -> str:
         if value not in words:
-            raise self.refuse(label, Message("{} is not one of {}", printable(json.dumps(value)), ", ".join(words)))
+            raise self.refusal(label, Message("{} is not one of {}", printable(json.dumps(value)), ", ".join(words)))
         return str(value)
 
-    def contour(self, data: Any, label: str) -> ContourPrint:
+    def parse_contour(self, data: Any, label: str) -> ContourPrint:
         self.check_table(data, label, ("kind", "length", "area", "start"))
         return ContourPrint(
-            kind=self.text(data["kind"], f"{label}: 'kind'"),
-            length=self.number(data["length"], f"{label}: 'length'"),
-            area=self.number(data["area"], f"{label}: 'area'"),
-            start=self.point(data["start"], f"{label}: 'start'"),
-            layer=self.text(data.get("layer", ""), f"{label}: 'layer'"),
-            handle=self.text(data.get("handle", ""), f"{label}: 'handle'"),
+            kind=self.parse_text(data["kind"], f"{label}: 'kind'"),
+            length=self.parse_number(data["length"], f"{label}: 'length'"),
+            area=self.parse_number(data["area"], f"{label}: 'area'"),
+            start=self.parse_point(data["start"], f"{label}: 'start'"),
+            layer=self.parse_text(data.get("layer", ""), f"{label}: 'layer'"),
+            handle=self.parse_text(data.get("handle", ""), f"{label}: 'handle'"),
         )
 
-    def cut(self, data: Any, label: str, contours: int) -> CutChoice:
+    def parse_cut(self, data: Any, label: str, contours: int) -> CutChoice:
         self.check_table(data, label, ("contours",))
         self.check_keys(data, label, _CUT_KEYS)
-        numbers = self.rows(data["contours"], Message("{}: contours", label))
+        numbers = self.parse_list(data["contours"], Message("{}: contours", label))
         for number in numbers:
             if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= contours:
-                raise self.refuse(
+                raise self.refusal(
                     label,
                     Message(
                         "unknown contour {}; contours are numbered 1 to {}", printable(json.dumps(number)), contours
                     ),
                 )
-        fixed = tuple(self.choice(w, f"{label}: 'fixed'", FIXABLE) for w in self.rows(data.get("fixed", []), "fixed"))
+        fixed = tuple(
+            self.parse_choice(w, f"{label}: 'fixed'", FIXABLE) for w in self.parse_list(data.get("fixed", []), "fixed")
+        )
         choice = CutChoice(
             contours=tuple(number - 1 for number in numbers),
-            start=self.point(data["start"], f"{label}: 'start'") if "start" in data else None,
-            direction=self.choice(data["direction"], f"{label}: 'direction'", DIRECTIONS)
+            start=self.parse_point(data["start"], f"{label}: 'start'") if "start" in data else None,
+            direction=self.parse_choice(data["direction"], f"{label}: 'direction'", DIRECTIONS)
             if "direction" in data
             else "",
-            lead_in=self.lead(data["lead_in"], f"{label}: 'lead_in'") if "lead_in" in data else None,
-            lead_out=self.lead(data["lead_out"], f"{label}: 'lead_out'") if "lead_out" in data else None,
+            lead_in=self.parse_lead(data["lead_in"], f"{label}: 'lead_in'") if "lead_in" in data else None,
+            lead_out=self.parse_lead(data["lead_out"], f"{label}: 'lead_out'") if "lead_out" in data else None,
             fixed=fixed,
-            bridge=self.flag(data.get("bridge", False), f"{label}: 'bridge'"),
+            bridge=self.parse_flag(data.get("bridge", False), f"{label}: 'bridge'"),
         )
         for name, value in (
             ("start", choice.start),
@@ -191,17 +193,19 @@ class _PlanReader:
             ("bridge", choice.bridge),
         ):
             if name in fixed and not value:
-                raise self.refuse(label, Message("'{}' is fixed, but has no value", name))
+                raise self.refusal(label, Message("'{}' is fixed, but has no value", name))
         return choice
 
-    def lead(self, data: Any, label: str) -> Lead:
+    def parse_lead(self, data: Any, label: str) -> Lead:
         self.check_table(data, label, ("style",))
         self.check_keys(data, label, _LEAD_KEYS)
-        style = self.choice(data["style"], label, LEAD_STYLES)
+        style = self.parse_choice(data["style"], label, LEAD_STYLES)
         if style == "none":
             return Lead()
-        length, angle = self.number(data.get("length"), label), self.number(data.get("angle", 90.0), label)
-        run_in = self.number(data.get("run_in", 0.0), label)
+        length, angle = self.parse_number(data.get("length"), label), self.parse_number(data.get("angle", 90.0), label)
+        run_in = self.parse_number(data.get("run_in", 0.0), label)
         if not 0.0 < length <= 10_000.0 or not 0.0 < angle < 180.0 or not 0.0 <= run_in <= 1000.0:
-            raise self.refuse(label, Message("a lead needs a length above 0 mm and an angle between 0 and 180 degrees"))
+            raise self.refusal(
+                label, Message("a lead needs a length above 0 mm and an angle between 0 and 180 degrees")
+            )
         return Lead(style, length, math.radians(angle), run_in)

@@ -42,9 +42,9 @@ class PocketOutline:
     kind: str
 
     def __str__(self) -> Message:
-        return self.named(self.kind)
+        return self.describe_as(self.kind)
 
-    def named(self, kind: str) -> Message:
+    def describe_as(self, kind: str) -> Message:
         """Describe the outline for a message, as a ``pocket``, an ``island``, or an outline of unknown kind ("")."""
         x, y = self.contour.path.start
         if kind == "pocket":
@@ -388,13 +388,13 @@ def _check_contacts(
         if picture:
             raise LeafcutError(
                 "{} touches {}, {}: blur the picture, or set a larger --speckle",
-                island.named(island.kind or "island"),
+                island.describe_as(island.kind or "island"),
                 neighbour,
                 _conflict_location_text(c),
             )
         raise LeafcutError(
             "{} touches {}, {}; islands must stand clear, or be drawn as part of the wall",
-            island.named(island.kind or "island"),
+            island.describe_as(island.kind or "island"),
             neighbour,
             _conflict_location_text(c),
         )

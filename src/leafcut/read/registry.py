@@ -182,7 +182,7 @@ def _unusable_format(plugin: Plugin[Format]) -> Format:
     return Format(plugin.name, (), plugin.refusal, refuse, error=plugin.error)
 
 
-def read_source(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tuple[Format, Source]:
+def read_source_with_format(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tuple[Format, Source]:
     """Detect the format of an input, and read its bytes.
 
     If the input is already a `Source`, the function does not read it again. The source keeps its own `on_progress`
@@ -208,9 +208,9 @@ def read_source(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tup
 def read_once(source: Input) -> Source:
     """Read an input into memory, so that several readers can share its bytes and its cache.
 
-    Raises the same errors as `read_source`.
+    Raises the same errors as `read_source_with_format`.
     """
-    _, loaded = read_source(source)
+    _, loaded = read_source_with_format(source)
     return loaded if loaded.cache is not None else replace(loaded, cache={})
 
 

@@ -110,7 +110,7 @@ def find_pockets(
     floors = [face for face in _level_faces(faces) if face.z < highest - OVER]
     result: dict[str, Any] = {"pockets": [], "highest": highest, "open": 0, "leaning": 0, "covered": 0}
     result["openings"] = _find_through_openings(triangles)
-    result["sloping"] = _count_sloping(faces, seen)
+    result["sloping"] = _count_sloping_faces(faces, seen)
     by_height: dict[float, list[LevelFace]] = {}
     for floor in floors:
         by_height.setdefault(round(floor.z, 3), []).append(floor)
@@ -305,7 +305,7 @@ def _face_centre(face: Any) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _count_sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) -> int:
+def _count_sloping_faces(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) -> int:
     """Count the visible sloping faces that face up. Level faces, vertical faces and cones of holes do not count."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Cone

@@ -277,7 +277,7 @@ def _read_solid(
         return {"problem": Message("the STEP file has {}; choose one with --solid", _describe_solids(solids))}, none
     if which != ALL:
         shape = solids[0 if which == ONLY else int(which) - 1]
-    shape = _transform(shape, TURNS[up], 0.0)
+    shape = _transform_shape(shape, TURNS[up], 0.0)
     BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
     faces = [as_face(face) for face in subshapes(shape, TopAbs_FACE)]
     triangles = _all_triangles(faces)
@@ -289,7 +289,7 @@ def _read_solid(
     if len(triangles) and level != "drawn":
         z = float(triangles[:, :, 2].max() if level == "top" else triangles[:, :, 2].min())
     if z:
-        shape = _transform(shape, TURNS["z"], -z)
+        shape = _transform_shape(shape, TURNS["z"], -z)
         triangles = triangles - (0.0, 0.0, z)
         faces = [as_face(face) for face in subshapes(shape, TopAbs_FACE)]
     result: dict[str, Any] = {}
@@ -298,7 +298,7 @@ def _read_solid(
         result = {
             "z": z,
             "height": height,
-            "hull": _convex_hull(triangles),
+            "hull": _hull_in_top_view(triangles),
             "box": _box_corners(shape) if boxed else [],
         }
     return result | _extract_features(features, shape, triangles, faces), triangles
@@ -319,7 +319,7 @@ def _extract_features(
     return (find_outlines if features == "outlines" else find_pockets)(shape, triangles, faces, is_visible_from_above)
 
 
-def _transform(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
+def _transform_shape(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
     from OCP.gp import gp_Trsf
     from OCP.TopLoc import TopLoc_Location
 
@@ -329,7 +329,7 @@ def _transform(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
     return shape.Moved(TopLoc_Location(move))
 
 
-def _convex_hull(triangles: NDArray[np.float64]) -> list[list[float]]:
+def _hull_in_top_view(triangles: NDArray[np.float64]) -> list[list[float]]:
     hull: Any = shapely.MultiPoint(triangles[:, :, :2].reshape(-1, 2)).convex_hull
     return [list(corner) for corner in shapely.get_coordinates(hull).tolist()]
 
@@ -462,7 +462,7 @@ def _find_round_walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]
         axis, location = round_.Axis().Direction(), round_.Axis().Location()
         if abs(abs(axis.Z()) - 1.0) > PARALLEL:
             if kind == GeomAbs_Cylinder:
-                key = tuple(round(value, 3) for value in _direction(axis)) + tuple(
+                key = tuple(round(value, 3) for value in _axis_direction(axis)) + tuple(
                     round(value / SAME) for value in (*_axis_foot(axis, location), round_.Radius())
                 )
                 aside[key] = aside.get(key, 0.0) + (u1 - u0)
@@ -490,7 +490,7 @@ def _covered_degrees(axes: Any, start_angle: float, stop_angle: float) -> frozen
     return frozenset((np.degrees(np.arctan2(y, x)) // 1.0).astype(np.int64).tolist())
 
 
-def _direction(axis: Any) -> tuple[float, float, float]:
+def _axis_direction(axis: Any) -> tuple[float, float, float]:
     """Return the direction of an axis. Opposite directions get the same sign."""
     x, y, z = axis.X(), axis.Y(), axis.Z()
     sign = next((math.copysign(1.0, value) for value in (x, y, z) if abs(value) > PARALLEL), 1.0)

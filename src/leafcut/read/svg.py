@@ -32,7 +32,7 @@ from leafcut.read.format import (
     point_budget,
     too_many_segments_error,
 )
-from leafcut.read.svg_shapes import SHAPES, SvgSubpath, ViewSize, place_outline, shape_subpaths
+from leafcut.read.svg_shapes import SHAPES, SvgSubpath, ViewSize, place_subpath, shape_subpaths
 from leafcut.read.svg_transform import (
     PHYSICAL,
     PX_PER_UNIT,
@@ -83,7 +83,7 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
         source.on_progress,
     )
     walk.index_elements(root)
-    walk.children(root, _Context(page.matrix), 0, ())
+    walk.visit_children(root, _Context(page.matrix), 0, ())
     issues += walk.issues()
     if not walk.contours:
         reasons = Message.joined("; ", (i.message for i in issues)) or Message("the drawing is empty")
@@ -155,7 +155,7 @@ def _parse_page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool
         # The user's unit applies to the numbers in the drawing.
         fit, mm, has_size = (Affine(e=-box[0], f=-box[1]) if box else Affine()), MM_PER_UNIT[options.units], True
         px = view_size if box else px
-    matrix = Affine(mm, 0.0, 0.0, -mm, 0.0, px[1] * mm).of(fit)
+    matrix = Affine(mm, 0.0, 0.0, -mm, 0.0, px[1] * mm).after(fit)
     return _Page(matrix, ViewSize(box[2] if box else px[0], box[3] if box else px[1])), has_size
 
 
@@ -220,24 +220,24 @@ class _Walk:
                 self._rules.update({name: {n: rule[n] for n in _STYLED if n in rule} for name, rule in rules.items()})
             waiting.extend((child, depth + 1) for child in element)
 
-    def children(self, element: Any, context: _Context, depth: int, trail: tuple[str, ...]) -> None:
+    def visit_children(self, element: Any, context: _Context, depth: int, trail: tuple[str, ...]) -> None:
         for child in element:
-            self._visit(child, context, depth + 1, trail)
+            self._visit_element(child, context, depth + 1, trail)
 
-    def _visit(self, element: Any, outer: _Context, depth: int, trail: tuple[str, ...]) -> None:
+    def _visit_element(self, element: Any, outer: _Context, depth: int, trail: tuple[str, ...]) -> None:
         self.copies(1)
         self.on_progress()
         tag = _tag_name(element)
         if not tag or tag in UNDRAWN or tag in SILENT:
             return
         try:
-            attributes = self._cached("own", element, self._attributes, trail)
-            context = self._inherit(attributes, outer)
+            attributes = self._cached("own", element, self._parse_attributes, trail)
+            context = self._inherited_context(attributes, outer)
             if not attributes.shown or (tag in SHAPES and context.visibility in ("hidden", "collapse")):
                 self.hidden[Message("not shown")] += 1
                 return
             if tag in GROUPS:
-                self.children(
+                self.visit_children(
                     element, self._viewport_context(element, context) if tag == "svg" else context, depth, trail
                 )
             elif tag == "use":
@@ -252,7 +252,7 @@ class _Walk:
             reason = map_text(str(problem) or type(problem).__name__, lambda text: printable(text, 80))
             self.broken.setdefault(Message("<{}>: {}", tag, reason), []).append(printable(element.get("id", "?"), 30))
 
-    def _style(self, element: Any) -> dict[str, str]:
+    def _resolve_style(self, element: Any) -> dict[str, str]:
         """Return the style of an element. Classes override attributes, and the style attribute overrides classes."""
         properties = {n: element.get(n) for n in _STYLED if element.get(n)}
         for name in element.get("class", "").split():
@@ -277,8 +277,8 @@ class _Walk:
             raise result
         return result
 
-    def _attributes(self, element: Any) -> _Attributes:
-        style = self._style(element)
+    def _parse_attributes(self, element: Any) -> _Attributes:
+        style = self._resolve_style(element)
         attributes = {k.rpartition("}")[2]: v for k, v in element.attrib.items()}
         layer = attributes.get("label", "") if attributes.get("groupmode") == "layer" else ""
         classes = attributes.get("class", "").split()
@@ -296,9 +296,9 @@ class _Walk:
             next((v for k, v in element.attrib.items() if k.rpartition("}")[2] == "href"), ""),
         )
 
-    def _inherit(self, attributes: _Attributes, outer: _Context) -> _Context:
+    def _inherited_context(self, attributes: _Attributes, outer: _Context) -> _Context:
         return _Context(
-            outer.matrix if attributes.matrix is None else outer.matrix.of(attributes.matrix),
+            outer.matrix if attributes.matrix is None else outer.matrix.after(attributes.matrix),
             attributes.layer or outer.layer,
             attributes.css or outer.css,
             attributes.stroke or outer.stroke,
@@ -314,7 +314,7 @@ class _Walk:
         h = parse_length(element.get("height", "100%"), frame.height)
         box = parse_view_box(element.get("viewBox", ""))
         inner = viewport_transform(box, w, h, element.get("preserveAspectRatio", "")) if len(box) == 4 else Affine()
-        return context._replace(matrix=context.matrix.of(Affine(e=x, f=y)).of(inner))
+        return context._replace(matrix=context.matrix.after(Affine(e=x, f=y)).after(inner))
 
     def _visit_use(self, element: Any, name: str, context: _Context, depth: int, trail: tuple[str, ...]) -> None:
         target = self._by_id.get(name[1:]) if name.startswith("#") else None
@@ -323,7 +323,7 @@ class _Walk:
             return
         frame = self.page.frame
         x, y = parse_length(element.get("x", "0"), frame.width), parse_length(element.get("y", "0"), frame.height)
-        context = context._replace(matrix=context.matrix.of(Affine(e=x, f=y)))
+        context = context._replace(matrix=context.matrix.after(Affine(e=x, f=y)))
         if _tag_name(target) == "symbol":
             if target.get("viewBox"):
                 size = {n: element.get(n) or target.get(n) or "100%" for n in ("width", "height")}
@@ -331,10 +331,10 @@ class _Walk:
                 inner = viewport_transform(
                     parse_view_box(target.get("viewBox")), w, h, target.get("preserveAspectRatio", "")
                 )
-                context = context._replace(matrix=context.matrix.of(inner))
-            self.children(target, context, depth, (*trail, name))
+                context = context._replace(matrix=context.matrix.after(inner))
+            self.visit_children(target, context, depth, (*trail, name))
         else:
-            self._visit(target, context, depth + 1, (*trail, name))
+            self._visit_element(target, context, depth + 1, (*trail, name))
 
     def _draw_shape(self, tag: str, element: Any, context: _Context, trail: tuple[str, ...]) -> None:
         layer = context.layer or context.css or context.stroke
@@ -349,7 +349,7 @@ class _Walk:
     def _add_contour(self, outline: SvgSubpath, context: _Context, layer: str, name: str) -> None:
         self._count_segments(len(outline.pieces))  # before placing: some pieces may have no length
         with np.errstate(all="ignore"):
-            path = place_outline(outline, context.matrix, CURVE_TOLERANCE, self.points)
+            path = place_subpath(outline, context.matrix, CURVE_TOLERANCE, self.points)
             reach = 0.0 if path is None else np.abs(path.extents).max()
         if not reach <= MAX_COORDINATE:
             raise ValueError(OUT_OF_RANGE if np.isfinite(reach) else Message("coordinates out of range"))

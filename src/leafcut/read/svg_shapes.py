@@ -62,7 +62,7 @@ def _line_subpath(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]
     yield SvgSubpath([ends], closed=False)
 
 
-def _polygon_reader(closed: bool) -> Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]:
+def _polygon_parser(closed: bool) -> Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]:
     def read(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
         values = parse_numbers(a.get("points", ""))
         if len(values) % 2:
@@ -180,12 +180,12 @@ SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]]
     "circle": _ellipse_subpath,
     "ellipse": _ellipse_subpath,
     "line": _line_subpath,
-    "polyline": _polygon_reader(closed=False),
-    "polygon": _polygon_reader(closed=True),
+    "polyline": _polygon_parser(closed=False),
+    "polygon": _polygon_parser(closed=True),
 }
 
 
-def place_outline(
+def place_subpath(
     outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = accept_any_point_count
 ) -> Polyline | None:
     """Place an outline, and approximate curves by arcs to within `tolerance` mm.
@@ -211,7 +211,7 @@ def place_outline(
             rows.append(bend.vertices[: None if bend.closed else -1])
             last = bend.end
             continue
-        points = np.array([matrix.place(*p) for p in piece])
+        points = np.array([matrix.transform_point(*p) for p in piece])
         last = (float(points[-1, 0]), float(points[-1, 1]))
         if len(piece) == 2:
             flush_curve()
@@ -229,5 +229,9 @@ def place_outline(
 
 
 def _place_arc(bend: EllipseArc, matrix: Affine, tolerance: float, spend: Spend) -> Polyline:
-    center, u, v = matrix.place(*bend.center), matrix.turn(*bend.u), matrix.turn(*bend.v)
+    center, u, v = (
+        matrix.transform_point(*bend.center),
+        matrix.transform_direction(*bend.u),
+        matrix.transform_direction(*bend.v),
+    )
     return ellipse_path(center, u, v, bend.start, bend.sweep, tolerance, spend)

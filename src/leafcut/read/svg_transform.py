@@ -34,16 +34,16 @@ class Affine(NamedTuple):
     e: float = 0.0
     f: float = 0.0
 
-    def of(self, inner: Affine) -> Affine:
+    def after(self, inner: Affine) -> Affine:
         """Combine two transforms. The result applies `inner` first, and then this transform."""
-        x, y = self.place(inner.e, inner.f)
-        return Affine(*self.turn(inner.a, inner.b), *self.turn(inner.c, inner.d), x, y)
+        x, y = self.transform_point(inner.e, inner.f)
+        return Affine(*self.transform_direction(inner.a, inner.b), *self.transform_direction(inner.c, inner.d), x, y)
 
-    def turn(self, x: float, y: float) -> tuple[float, float]:
+    def transform_direction(self, x: float, y: float) -> tuple[float, float]:
         """Transform a direction."""
         return (self.a * x + self.c * y, self.b * x + self.d * y)
 
-    def place(self, x: float, y: float) -> tuple[float, float]:
+    def transform_point(self, x: float, y: float) -> tuple[float, float]:
         """Transform a point."""
         return (self.a * x + self.c * y + self.e, self.b * x + self.d * y + self.f)
 
@@ -90,7 +90,7 @@ def parse_transform(text: str) -> Affine:
         if match is None:
             raise ValueError(Message("invalid transform '{}'", text[:40]))
         name, values = match.group(1), parse_numbers(match.group(2))
-        result, position = result.of(_parse_transform_function(name, values)), match.end()
+        result, position = result.after(_parse_transform_function(name, values)), match.end()
     return result
 
 
@@ -105,7 +105,7 @@ def _parse_transform_function(name: str, v: list[float]) -> Affine:
     if name == "rotate" and count in (1, 3):
         cos, sin = math.cos(math.radians(v[0])), math.sin(math.radians(v[0]))
         x, y = (v[1], v[2]) if count > 1 else (0.0, 0.0)
-        return Affine(e=x, f=y).of(Affine(cos, sin, -sin, cos)).of(Affine(e=-x, f=-y))
+        return Affine(e=x, f=y).after(Affine(cos, sin, -sin, cos)).after(Affine(e=-x, f=-y))
     if name in ("skewX", "skewY") and count == 1:
         tangent = math.tan(math.radians(v[0]))
         return Affine(c=tangent) if name == "skewX" else Affine(b=tangent)

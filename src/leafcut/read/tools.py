@@ -133,26 +133,26 @@ def _parse_tool(table: TomlTable) -> Tool:
         raise table.problem("point_angle", "must be above 0° and at most 180°")
     tool = Tool(
         number=table.whole("number", 1, _HIGHEST_NUMBER),
-        diameter=_positive_quantity(table, "diameter", "mm"),
+        diameter=_parse_positive_quantity(table, "diameter", "mm"),
         kind=kind,
         name=table.text("name", ""),
         point_angle=min(angle, math.pi),
-        feed=_positive_quantity(table, "feed", "mm/s") if "feed" in table else 0.0,
-        spindle_rpm=_positive_quantity(table, "spindle_speed", "rpm") if "spindle_speed" in table else 0.0,
+        feed=_parse_positive_quantity(table, "feed", "mm/s") if "feed" in table else 0.0,
+        spindle_rpm=_parse_positive_quantity(table, "spindle_speed", "rpm") if "spindle_speed" in table else 0.0,
         cycle=table.optional("cycle", lambda key: table.text(key, choices=CYCLES)),
-        peck=table.optional("peck", lambda key: _positive_quantity(table, key, "mm")),
+        peck=table.optional("peck", lambda key: _parse_positive_quantity(table, key, "mm")),
         dwell=table.optional("dwell", lambda key: _parse_seconds(table, key)),
-        pitch=table.optional("pitch", lambda key: _positive_quantity(table, key, "mm")),
-        flute_length=table.optional("flute_length", lambda key: _positive_quantity(table, key, "mm")),
-        depth=table.optional("depth", lambda key: _positive_quantity(table, key, "mm")),
-        plunge_feed=_positive_quantity(table, "plunge_feed", "mm/s") if "plunge_feed" in table else 0.0,
+        pitch=table.optional("pitch", lambda key: _parse_positive_quantity(table, key, "mm")),
+        flute_length=table.optional("flute_length", lambda key: _parse_positive_quantity(table, key, "mm")),
+        depth=table.optional("depth", lambda key: _parse_positive_quantity(table, key, "mm")),
+        plunge_feed=_parse_positive_quantity(table, "plunge_feed", "mm/s") if "plunge_feed" in table else 0.0,
         teeth=table.optional("teeth", lambda key: table.whole(key, 1, _MOST_TEETH)),
-        corner_radius=_positive_quantity(table, "corner_radius", "mm") if "corner_radius" in table else 0.0,
-        tip_diameter=_positive_quantity(table, "tip_diameter", "mm") if "tip_diameter" in table else 0.0,
+        corner_radius=_parse_positive_quantity(table, "corner_radius", "mm") if "corner_radius" in table else 0.0,
+        tip_diameter=_parse_positive_quantity(table, "tip_diameter", "mm") if "tip_diameter" in table else 0.0,
         material=table.optional("material", lambda key: ToolMaterial(table.text(key, choices=tuple(ToolMaterial)))),
         life_cost=table.optional("life_cost", lambda key: _parse_cost(table, key)),
-        shank_diameter=table.optional("shank_diameter", lambda key: _positive_quantity(table, key, "mm")),
-        stickout=table.optional("stickout", lambda key: _positive_quantity(table, key, "mm")),
+        shank_diameter=table.optional("shank_diameter", lambda key: _parse_positive_quantity(table, key, "mm")),
+        stickout=table.optional("stickout", lambda key: _parse_positive_quantity(table, key, "mm")),
         shaft=_parse_body_segments(table, "shaft"),
         holder=_parse_body_segments(table, "holder"),
     )
@@ -187,7 +187,7 @@ def _parse_body_segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
     return tuple(segments)
 
 
-def _positive_quantity(table: TomlTable, key: str, unit: str) -> float:
+def _parse_positive_quantity(table: TomlTable, key: str, unit: str) -> float:
     value = table.quantity(key, unit)
     if not value > 0 or (unit == "mm" and value > _LARGEST):
         limit = Message(" and at most {:g} mm", _LARGEST) if unit == "mm" else ""
@@ -273,4 +273,4 @@ def _parse_recipe(table: TomlTable, tools: dict[int, Tool]) -> Recipe:
             raise table.problem("steps", "names tool {}, a mill; a step needs a drilling tool", number)
     if len(set(steps)) < len(steps):
         raise table.problem("steps", "names a tool twice")
-    return Recipe(_positive_quantity(table, "diameter", "mm"), steps, table.text("layer", "*"))
+    return Recipe(_parse_positive_quantity(table, "diameter", "mm"), steps, table.text("layer", "*"))

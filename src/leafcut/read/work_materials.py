@@ -103,40 +103,40 @@ def _material_from_values(data: dict[str, Any], place: str) -> WorkMaterial:
         kc11=kc11,
         mc=mc,
         description=top.text("description", ""),
-        also=_synonyms(top),
-        tensile_strength=_not_negative(top, "tensile_strength", "N/mm²"),
-        hardness=_number_up_to(top, "hardness", 1000.0),
-        density=_not_negative(top, "density", "kg/m³"),
+        also=_parse_synonyms(top),
+        tensile_strength=_parse_non_negative(top, "tensile_strength", "N/mm²"),
+        hardness=_parse_number_up_to(top, "hardness", 1000.0),
+        density=_parse_non_negative(top, "density", "kg/m³"),
         lives=_parse_tool_lives(top),
-        drill_constant=_number_up_to(top, "drill_constant", 100.0),
-        drill_feed=_number_up_to(feed, "drill", 1.0),
-        mill_feed=_number_up_to(feed, "mill", 1.0),
+        drill_constant=_parse_number_up_to(top, "drill_constant", 100.0),
+        drill_feed=_parse_number_up_to(feed, "drill", 1.0),
+        mill_feed=_parse_number_up_to(feed, "mill", 1.0),
         sources={key: sources.text(key) for key in sources.values},
     )
 
 
-def _synonyms(top: TomlTable) -> tuple[str, ...]:
+def _parse_synonyms(top: TomlTable) -> tuple[str, ...]:
     value = top.values.get("also", [])
     if not isinstance(value, list) or not all(isinstance(name, str) and name.isprintable() for name in value):
         raise top.problem("also", 'must be a list of other names, such as ["1045", "ck45"]')
     return tuple(value)
 
 
-def _not_negative(table: TomlTable, key: str, unit: str) -> float:
+def _parse_non_negative(table: TomlTable, key: str, unit: str) -> float:
     value = table.quantity(key, unit, 0.0)
     if value < 0:
         raise table.problem(key, "is {}, but must not be negative", table.typed(key))
     return value
 
 
-def _number_up_to(table: TomlTable, key: str, limit: float) -> float:
+def _parse_number_up_to(table: TomlTable, key: str, limit: float) -> float:
     value = table.number(key, 0.0)
     if not 0 <= value <= limit:
         raise table.problem(key, "is {:g}, but must be from 0 to {:g}", value, limit)
     return value
 
 
-def _positive_number(table: TomlTable, key: str, default: float | None = None) -> float:
+def _parse_positive_number(table: TomlTable, key: str, default: float | None = None) -> float:
     if key not in table and default is None:
         raise DataError("{}: the key '{}' is missing", table.place, key)
     value = table.number(key, default or 0.0)
@@ -195,13 +195,13 @@ def _parse_tool_life(table: TomlTable) -> ToolLife:
     else:
         if "at_life" in table:
             raise table.problem("at_life", "is used only with 'speed'")
-        constant = _positive_number(table, "constant") * _MM_PER_S * SECONDS_PER_MINUTE**exponent
+        constant = _parse_positive_number(table, "constant") * _MM_PER_S * SECONDS_PER_MINUTE**exponent
     return ToolLife(
         work=CuttingWork(table.text("work", choices=tuple(CuttingWork))),
         tool_material=ToolMaterial(table.text("tool", choices=tuple(ToolMaterial))),
-        constant=_positive_number(table, "factor", 1.0) * constant,
+        constant=_parse_positive_number(table, "factor", 1.0) * constant,
         life=exponent,
         **exponents,
-        least_feed=_not_negative(table, "least_feed", "mm"),
+        least_feed=_parse_non_negative(table, "least_feed", "mm"),
         source=table.text("source", ""),
     )

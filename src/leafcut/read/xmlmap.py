@@ -71,7 +71,7 @@ class _Map:
     open: list[_Point] = field(default_factory=list)
     tags: dict[str, int] = field(default_factory=dict)
 
-    def start(self, tag: str, attributes: dict[str, str], line: int) -> None:
+    def start_element(self, tag: str, attributes: dict[str, str], line: int) -> None:
         if not self.root:
             self.root = tag
             self._read_units(attributes, line)
@@ -85,11 +85,11 @@ class _Map:
         else:
             self.tags[tag] = self.tags.get(tag, 0) + 1
 
-    def text(self, text: str) -> None:
+    def add_text(self, text: str) -> None:
         if self.open and (name := self.open[-1].current):
             self.open[-1].values[name] = self.open[-1].values.get(name, "") + text
 
-    def end(self, tag: str) -> None:
+    def end_element(self, tag: str) -> None:
         if not self.open:
             return
         if tag in POINT_TAGS:
@@ -183,13 +183,13 @@ def _parse_map(source: Source) -> _Map:
         def startElement(self, name: str, attrs: Any) -> None:
             source.on_progress()
             plain = {_name_without_namespace(key): str(value) for key, value in attrs.items()}
-            point_map.start(_name_without_namespace(name), plain, parser.getLineNumber())
+            point_map.start_element(_name_without_namespace(name), plain, parser.getLineNumber())
 
         def characters(self, content: str) -> None:
-            point_map.text(content)
+            point_map.add_text(content)
 
         def endElement(self, name: str) -> None:
-            point_map.end(_name_without_namespace(name))
+            point_map.end_element(_name_without_namespace(name))
 
     parser = DefusedExpatParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
     parser.setContentHandler(Handler())

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
+from leafcut.model.toolpath import Kind, Toolpath, arc_radius_start_sweep, plane_axes
 
 _RAPIDS = (Kind.RAPID, Kind.DRILL)
 _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
@@ -100,7 +100,7 @@ def _arc_segments(path: Toolpath, row: int) -> NDArray[np.float64]:
     """Divide an arc into straight segments, float64[n, 2, 2], mm."""
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
-    radius, start, sweep = arc_sweep(path, row)
+    radius, start, sweep = arc_radius_start_sweep(path, row)
     if abs(sweep) > math.tau:  # the turns of a helix overlap: draw one full turn and the remainder
         sweep = math.fmod(sweep, math.tau) + math.copysign(math.tau, sweep)
     parts = np.linspace(0.0, 1.0, 1 + max(2, math.ceil(abs(sweep) / math.tau * _STEPS_PER_TURN)))

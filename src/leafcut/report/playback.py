@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand_cycles
 from leafcut.model.kinds import BEAMS
-from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
+from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_radius_start_sweep, plane_axes
 from leafcut.model.turns import arc_turns
 from leafcut.report.plan_view import spindle_speed_by_row, stop_rows
 from leafcut.timing.grbl import SentLines
@@ -203,7 +203,7 @@ def _replace_other_arcs(whole: Playback, path: Toolpath, before: NDArray[np.floa
         chord_rows = slice(int(first[row]), int(first[row]) + _CHORDS)
         activity[chord_rows] = Activity.DARK if whole.activity[row] == Activity.DARK else Activity.CUT
         centre, (u, v, w) = path.arcs[int(path.ref[row])], plane_axes(path.arcs[int(path.ref[row])].plane)
-        radius, angle, sweep = arc_sweep(path, row)
+        radius, angle, sweep = arc_radius_start_sweep(path, row)
         place[chord_rows, u] = centre.center[u] + radius * np.cos(angle + sweep * share)
         place[chord_rows, v] = centre.center[v] + radius * np.sin(angle + sweep * share)
         place[chord_rows, w] = before[row, w] + (path.end[row, w] - before[row, w]) * share

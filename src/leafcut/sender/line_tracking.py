@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import XYZ
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
+from leafcut.model.toolpath import Kind, Toolpath, arc_radius_start_sweep, plane_axes
 
 #: Maximum chord error of an arc, mm, and maximum number of chords per arc.
 _SAGITTA, _MAX_CHORDS = 0.02, 360
@@ -76,7 +76,7 @@ def _chords(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
 def _arc_points(path: Toolpath, row: int) -> list[Floats]:
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
-    radius, start, sweep = arc_sweep(path, row)
+    radius, start, sweep = arc_radius_start_sweep(path, row)
     angle = 2.0 * math.acos(max(1.0 - _SAGITTA / radius, 0.0)) if radius > 0.0 else math.pi
     count = min(max(1, math.ceil(abs(sweep) / angle)), _MAX_CHORDS)
     points = []

@@ -146,11 +146,13 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     # The planner detects the end of a move only in the following cycle, on average half a cycle late.
     seconds += np.where((corners.speed == 0) & ~follows, 0.5 * CYCLE, 0.0)
     if follows.any():
-        seconds -= _overlap_seconds(moves, follows, velocity, acceleration)
+        seconds -= _seconds_saved_by_overlap(moves, follows, velocity, acceleration)
     return seconds
 
 
-def _overlap_seconds(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, acceleration: Floats) -> Floats:
+def _seconds_saved_by_overlap(
+    moves: Moves, follows: NDArray[np.bool_], velocity: Floats, acceleration: Floats
+) -> Floats:
     saved = np.zeros(len(moves))
     followed = np.flatnonzero(follows)
     before, after = (replace(moves[rows], velocity=velocity[rows]) for rows in (followed, followed + 1))

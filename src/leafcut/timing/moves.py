@@ -159,7 +159,7 @@ def extract_moves(
     steps = _moving_rows(path, machine, delta, turns, mode, tolerance, joining)
     if np.any((steps.mode == BLEND) & (steps.joining > 0)):
         steps = _merge_moves(steps, turns)
-    length, limit, acceleration, start, end = _straight_limits(steps, machine)
+    length, limit, acceleration, start, end = _straight_lengths_limits_and_directions(steps, machine)
     turn = Turn(*(np.zeros((len(length), *column.shape[1:])) for column in turns.turn))
     on_arc = np.flatnonzero(steps.arc >= 0)
     if len(on_arc):
@@ -167,7 +167,7 @@ def extract_moves(
         for column, turn_column in zip(turn, turns.turn, strict=True):
             column[on_arc] = turn_column[turn_rows]
         length[on_arc] = turns.length[turn_rows]
-        start[on_arc], end[on_arc] = _tangents(turns.turn, turn_rows, length[on_arc])
+        start[on_arc], end[on_arc] = _arc_tangents(turns.turn, turn_rows, length[on_arc])
         limit[on_arc], acceleration[on_arc] = _arc_limits(turns, turn_rows, machine)
     limit = np.minimum(limit, length / cycle_s) if cycle_s else limit
     feed = np.where(steps.feed > 0, np.minimum(steps.feed, machine.max_feed), machine.max_feed)
@@ -258,7 +258,9 @@ def laser_power_changes(path: Toolpath) -> Mask:
     return changes
 
 
-def _straight_limits(steps: MovingRows, machine: Machine) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _straight_lengths_limits_and_directions(
+    steps: MovingRows, machine: Machine
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     moved = np.abs(steps.delta)
     length = np.sqrt((moved * moved).sum(axis=1))
     safe = np.where(length > 0, length, 1.0)
@@ -269,7 +271,7 @@ def _straight_limits(steps: MovingRows, machine: Machine) -> tuple[Floats, Float
     return length, limit, acceleration, unit, unit.copy()
 
 
-def _tangents(turn: Turn, rows: NDArray[np.int64], length: Floats) -> tuple[Floats, Floats]:
+def _arc_tangents(turn: Turn, rows: NDArray[np.int64], length: Floats) -> tuple[Floats, Floats]:
     sweep, normal = turn.sweep[rows, None], turn.normal[rows]
     upwards = np.abs(normal) * turn.rise[rows, None]
     along = [turn.radius[rows, None] * sweep * np.cross(normal, out[rows]) for out in (turn.out, turn.out_end)]

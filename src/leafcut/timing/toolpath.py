@@ -110,8 +110,8 @@ def measure_toolpath(
         "spindle": float(standing_seconds[path.kind == Kind.SPINDLE].sum()),
     }
     return Measure(
-        travel_mm=_move_lengths(delta[rapid]),
-        cut_mm=_move_lengths(delta[(path.kind == Kind.FEED) & ~dark_feed]) + float(turns.length.sum()),
+        travel_mm=_total_length(delta[rapid]),
+        cut_mm=_total_length(delta[(path.kind == Kind.FEED) & ~dark_feed]) + float(turns.length.sum()),
         time_s=sum(seconds.values()),
         by_kind=seconds,
         by_tool=_seconds_by_tool(timed),
@@ -125,7 +125,7 @@ def _seconds_by_tool(timed: _TimedPath) -> dict[int, float]:
     tools = timed.path.ref[changes].tolist()
     if len(set(tools)) < 2:
         return {}
-    until = np.append(0.0, np.cumsum(timed.moving + timed.standing_seconds))
+    until = np.append(0.0, np.cumsum(timed.moving_seconds + timed.standing_seconds))
     spent = dict.fromkeys(sorted({0, *tools}), 0.0)
     for tool, seconds in zip((0, *tools), np.diff(until[[0, *changes, -1]]).tolist(), strict=True):
         spent[tool] += seconds
@@ -161,7 +161,7 @@ def rows_waiting_for_serial_line(
 
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
     """Return the time in motion for each row of a path without canned cycles, float64[n], s."""
-    return _time_path(path, machine).moving
+    return _time_path(path, machine).moving_seconds
 
 
 def time_rows(
@@ -177,7 +177,7 @@ def time_rows(
         If the expanded cycles have too many moves.
     """
     timed = _time_path(path, machine, start, lines)
-    return PathTimes(timed.path, timed.source, timed.moving + timed.standing_seconds)
+    return PathTimes(timed.path, timed.source, timed.moving_seconds + timed.standing_seconds)
 
 
 class _TimedPath(NamedTuple):
@@ -204,7 +204,7 @@ class _TimedPath(NamedTuple):
     standing_seconds: Floats
 
     @property
-    def moving(self) -> Floats:
+    def moving_seconds(self) -> Floats:
         """Time in motion for each row, float64[n], s."""
         return np.bincount(self.moves.row, weights=self.move_times, minlength=len(self.path)).astype(np.float64)
 
@@ -282,7 +282,7 @@ def _expand_cycles(
     return replace(written, line=path.line[source]), source, mode[source], tolerance[source], joining[source]
 
 
-def _move_lengths(delta: NDArray[np.float64]) -> float:
+def _total_length(delta: NDArray[np.float64]) -> float:
     return float(np.sqrt((delta**2).sum(axis=1)).sum())
 
 

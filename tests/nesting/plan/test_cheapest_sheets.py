@@ -138,9 +138,9 @@ def test_the_sheets_of_a_nest_are_a_plan_that_makes_it_again() -> None:
 def test_a_sheet_is_cut_as_often_as_there_are_parts_for_it_and_no_oftener() -> None:
     made = Filling(task(11, (None, 1.0)), [Shelves(4)])
     laid = made.fill_sheet(0, [])
-    assert (len(laid), made.add(0, laid, math.inf), made.left.total()) == (4, 2, 3)
+    assert (len(laid), made.add_sheets(0, laid, math.inf), made.left.total()) == (4, 2, 3)
     rest = made.fill_sheet(0, [])
-    assert (len(rest), made.add(0, rest, math.inf), made.left.total()) == (3, 1, 0)
+    assert (len(rest), made.add_sheets(0, rest, math.inf), made.left.total()) == (3, 1, 0)
     assert made.as_nest("m", 0).unplaced == (0,)
 
 

@@ -45,7 +45,7 @@ def fine(path: Polyline) -> shapely.Polygon:
 
 @pytest.mark.parametrize("path", OUTLINES.values(), ids=OUTLINES)
 def test_the_outline_that_the_nester_gets_encloses_all_that_is_nearer_than_half_the_spacing(path: Polyline) -> None:
-    points, (x, y), area = packer(path).shape(0)
+    points, (x, y), area = packer(path).enlarged_outline(0)
     given = shapely.Polygon([(px + x, py + y) for px, py in points])
     assert given.covers(fine(path).buffer(0.5 * SPACING, quad_segs=64))
     # Mitred corners reach twice as far at most, and fewer points take half a millimetre at most.
@@ -55,8 +55,8 @@ def test_the_outline_that_the_nester_gets_encloses_all_that_is_nearer_than_half_
 
 def test_a_round_outline_is_given_in_few_points_and_a_box_in_its_four() -> None:
     both = packer(OUTLINES["box"], OUTLINES["disc"])
-    assert len(both.shape(0)[0]) == 4
-    assert len(both.shape(1)[0]) < 0.7 * len(OUTLINES["disc"].flattened(0.01))
+    assert len(both.enlarged_outline(0)[0]) == 4
+    assert len(both.enlarged_outline(1)[0]) < 0.7 * len(OUTLINES["disc"].flattened(0.01))
 
 
 def test_an_outline_of_many_sharp_corners_is_grown_no_more_than_one_of_few() -> None:
@@ -67,7 +67,7 @@ def test_an_outline_of_many_sharp_corners_is_grown_no_more_than_one_of_few() -> 
         for radius in [300.0 if k % 2 else 200.0]
     ]
     star = Polyline.of_points(points, closed=True)
-    given = packer(star, length=900.0, width=900.0).shape(0)[0]
+    given = packer(star, length=900.0, width=900.0).enlarged_outline(0)[0]
     assert len(given) >= 40
     assert (
         fine(star).buffer(0.5 * SPACING + 0.02, join_style="mitre", mitre_limit=5.0).area >= shapely.Polygon(given).area
@@ -85,9 +85,9 @@ def test_a_piece_has_room_on_an_empty_sheet_where_it_fits_at_one_of_its_angles()
 def test_the_least_length_of_strip_is_that_of_the_angle_at_which_a_piece_fits_across() -> None:
     """Grown by half the spacing a box of 30 × 10 takes 34 × 14: upright 14 of the length, where 34 fit across."""
     quarters = (0.0, 0.5 * math.pi)
-    assert packer(OUTLINES["box"], angles=quarters).extent(0) == pytest.approx((14, 34), abs=0.05)
-    assert packer(OUTLINES["box"], angles=quarters, width=20.0).extent(0) == pytest.approx((34, 14), abs=0.05)
-    assert packer(OUTLINES["box"], angles=quarters, width=9.0).extent(0) == (math.inf, math.inf)
+    assert packer(OUTLINES["box"], angles=quarters).enlarged_extent(0) == pytest.approx((14, 34), abs=0.05)
+    assert packer(OUTLINES["box"], angles=quarters, width=20.0).enlarged_extent(0) == pytest.approx((34, 14), abs=0.05)
+    assert packer(OUTLINES["box"], angles=quarters, width=9.0).enlarged_extent(0) == (math.inf, math.inf)
 
 
 @pytest.mark.parametrize("angles", [(0.0,), (0.0, 0.5 * math.pi), None])

@@ -23,7 +23,7 @@ def strip(width: float) -> Any:
 def told(*steps: tuple[int, float], **limits: float) -> tuple[StripSearch, list[bool]]:
     """Return a search, and for every step whether it ended there."""
     search = StripSearch({**ENDLESS, **limits})
-    return search, [search.take(kind, strip(width)) for kind, width in steps]
+    return search, [search.record_step(kind, strip(width)) for kind, width in steps]
 
 
 def test_the_narrowest_strip_in_which_nothing_overlaps_is_the_answer() -> None:
@@ -50,10 +50,10 @@ def test_it_ends_after_giving_up_so_often_and_as_soon_as_the_strip_is_narrow_eno
 
 def test_time_that_is_over_ends_it_once_there_is_an_answer() -> None:
     search, _ = told((OVERLAPPING, 9.0), seconds=0.0)
-    assert not search.late()
-    search.take(FOUND, strip(90.0))
-    assert search.late() and search.reason == "clock"
-    assert not told((FOUND, 90.0))[0].late()
+    assert not search.is_late()
+    search.record_step(FOUND, strip(90.0))
+    assert search.is_late() and search.reason == "clock"
+    assert not told((FOUND, 90.0))[0].is_late()
 
 
 @pytest.mark.parametrize("seconds", [0.3, 1.0, 3.8, 4.0, 19.4, 59.99])

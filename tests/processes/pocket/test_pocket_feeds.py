@@ -100,7 +100,7 @@ def test_chips_are_no_thicker_by_another_model_of_the_stock(even, fed) -> None:
         stock = StockBefore(HeightField.of_block(block, 0.05), -5.0, True)
         loads = compute_loads(outcome.written, {1: flat_mill(6.0)}, stock, 0.5)
         # Where the tool goes through air at its own feed a corner of a cell is no chip.
-        cuts = loads.mills & (loads.width > 0.3) & (loads.feed < 40.0)
+        cuts = loads.is_milling & (loads.width > 0.3) & (loads.feed < 40.0)
         assert loads.chip[cuts].max() <= 0.1 * 1.04
 
 
@@ -220,7 +220,7 @@ def _power_down(text: str) -> float:
     path = interpret_own_program(text, load_dialect("linuxcnc"))
     block = StockBlock((-2, -2, -5), (30, 22, 0))
     found = compute_loads(path, {1: flat_mill(6)}, StockBefore(HeightField.of_block(block, 0.05), 0.0, True), 1.0)
-    sinks = found.sinks & (found.length > 0.2)
+    sinks = found.is_ramping & (found.length > 0.2)
     steel = load_material("c45")
     teeth = 100.0 * 3  # by second
     end = np.minimum(found.rate, 9.0 * np.pi * found.descent_speed)[sinks]

@@ -493,7 +493,7 @@ def test_the_bound_of_the_order_of_pockets_ends_with_its_tenth_of_the_time(
 
     def spy(problem: Any, options: Any, *given: Any, **named: Any) -> Any:
         if options.bound:
-            limits.append(named["bounds"].seconds)
+            limits.append(named["bounds"].remaining_time_limit)
         return inner(problem, options, *given, **named)
 
     monkeypatch.setattr(solving, "solve", spy)

@@ -14,7 +14,7 @@ from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.cycles import expand_cycles
 from leafcut.model.outcome import Outcome
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
+from leafcut.model.toolpath import Kind, Toolpath, arc_radius_start_sweep
 from leafcut.processes.program import pace
 from leafcut.processes.program.plan import heights
 from pace_programs import BLOCK, HEAD, TAIL, body, reordered
@@ -45,7 +45,7 @@ def moves_of_cut(path: Toolpath, row: int) -> list[np.ndarray]:
     begin, end = path.before[row], path.end[row]
     if path.kind[row] == Kind.FEED:
         return [begin, end]
-    radius, start, sweep = arc_sweep(path, row)
+    radius, start, sweep = arc_radius_start_sweep(path, row)
     centre = path.arcs[int(path.ref[row])].center
     angles = start + sweep * np.linspace(0.0, 1.0, 60)
     heights = np.linspace(begin[2], end[2], 60)

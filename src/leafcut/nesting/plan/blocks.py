@@ -155,12 +155,12 @@ def _build_block(piece: NestPiece, path: Polyline, positions: Sequence[PartPlace
         turns = sorted({angle for angle, _, _ in positions})
         offsets = (a - turns[0] for a in angles)
         angles = tuple(
-            a % math.tau for a in offsets if all(_is_allowed(a + turn, piece.angles or ()) for turn in turns)
+            a % math.tau for a in offsets if all(_is_allowed_angle(a + turn, piece.angles or ()) for turn in turns)
         )
         if not angles:
             return None
     return NestPiece(path, tuple(members), angles)
 
 
-def _is_allowed(angle: float, allowed: Sequence[float]) -> bool:
+def _is_allowed_angle(angle: float, allowed: Sequence[float]) -> bool:
     return any(abs(math.remainder(angle - a, math.tau)) <= SAME_ANGLE for a in allowed)

@@ -111,9 +111,9 @@ class Filling:
         """
         packer = self.packers[stock]
         offered = self._pieces_to_offer(packer, later)
-        return packer.fill(offered, last=offered == self.left) or self._single_piece(stock)
+        return packer.fill(offered, last=offered == self.left) or self._place_largest_piece(stock)
 
-    def add(self, stock: int, placed: Sequence[PlacedPiece], limit: float) -> int:
+    def add_sheets(self, stock: int, placed: Sequence[PlacedPiece], limit: float) -> int:
         """Add copies of a sheet as long as enough pieces remain, but at most `limit` copies.
 
         Return the number of sheets that were added.
@@ -162,7 +162,7 @@ class Filling:
             select_by_area(remaining - only_here, packer.required_area, area) if area > 0.0 else Counter()
         )
 
-    def _single_piece(self, stock: int) -> list[PlacedPiece]:
+    def _place_largest_piece(self, stock: int) -> list[PlacedPiece]:
         """Place the largest piece that fits into the corner of the sheet.
 
         This is needed if the packer placed no piece.
@@ -184,5 +184,5 @@ def fill_sheets(task: NestTask, packers: Sequence[Packer], plan: FillPlan, metho
     for step, (stock, limit) in enumerate(plan):
         later, count = [k for k, _ in plan[step + 1 :]], 0
         while filling.left.total() and count < limit and (placed := filling.fill_sheet(stock, later)):
-            count += filling.add(stock, placed, limit - count)
+            count += filling.add_sheets(stock, placed, limit - count)
     return filling.as_nest(method, seed)

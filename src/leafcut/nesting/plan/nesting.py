@@ -116,7 +116,7 @@ def nest_variants(
     if len(task.stocks) > 1:
         yield from _nest_on_several_kinds(task, search, on_progress, cancelled)
         return
-    if _nests_by_shapes(task):
+    if _uses_shape_nester(task):
         numbers = range(task.options.n_offered)
         yield from _shape_variants(
             search,
@@ -138,7 +138,7 @@ def _nest_on_several_kinds(
     The first variant by shapes chooses the sheets for all other variants. With a time limit, it is the only variant by
     shapes.
     """
-    shapes, nests = _nests_by_shapes(task), list[Nest]()
+    shapes, nests = _uses_shape_nester(task), list[Nest]()
     start_time, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
     timed_out = [False]
 
@@ -262,7 +262,7 @@ def _shape_variants(
             raise
 
 
-def _nests_by_shapes(task: NestTask) -> bool:
+def _uses_shape_nester(task: NestTask) -> bool:
     nester = task.options.nester
     return nester == "shapes" or (nester == "auto" and not all(piece.is_rectangle for piece in task.pieces))
 

@@ -93,7 +93,9 @@ class RemnantPacker:
                     self.repeatable = False
                     return placed
                 position = (
-                    find_position(piece, free_area, self._angles(number)) if piece.area <= free_area.area else None
+                    find_position(piece, free_area, self._allowed_angles(number))
+                    if piece.area <= free_area.area
+                    else None
                 )
                 if position is None:
                     break
@@ -105,8 +107,8 @@ class RemnantPacker:
         return placed
 
     def _has_room(self, number: int) -> bool:
-        return find_position(self.pieces[number], self.inner, self._angles(number)) is not None
+        return find_position(self.pieces[number], self.inner, self._allowed_angles(number)) is not None
 
-    def _angles(self, number: int) -> Sequence[float]:
+    def _allowed_angles(self, number: int) -> Sequence[float]:
         angles = self.pieces[number].angles
         return FREE_ANGLES if angles is None else angles

@@ -75,8 +75,8 @@ class ShapePacker:
         self.spacing, self.seed = spacing, seed
         self.budget, self.cancelled, self.shorten = budget, cancelled, shorten
         self.repeatable = True
-        self.shape = cache(self._shape)
-        self.extent = cache(self._extent)
+        self.enlarged_outline = cache(self._enlarged_outline)
+        self.enlarged_extent = cache(self._enlarged_extent)
 
     def fits_on_empty_sheet(self, piece: int) -> bool:
         """Return whether a piece fits on an empty sheet."""
@@ -84,7 +84,7 @@ class ShapePacker:
 
     def required_area(self, piece: int) -> float:
         """Return the area that a piece requires, mm². Its outline is enlarged by at least half the spacing."""
-        return self.shape(piece)[2]
+        return self.enlarged_outline(piece)[2]
 
     @property
     def sheet_area(self) -> float:
@@ -132,8 +132,8 @@ class ShapePacker:
 
     def _pack_strip(self, counts: Counter[int], enough: float) -> Strip:
         order = sorted(piece for piece, count in counts.items() if count > 0)
-        items = [StripItem(self.shape(p)[0], counts[p], self._degrees(p)) for p in order]
-        shortest = PERFECT * max(self._total_area(counts) / self.width, *(self.extent(p)[0] for p in order))
+        items = [StripItem(self.enlarged_outline(p)[0], counts[p], self._allowed_degrees(p)) for p in order]
+        shortest = PERFECT * max(self._total_area(counts) / self.width, *(self.enlarged_extent(p)[0] for p in order))
         strip = pack_strip(
             items, self.width, self.seed, self.budget(), enough=max(enough, shortest), cancelled=self.cancelled
         )
@@ -146,21 +146,21 @@ class ShapePacker:
 
         A piece as large as the sheet is placed by `Filling` instead.
         """
-        return self.extent(piece)[0] < self.length
+        return self.enlarged_extent(piece)[0] < self.length
 
-    def _extent(self, piece: int) -> tuple[float, float]:
+    def _enlarged_extent(self, piece: int) -> tuple[float, float]:
         """Return the length and width of an enlarged outline at the rotation that needs the shortest strip, mm.
 
         Both are infinite if the outline is too wide at every allowed rotation.
         """
-        points = np.array(self.shape(piece)[0])
+        points = np.array(self.enlarged_outline(piece)[0])
         angles = np.array([box.angle for box in self.pieces[piece].boxes])
         x = np.outer(np.cos(angles), points[:, 0]) - np.outer(np.sin(angles), points[:, 1])
         y = np.outer(np.sin(angles), points[:, 0]) + np.outer(np.cos(angles), points[:, 1])
         sides = zip(np.ptp(x, axis=1).tolist(), np.ptp(y, axis=1).tolist(), strict=True)
         return min((side for side in sides if side[1] < self.width), default=(math.inf, math.inf))
 
-    def _degrees(self, piece: int) -> list[float] | None:
+    def _allowed_degrees(self, piece: int) -> list[float] | None:
         angles = self.pieces[piece].angles
         return None if angles is None else [math.degrees(a) for a in angles]
 
@@ -168,7 +168,7 @@ class ShapePacker:
         """Return the positions on the sheet of all pieces whose enlarged outlines end before `length`, mm."""
         placed = []
         for piece, degrees, x, y in strip.items:
-            shape, middle, _ = self.shape(piece)
+            shape, middle, _ = self.enlarged_outline(piece)
             angle = _nearest_allowed_angle(math.radians(degrees), self.pieces[piece].angles)
             cos, sin = math.cos(angle), math.sin(angle)
             if x + max(cos * px - sin * py for px, py in shape) > length:
@@ -178,7 +178,7 @@ class ShapePacker:
             placed.append(PlacedPiece(piece, angle, self.corner + dx, self.corner + dy))
         return placed
 
-    def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
+    def _enlarged_outline(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
         """Enlarge the outline of a piece by at least half the spacing. If the outline is simplified, add the tolerance.
 
         The outline stays exact if simplification would save little. This lets parts lie next to each other if their

@@ -133,7 +133,7 @@ def _fill_greedily(task: NestTask, packers: Sequence[Packer]) -> Filling:
             stock = max(free, key=lambda k: areas[k] / packers[k].sheet_area)
         else:
             stock = min(complete or tried, key=lambda k: costs[k] if complete else costs[k] / areas[k])
-        sheets_left[stock] -= filling.add(
+        sheets_left[stock] -= filling.add_sheets(
             stock, tried[stock], min(sheets_left[stock], task.max_sheets - filling.n_sheets)
         )
     return filling

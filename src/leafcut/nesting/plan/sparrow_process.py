@@ -36,7 +36,7 @@ class StripSearch:
         self.best: Any = None
         self.reason = ""
 
-    def take(self, kind: int, solution: Any) -> bool:
+    def record_step(self, kind: int, solution: Any) -> bool:
         """Record a step, and return whether the search should stop."""
         self.steps += 1
         self.failures += kind == GIVEN_UP
@@ -48,7 +48,7 @@ class StripSearch:
             self.reason = "steps"
         return bool(self.reason)
 
-    def late(self) -> bool:
+    def is_late(self) -> bool:
         """Return whether the search should stop because it is out of time and already has a solution."""
         if self.best is not None and time.monotonic() - self.began >= self.task["seconds"]:
             self.reason = "clock"
@@ -100,9 +100,9 @@ def pack_items(task: dict[str, Any]) -> dict[str, Any]:
     while True:
         working = worker.is_alive()  # check before emptying the queue, so that later solutions count in the next round
         for kind, solution in queue.drain():
-            if search.take(int(kind), solution):
+            if search.record_step(int(kind), solution):
                 return search.answer()
-        if search.late():
+        if search.is_late():
             return search.answer()
         if not working:
             if search.best is None:

@@ -41,7 +41,7 @@ def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> Search
     parameters = AntParameters.from_options(options.algorithm, run.aco, instance.n, options.local_search)
     threads = min(thread_count(options), parameters.ants) if isinstance(instance, Instance) else 1
     moves = create_move_set(instance, options.local_search, threads)
-    c_nn = moves.start(best)
+    c_nn = moves.offer_first_solution(best)
     set_visit_budget(stop, options, parameters.ants * instance.n)
     if best.cost <= 0.0:
         return SearchResult(moves.instance_nodes(best.tour))  # all nodes at the same position: nothing to gain

@@ -55,7 +55,7 @@ class Choices:
         order = (greedy_path(self.instance) if self.greedy is None else self.greedy).node.copy()
         return order, self.length(order)
 
-    def start(self, best: Best) -> float:
+    def offer_first_solution(self, best: Best) -> float:
         """Offer the nearest-neighbour order as the first solution, and return its cost C_nn."""
         order, length = self.nearest_neighbour_order()
         best.offer(order, length, 0)

@@ -101,7 +101,7 @@ class PlaceFireflies(Swarm):
         moves = self.flight.fireflies * self.moves_per_flight(self.flight.attractiveness)
         set_preset_budget(stop, options, PRESETS[options.preset][self.mended] / moves)
 
-    def start(self, best: Best) -> None:
+    def offer_first_solution(self, best: Best) -> None:
         """Offer the first firefly's tour as the first solution."""
         best.offer(self.swarm[0].node, float(self.lengths[0]), 0)
 
@@ -203,9 +203,9 @@ class ChoiceFireflies(Swarm):
         """Set the preset's budget as a number of visited clusters."""
         set_visit_budget(stop, options, self.size * self.flight.fireflies * max(1.0, self.flight.attractiveness))
 
-    def start(self, best: Best) -> None:
+    def offer_first_solution(self, best: Best) -> None:
         """Give the nearest-neighbour order to the first firefly and offer it as the first solution."""
-        self.moves.start(best)
+        self.moves.offer_first_solution(best)
         self.orders[0] = best.tour
 
     def construct(self, iteration: int) -> Tours:
@@ -279,7 +279,7 @@ def run_fireflies(instance: Instance | DirectedInstance, run: AlgorithmRun) -> S
             swarm = PlaceFireflies(instance, flight, options, stop, executor, threads)
         swarm.set_budget(stop, options)
         stop.patience = flight.patience
-        swarm.start(best)
+        swarm.offer_first_solution(best)
         if best.cost <= 0.0:
             return SearchResult(swarm.instance_nodes(best.tour))  # all nodes at the same position: nothing to gain
         iterations = run_population(swarm, best)

@@ -121,7 +121,7 @@ class Swarm(Population):
         """Set the preset's budget."""
         raise NotImplementedError
 
-    def start(self, best: Best) -> None:
+    def offer_first_solution(self, best: Best) -> None:
         """Offer the first tour if its cost is known."""
 
     def count_different_edges(self, one: int, other: int) -> int:

@@ -111,7 +111,7 @@ class _TourConstructor:
             mine[:] = states.copy_to_host()
 
 
-def _build_tours(
+def _construct_tour_of_thread(
     cost: Any,
     tree: Any,
     edges: Any,
@@ -145,7 +145,7 @@ def _build_tours(
 def _compile_tour_kernel() -> Any:
     from numba import cuda as there
 
-    return there.jit(_bind_to_gpu_kernels(_build_tours, {"cuda": there}))
+    return there.jit(_bind_to_gpu_kernels(_construct_tour_of_thread, {"cuda": there}))
 
 
 @cache

@@ -142,7 +142,7 @@ class Trails:
         self.depositor, self.iteration_best = "", math.inf
         self.changes: list[Deposit] | None = None
 
-    def usual_pheromone(self) -> float:
+    def default_initial_pheromone(self) -> float:
         """Return the algorithm's initial pheromone τ0 (box 3.1)."""
         raise NotImplementedError
 
@@ -191,7 +191,7 @@ class Trails:
             return 1.0 / (n * p.rate * c_nn)
         if p.initial == BY_N_C:
             return 1.0 / (n * c_nn)
-        return self.usual_pheromone() if p.initial is None else float(p.initial)
+        return self.default_initial_pheromone() if p.initial is None else float(p.initial)
 
     def branching_factor(self) -> float:
         """Return the mean λ-branching factor of the trails."""
@@ -224,7 +224,7 @@ def _random_pheromone(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float
 class AntSystem(Trails):
     """Ant System: every ant deposits 1/C on its tour (equations 3.2 to 3.4)."""
 
-    def usual_pheromone(self) -> float:
+    def default_initial_pheromone(self) -> float:
         """Return the initial pheromone, m / C_nn."""
         return float(self.parameters.ants / self.c_nn)
 
@@ -239,7 +239,7 @@ class AntSystem(Trails):
 class ElitistAntSystem(AntSystem):
     """Ant System in which the best-so-far tour deposits an additional e/C (equation 3.5)."""
 
-    def usual_pheromone(self) -> float:
+    def default_initial_pheromone(self) -> float:
         """Return the initial pheromone, (e + m) / (ρ C_nn)."""
         p = self.parameters
         return float((p.elitist_weight + p.ants) / (p.rate * self.c_nn))
@@ -260,7 +260,7 @@ class RankBasedAntSystem(Trails):
     The w - 1 best ants deposit according to their rank. The best-so-far tour deposits with weight w.
     """
 
-    def usual_pheromone(self) -> float:
+    def default_initial_pheromone(self) -> float:
         """Return the initial pheromone, w(w - 1) / 2 / (ρ C_nn)."""
         p = self.parameters
         return max(1.0, 0.5 * p.ranks * (p.ranks - 1)) / (p.rate * self.c_nn)
@@ -288,7 +288,7 @@ class MaxMinAntSystem(Trails):
 
     restarted_at = 0
 
-    def usual_pheromone(self) -> float:
+    def default_initial_pheromone(self) -> float:
         """Return the initial pheromone, 1 / (ρ C_nn)."""
         return 1.0 / (self.parameters.rate * self.c_nn)
 
@@ -347,7 +347,7 @@ class AntColonySystem(Trails):
     The local update (equation 3.12) happens during construction (`kernels.construct.Decay`).
     """
 
-    def usual_pheromone(self) -> float:
+    def default_initial_pheromone(self) -> float:
         """Return the initial pheromone, 1 / (n C_nn)."""
         return 1.0 / (len(self.lists) * self.c_nn)
 

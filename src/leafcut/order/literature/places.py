@@ -64,7 +64,7 @@ class Places:
         self.instance, self.local_search, self.lists = instance, local_search, instance.candidates
         self._unvisited = [allocate_unvisited_buffers(instance) for _ in range(workers)]
 
-    def start(self, best: Best) -> float:
+    def offer_first_solution(self, best: Best) -> float:
         """Offer the first tours and return the cost C_nn of the nearest-neighbour tour."""
         return offer_first_tour(self.instance, self.local_search, best.stop, best)
 

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.firefly import PairRules, apply_results, move_firefly_pairs
+from leafcut.kernels.firefly import PairRules, move_firefly_pairs, write_result_tours
 from leafcut.model.snapshot import SearchStep
 from leafcut.options import SolveOptions
 from leafcut.order.construction import random_states
@@ -100,7 +100,7 @@ class PublishedFireflies(Swarm):
             if self.stop.must_stop():
                 break
         moved = self.tours.copy()
-        apply_results(self.instance.cost, self.tours, kept[np.isfinite(lengths)], moved, lengths)
+        write_result_tours(self.instance.cost, self.tours, kept[np.isfinite(lengths)], moved, lengths)
         self.tours, self.lengths = moved, lengths
 
     def describe_next_flight(self, best: Best) -> SearchStep | None:

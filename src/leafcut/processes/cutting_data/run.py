@@ -32,7 +32,7 @@ from leafcut.processes import registry
 from leafcut.processes.course import run_process
 from leafcut.processes.cutting_data.economics import CuttingResults, Prices, ToolWork, cutting_results, index_of_best
 from leafcut.processes.job import Job, library_of, machine_of
-from leafcut.read.registry import read_source
+from leafcut.read.registry import read_source_with_format
 from leafcut.read.work_materials import load_material
 from leafcut.units import SECONDS_PER_MINUTE, format_time
 
@@ -507,7 +507,7 @@ def tool_works_from_drawing(
     """
     from leafcut.timing.toolpath import time_rows
 
-    format_, source = read_source(drawing)
+    format_, source = read_source_with_format(drawing)
     process = registry.process("drill")
     if "drill" not in format_.processes:
         raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError
 from leafcut.message import Message
-from leafcut.model.heartbeat import report_as_step
+from leafcut.model.heartbeat import progress_for_step
 from leafcut.model.pocket import PocketPath
 from leafcut.options import Settings
 from leafcut.order.stop import Deadline
@@ -113,7 +113,7 @@ def _grid_strategy(name: str) -> Strategy:
         problem, context = known or grid_problem(region)
         if known is None and asked.strategy != name:
             grids[region] = problem, context
-        options = replace(settings.solve, bound=False, time_limit=run.deadline.seconds)
+        options = replace(settings.solve, bound=False, time_limit=run.deadline.remaining_time_limit)
         if asked.strategy != name:
             # A short search is sufficient for the comparison: its cost is at most a few tenths of a percent higher.
             options = replace(options, preset="fast")
@@ -123,7 +123,7 @@ def _grid_strategy(name: str) -> Strategy:
             replace(options, algorithm=ants if name == "ants" else name),
             settings.aco,
             firefly=settings.firefly,
-            progress=report_as_step(run.progress, Message("{}: ordering the points of a grid", name)),
+            progress=progress_for_step(run.progress, Message("{}: ordering the points of a grid", name)),
             observe=run.observe,
             cancelled=run.cancelled,
         )

@@ -81,7 +81,7 @@ def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
     """
     work, detail = plan.work, best.detail
     issues = [*work.before]
-    if not detail.certificate.before.works:
+    if not detail.certificate.before.has_cuts_or_holes:
         message = Message("the program has no cuts and no holes: check that this is the intended file")
         issues.append(Issue("L502", message))
     issues += [*work.dangers, *detail.dangers]

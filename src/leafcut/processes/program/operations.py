@@ -12,7 +12,7 @@ from leafcut.model.outcome import OperationOutcome
 from leafcut.model.sequence import Section
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
+from leafcut.model.toolpath import Kind, Toolpath, arc_radius_start_sweep
 from leafcut.processes.program.planning import ForeignWork, fixed_hole_rows
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def _main_feed(path: Toolpath, works: NDArray[np.intp]) -> float:
     length = np.nan_to_num(np.hypot(*np.diff(places, axis=0)[:, :2].T))
     for k in np.flatnonzero(path.kind[works] != Kind.FEED).tolist():
         if path.kind[works[k]] != Kind.DRILL:
-            radius, _, sweep = arc_sweep(path, int(works[k]))
+            radius, _, sweep = arc_radius_start_sweep(path, int(works[k]))
             length[k] = radius * abs(sweep)
     feeds, of = np.unique(path.value[works], return_inverse=True)
     return float(feeds[np.bincount(of.reshape(-1), length).argmax()] if length.any() else path.value[works[0]])

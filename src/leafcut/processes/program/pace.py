@@ -21,7 +21,7 @@ from leafcut.files.digests import sign_program
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY, spindle_torque
 from leafcut.material.height_field import StockBlock, default_cell_size
 from leafcut.material.loads import MILLING, Loads, StockBefore, compute_loads, infer_largest_safe_stock
-from leafcut.material.straight_moves import cutting_moves_for_cells, smallest_tool, undivided_cutting_moves
+from leafcut.material.straight_moves import cutting_moves_for_cells, smallest_tool_diameter, undivided_cutting_moves
 from leafcut.message import Message
 from leafcut.model.cutter import Cutter, cutter_of_tool
 from leafcut.model.issue import Issue, Severity
@@ -149,14 +149,14 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
 def _stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
     """Return the stock that the user described, or else the largest stock that the program's rapids do not hit."""
     options = job.settings.stock
-    smallest = smallest_tool(cutters)
+    smallest = smallest_tool_diameter(cutters)
     if options.workpiece:
         which = ChosenSolid.of(job.settings.read)
         block = block_of(options.workpiece, which)
         field = field_of(options, block, options.cell or default_cell_size(block, smallest), which)
         return StockBefore(field, block.low[2], True)
     whole = undivided_cutting_moves(program.path, cutters)
-    low, high = whole.extent(~whole.rapid, cutters)
+    low, high = whole.swept_box(~whole.rapid, cutters)
     cell = options.cell or default_cell_size(
         StockBlock(
             (float(low[0]), float(low[1]), float(low[2]) - BELOW),
@@ -336,7 +336,7 @@ class _PaceSteps:
             feeds_s=between - after if rules.feeds else None,
             clearance_mm=nearest if math.isfinite(nearest) else None,
         )
-        raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
+        raised = np.isfinite(speed) & loads.is_milling & (speed > loads.feed)
         if rules.feeds and raised.any() and rows_with_free_rounding(program.path, self.job.machine, math.inf).any():
             message = Message(
                 "the program lets the controller round corners without a limit (G64 without P), and higher "
@@ -361,7 +361,7 @@ class _PaceSteps:
             for row in arcs_in_air(program, loads, self.rules, self.job.machine)
             if self.obstacles is None
             or min(path.before[row, 2], path.end[row, 2])
-            >= self.obstacles.between(_place(path.before[row]), _place(path.end[row]), int(path.tool[row]))
+            >= self.obstacles.min_rapid_height(_place(path.before[row]), _place(path.end[row]), int(path.tool[row]))
         ]
         if not rows:
             return ()
@@ -461,12 +461,12 @@ class _PaceSteps:
         chip = loads.chip
         # In a plunge, the last stretch is in the material.
         into = speed.copy()
-        for at in np.flatnonzero(loads.plunges).tolist():
+        for at in np.flatnonzero(loads.is_plunging).tolist():
             if parts := stretches.get(int(loads.source[at])):
                 into[at] = parts[-1].speed
         by_tool = []
         for number, limit in sorted(pace.limits.items()):
-            mine = loads.measured_cuts(number) & np.isfinite(speed)
+            mine = loads.main_cuts_of_tool(number) & np.isfinite(speed)
             if not mine.any():  # all its moves except plunges are now rapids
                 continue
             feed, after = loads.feed[mine], speed[mine]
@@ -507,8 +507,8 @@ class _PaceSteps:
             after = values[mine] * ratio[mine] ** power
             return float(values[mine].max(initial=0.0)), float(after.max(initial=0.0))
 
-        cuts = loads.mills | loads.sinks
-        all_cuts = cuts | loads.plunges
+        cuts = loads.is_milling | loads.is_ramping
+        all_cuts = cuts | loads.is_plunging
         if limit.spindle is not None:
             power = loads.power(limit.spindle, limit.teeth, diameter)
             grows = 1.0 - limit.spindle.material.mc
@@ -519,14 +519,14 @@ class _PaceSteps:
                 torque = spindle_torque(power, np.where(loads.rpm > 0, loads.rpm, np.inf))
                 yield FeedLimit("torque", *most(torque, all_cuts, grows), limit.spindle.torque)
         if math.isfinite(limit.plunge):
-            yield FeedLimit("plunge", *most(loads.descent_speed, loads.sinks | loads.plunges), limit.plunge)
+            yield FeedLimit("plunge", *most(loads.descent_speed, loads.is_ramping | loads.is_plunging), limit.plunge)
 
     def unknown_limit_notes(self, pace: Pace, loads: Loads) -> Iterator[Issue]:
         """Yield a note for each tool that keeps its feeds, and for each unknown limit."""
         for number, tool in self.tools.items() if self.rules.feeds else ():
             if number in pace.limits:
                 continue
-            mine = loads.measured_cuts(number)
+            mine = loads.main_cuts_of_tool(number)
             turns = tool.kind not in MILLING or not mine.any() or bool((loads.rpm[mine] > 0).all())
             why = (
                 Message("the tool does not mill")
@@ -544,7 +544,7 @@ class _PaceSteps:
         """Explain why a tool keeps all of its feeds. Tools that exceed a limit are skipped."""
         issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded_limits(tool)}
         for number, limit in sorted(pace.limits.items()) if self.rules.feeds else ():
-            mine = loads.measured_cuts(number) & np.isfinite(speed)
+            mine = loads.main_cuts_of_tool(number) & np.isfinite(speed)
             if number in above or not mine.any() or not np.allclose(speed[mine], loads.feed[mine], rtol=1e-9, atol=0.0):
                 continue
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius

@@ -14,7 +14,7 @@ from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.files.whole_files import decode_text
 from leafcut.geometry.arrays import Point
 from leafcut.material.height_field import default_cell_size
-from leafcut.material.straight_moves import smallest_tool, undivided_cutting_moves
+from leafcut.material.straight_moves import smallest_tool_diameter, undivided_cutting_moves
 from leafcut.message import Message
 from leafcut.model.cutter import cutter_of_tool, shank_and_holder_sections
 from leafcut.model.issue import Issue, Severity
@@ -413,7 +413,7 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
     from leafcut.read.step import ChosenSolid
 
     cutters = {number: cutter_of_tool(tool) for number, tool in tools.items()}
-    smallest = smallest_tool(cutters)
+    smallest = smallest_tool_diameter(cutters)
     options = job.settings.stock
     try:
         whole = undivided_cutting_moves(program.path, cutters)

@@ -16,7 +16,7 @@ from leafcut.gcode.dialects import Dialect, load_dialect
 from leafcut.gcode.languages import describe_unsupported_language
 from leafcut.gcode.material import add_controller_moves
 from leafcut.gcode.program import Program
-from leafcut.gcode.tool_comments import sizes_in_other_unit
+from leafcut.gcode.tool_comments import first_size_in_other_unit
 from leafcut.gcode.words import COMMENT
 from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
@@ -367,7 +367,7 @@ def _read(
     if program.assumed_units:
         whose = "--units" if settings.read.units else machine.name
         name = _UNIT_WORDS[units]
-        line, size = sizes_in_other_unit(program.lines, units)
+        line, size = first_size_in_other_unit(program.lines, units)
         if line:
             message = Message(
                 "the program does not state its units (G20 or G21) and is read in {}, the units of {}, but a "

@@ -31,7 +31,7 @@ class ProgramReport(PathReport[ProgramDetail]):
 
     def __init__(self, outcome: Outcome[ProgramDetail]) -> None:
         super().__init__(outcome)
-        if not outcome.detail.certificate.before.works:
+        if not outcome.detail.certificate.before.has_cuts_or_holes:
             self.found = "but no cut and no hole was found in this program"
 
     def count_facts(self) -> list[Fact]:

@@ -17,7 +17,7 @@ from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 from leafcut.material.straight_moves import (
     StraightMoves,
     cutting_moves_for_cells,
-    smallest_tool,
+    smallest_tool_diameter,
     undivided_cutting_moves,
 )
 from leafcut.message import Message
@@ -72,7 +72,7 @@ class _Cuts(NamedTuple):
 
     @property
     def smallest(self) -> float:
-        return smallest_tool(self.cutters)
+        return smallest_tool_diameter(self.cutters)
 
 
 def cut_stock(

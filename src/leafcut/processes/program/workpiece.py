@@ -164,7 +164,7 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
     if not deep.any():
         return None
-    low, high = moves.extent(deep, cutters)
+    low, high = moves.swept_box(deep, cutters)
     return StockBlock((float(low[0]), float(low[1]), float(low[2]) - BELOW), (float(high[0]), float(high[1]), 0.0))
 
 

@@ -34,8 +34,8 @@ def write_cut_program(
     compensates = bool((path.kind == Kind.RADIUS).any())
     check_dialect_support(dialect, options, marks=marks, compensates=compensates)
     if dialect.torch is None:
-        return Writer(path, dialect, options).program(lines)
-    return _TorchWriter(plan, path, dialect, dialect.torch, options).program(lines)
+        return Writer(path, dialect, options).program_text(lines)
+    return _TorchWriter(plan, path, dialect, dialect.torch, options).program_text(lines)
 
 
 def check_dialect_support(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
@@ -88,14 +88,14 @@ class _TorchWriter(Writer):
         if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
             self.out.write("G61")  # an earlier program may have left corner rounding active
         if (self.path.kind == Kind.TOOL).any():
-            self.out.comment(
+            self.out.write_comment(
                 f"marks: the scribe is tool {self.torch.mark_tool}; its X and Y offset from the torch, tool 0, must be "
                 "in the tool table"
             )
         if self.torch.compensation == "G41" and (self.path.kind == Kind.RADIUS).any():
-            half = self.numbers.length(0.5 * self.plan.data.kerf)
+            half = self.numbers.format_length(0.5 * self.plan.data.kerf)
             unit = "inch" if self.numbers.inch else "mm"
-            self.out.comment(f"register D{KERF_REGISTER} must hold half of the kerf as a radius: {half} {unit}")
+            self.out.write_comment(f"register D{KERF_REGISTER} must hold half of the kerf as a radius: {half} {unit}")
         number = self.options.material_number
         if number is not None:
             for block in self.torch.material:
@@ -105,13 +105,13 @@ class _TorchWriter(Writer):
 
     def _material_comment(self) -> str:
         """Return the material comment for QtPlasmaC. The setting ``o=0`` applies the material to this program only."""
-        data, length = self.plan.data, self.numbers.length
+        data, length = self.plan.data, self.numbers.format_length
         figures = {
             "kw": length(data.kerf),
             "ph": length(data.pierce_height),
             "pd": format_number(data.pierce_delay, 3),
             "ch": length(data.cut_height),
-            "fr": self.numbers.feed(data.feed),
+            "fr": self.numbers.format_feed(data.feed),
         }
         if data.amps:
             figures["ca"] = format_number(data.amps, 1)
@@ -166,8 +166,8 @@ class _TorchWriter(Writer):
                     "from its material table; leave out --material-number",
                     feed * SECONDS_PER_MINUTE,
                 )
-            return self.out.modal("F", self.torch.material_feed)
-        return self.out.modal("F", "F" + self.numbers.feed(feed))
+            return self.out.activate_modal_word("F", self.torch.material_feed)
+        return self.out.activate_modal_word("F", "F" + self.numbers.format_feed(feed))
 
     # -- the torch ---------------------------------------------------------------------------------------------------
 
@@ -215,16 +215,16 @@ class _TorchWriter(Writer):
             self.out.write("G40")
         else:
             by_width = words.endswith(".1")
-            register = self.numbers.length(row.value) if by_width else f"{row.value:.0f}"
+            register = self.numbers.format_length(row.value) if by_width else f"{row.value:.0f}"
             self.out.write(f"G{row.ref}{'.1' if by_width else ''}", f"D{register}")
 
     def _probe(self, row: Motion) -> None:
         if not self.torch.probe:
             raise PostError("{} has no probing command", self.dialect.name)
-        self._check_cutting(row)
+        self._check_position_known(row)
         self.out.forget_modal_words(["motion", "Z"])
-        feed = self.out.modal("F", "F" + self.numbers.feed(row.value))
-        self.out.write(self.out.modal("motion", self.torch.probe), self._axis_word(row, 2), feed)
+        feed = self.out.activate_modal_word("F", "F" + self.numbers.format_feed(row.value))
+        self.out.write(self.out.activate_modal_word("motion", self.torch.probe), self._axis_word(row, 2), feed)
         self._forget_height()
 
     def _shift(self, row: Motion) -> None:

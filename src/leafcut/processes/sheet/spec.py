@@ -17,7 +17,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.cutting import CutData, PlanFile
-from leafcut.model.heartbeat import report_as_step
+from leafcut.model.heartbeat import progress_for_step
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, first_word_of_process
 from leafcut.model.obstacles import Obstacles
@@ -263,8 +263,8 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
         if found is None:
             continue
         problem, bridges = found
-        search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.seconds)
-        on_progress = report_as_step(job.progress, Message("joining cuts"), 0.0, 1.0)
+        search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.remaining_time_limit)
+        on_progress = progress_for_step(job.progress, Message("joining cuts"), 0.0, 1.0)
         solution = solve(problem, search, settings.aco, progress=on_progress, cancelled=job.cancelled)
         own.subtract(solution.seconds)
         chains = [*chains, *chains_from_solution(cutting, bridges, [int(n) for n in solution.nodes], chains)]

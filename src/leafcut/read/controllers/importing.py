@@ -39,7 +39,7 @@ class SettingsKind:
     read: Callable[[str, str, str | None], Values]
 
 
-def _without_units_option(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None], Values]:
+def _refusing_units_option(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None], Values]:
     def reader(text: str, file: str, units: str | None) -> Values:
         if units is not None:
             raise OptionError("--units: this file states its units; leave it out")
@@ -52,16 +52,16 @@ KINDS: dict[str, SettingsKind] = {
     kind.name: kind
     for kind in (
         SettingsKind(
-            "grbl", "the answer of GRBL or grblHAL to $$, saved as text", _without_units_option(grbl.import_grbl)
+            "grbl", "the answer of GRBL or grblHAL to $$, saved as text", _refusing_units_option(grbl.import_grbl)
         ),
         SettingsKind("linuxcnc", "the .ini of LinuxCNC", linuxcnc.import_linuxcnc),
         SettingsKind("mach3", "the .xml of Mach3", mach.import_mach3),
         SettingsKind("mach4", "the Machine.ini of Mach4", mach.import_mach4),
-        SettingsKind("fluidnc", "the config.yaml of FluidNC", _without_units_option(fluidnc.import_fluidnc)),
+        SettingsKind("fluidnc", "the config.yaml of FluidNC", _refusing_units_option(fluidnc.import_fluidnc)),
         SettingsKind(
-            "marlin", "the answer of Marlin to M503, saved as text", _without_units_option(reprap.import_marlin)
+            "marlin", "the answer of Marlin to M503, saved as text", _refusing_units_option(reprap.import_marlin)
         ),
-        SettingsKind("rrf", "the config.g of RepRapFirmware (Duet)", _without_units_option(reprap.import_rrf)),
+        SettingsKind("rrf", "the config.g of RepRapFirmware (Duet)", _refusing_units_option(reprap.import_rrf)),
     )
 }
 
@@ -86,7 +86,7 @@ class ImportedMachine:
     text: str
 
 
-def read_settings(path: str | Path) -> str:
+def load_settings_text(path: str | Path) -> str:
     """Read a settings file.
 
     Raises
@@ -164,11 +164,11 @@ def detect_settings_kind(text: str, file: str) -> str:
     if "M98" in commands and commands & _RRF_WORDS:
         return "rrf"
     raise ReadError(
-        file, f"{_describe_unknown(text)}; leafcut imports {', '.join(kind.help for kind in KINDS.values())}"
+        file, f"{_unknown_file_reason(text)}; leafcut imports {', '.join(kind.help for kind in KINDS.values())}"
     )
 
 
-def _describe_unknown(text: str) -> str:
+def _unknown_file_reason(text: str) -> str:
     if _SECTION.search(text):
         return "is an INI file of no controller that leafcut knows"
     if len(re.findall(r"^\s*[NGM]\d+\b", text[:5000], re.MULTILINE)) > 1:
@@ -242,7 +242,7 @@ def profile_text(values: tuple[Value, ...], title: str) -> str:
     lines += [
         "",
         "[sources]",
-        *(f"{toml_value(value.key)} = {toml_value(_printable_comment(value.words))}" for value in sourced),
+        *(f"{toml_value(value.key)} = {toml_value(_printable_comment(value.source_text))}" for value in sourced),
     ]
     return "\n".join(lines) + "\n"
 

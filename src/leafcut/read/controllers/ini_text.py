@@ -47,19 +47,19 @@ def read_ini(text: str, file: str, include: bool = False) -> Ini:
         An included file is outside the folder, is missing, or includes itself.
     """
     ini = Ini()
-    _Reading(Path(file), ini, include).lines(text, Path(file), 0, "")
+    _IniParser(Path(file), ini, include).parse_lines(text, Path(file), 0, "")
     return ini
 
 
 @dataclass
-class _Reading:
+class _IniParser:
     root: Path
     ini: Ini
     include: bool
     bytes_read: int = 0
     files: int = 0
 
-    def lines(self, text: str, file: Path, depth: int, section: str) -> str:
+    def parse_lines(self, text: str, file: Path, depth: int, section: str) -> str:
         for count, line in enumerate(text.splitlines(), 1):
             stripped = line.strip()
             place = Message("line {}", count) if depth == 0 else f"{printable(file.name, 40)}, line {count}"
@@ -74,30 +74,30 @@ class _Reading:
         return section
 
     def _read_include(self, name: str, file: Path, depth: int, section: str, count: int) -> str:
-        def refused(reason: str) -> ReadError:
+        def refusal(reason: str) -> ReadError:
             return ReadError(self.root, f"includes '{printable(name, 60)}', {reason}", count if depth == 0 else None)
 
         folder = self.root.parent.resolve()
-        path = (file.parent / name).resolve() if _is_name(name) else folder
+        path = (file.parent / name).resolve() if _is_relative_path(name) else folder
         if not path.is_relative_to(folder) or path == folder:
-            raise refused("which is not in its folder; copy the file there")
+            raise refusal("which is not in its folder; copy the file there")
         if depth == DEEPEST:
-            raise refused(f"more than {DEEPEST} files deep; does it include itself?")
+            raise refusal(f"more than {DEEPEST} files deep; does it include itself?")
         try:
             if not path.is_file():
-                raise refused("which does not exist")
+                raise refusal("which does not exist")
             self.files += 1
             if self.files > MOST_FILES:
-                raise refused(f"one of more than {MOST_FILES} files; does a file include itself?")
+                raise refusal(f"one of more than {MOST_FILES} files; does a file include itself?")
             self.bytes_read += path.stat().st_size
             if self.bytes_read > MOST_INCLUDED:
-                raise refused(f"with which the settings exceed {MOST_INCLUDED >> 20} MiB")
+                raise refusal(f"with which the settings exceed {MOST_INCLUDED >> 20} MiB")
             text = path.read_bytes().decode("utf-8", "replace")
         except OSError as problem:
-            raise refused(f"which cannot be read ({problem.strerror})") from None
-        return self.lines(text, path, depth + 1, section)
+            raise refusal(f"which cannot be read ({problem.strerror})") from None
+        return self.parse_lines(text, path, depth + 1, section)
 
 
-def _is_name(name: str) -> bool:
+def _is_relative_path(name: str) -> bool:
     """Return whether a name is a relative path. It must not start with a home directory or a drive."""
     return bool(name) and "\0" not in name and not name.startswith(("/", "~", "\\")) and ":" not in name

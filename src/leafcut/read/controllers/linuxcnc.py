@@ -112,11 +112,11 @@ class _Reader:
         """Store the velocities and accelerations of the axes. The limits of the path also apply to each axis."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
-            axis_values = [self._required(key, axis) for axis in "xyz"]
+            axis_values = [self._required_number(key, axis) for axis in "xyz"]
             numbers = [value for value, _ in axis_values]
             source = _source_text([place for _, place in axis_values], key)
             path_limit = self.ini.get(f"MAX_LINEAR_{name}", "TRAJ") or self.ini.get(key, "TRAJ")
-            bound = math.inf if path_limit is None else self._number(path_limit, f"[TRAJ]MAX_LINEAR_{name}")
+            bound = math.inf if path_limit is None else self._parse_number(path_limit, f"[TRAJ]MAX_LINEAR_{name}")
             if path_limit is not None and bound <= 0:
                 raise self.values.refusal(
                     f"[TRAJ]MAX_LINEAR_{name} is {bound:g}, but must be above 0 ({path_limit.place})"
@@ -127,7 +127,7 @@ class _Reader:
             limits.append(Axes(tuple(clipped), f"{self.units}/{unit}", source, derived=clipped != numbers))
         self.values.store_motion(*limits)
         ratio = self.ini.get("ARC_BLEND_KINK_RATIO", "TRAJ")
-        blend_ratio = _KINK_RATIO if ratio is None else self._number(ratio, "[TRAJ]ARC_BLEND_KINK_RATIO")
+        blend_ratio = _KINK_RATIO if ratio is None else self._parse_number(ratio, "[TRAJ]ARC_BLEND_KINK_RATIO")
         if not 0 <= blend_ratio < 1:
             raise self.values.refusal(
                 f"[TRAJ]ARC_BLEND_KINK_RATIO is {blend_ratio:g}, but must be 0 or more, and below 1"
@@ -145,7 +145,7 @@ class _Reader:
             numbers, sources = [], []
             for axis in "xyz":
                 entry = self._entry(key, axis)
-                value = unlimited if entry is None else self._number(entry[0], f"{entry[1]}{key}")
+                value = unlimited if entry is None else self._parse_number(entry[0], f"{entry[1]}{key}")
                 numbers.append(unlimited if abs(value) >= _NO_LIMIT else value)
                 sources += [] if entry is None else [f"{entry[1]} {entry[0].place}"]
             limits.append(Axes(tuple(numbers), self.units, _source_text(sources, key)))
@@ -158,7 +158,7 @@ class _Reader:
             joint_section, axis_section = f"JOINT_{self.joints.index(axis)}", f"AXIS_{'xyz'.index(axis)}"
             home = self.ini.get("HOME", joint_section, axis_section)
             section = joint_section if self.ini.get("HOME", joint_section) is not None else axis_section
-            homes.append(0.0 if home is None else self._number(home, f"[{section}]HOME"))
+            homes.append(0.0 if home is None else self._parse_number(home, f"[{section}]HOME"))
             sources += [] if home is None else [f"[{section}] {home.place}"]
         source = _source_text(sources, "HOME") if sources else "LinuxCNC's default of HOME"
         self.values.store_home(Axes(tuple(homes), self.units, source, assumed=not sources))
@@ -193,8 +193,8 @@ class _Reader:
             if entry is None:
                 continue
             lowest = self.ini.get(key.replace("MAX", "MIN"), section)
-            slowest = 0.0 if lowest is None else self._number(lowest, f"[{section}]{key.replace('MAX', 'MIN')}")
-            highest = self._number(entry, f"[{section}]{key}")
+            slowest = 0.0 if lowest is None else self._parse_number(lowest, f"[{section}]{key.replace('MAX', 'MIN')}")
+            highest = self._parse_number(entry, f"[{section}]{key}")
             self.values.store_spindle_range(highest, max(slowest, 0.0), f"[{section}]{key}, {entry.place}")
             break
         if self.values.entries["controller"].value == "linuxcnc":
@@ -230,14 +230,14 @@ class _Reader:
                 return entry, f"[{section}]"
         return None
 
-    def _required(self, key: str, axis: str) -> tuple[float, str]:
+    def _required_number(self, key: str, axis: str) -> tuple[float, str]:
         entry = self._entry(key, axis)
         if entry is None:
             sections = f"[AXIS_{axis.upper()}]" + (f" or [JOINT_{self.joints.index(axis)}]" if self.trivial else "")
             raise self.values.refusal(f"has no {key} in {sections}; is the file complete?")
-        return self._number(entry[0], f"{entry[1]}{key}"), f"{entry[1]} {entry[0].place}"
+        return self._parse_number(entry[0], f"{entry[1]}{key}"), f"{entry[1]} {entry[0].place}"
 
-    def _number(self, entry: Entry, label: str) -> float:
+    def _parse_number(self, entry: Entry, label: str) -> float:
         return parse_leading_number(self.values, entry.text, f"{label} ({entry.place})")
 
 

@@ -137,7 +137,7 @@ def import_mach4(text: str, file: str, units: str | None = None) -> Values:
         values.take("name", printable(name.text, 40), f"[Preferences]Profile, {name.place}")
     values.derive("controller", "mach4", "the file is one of Mach4")
     values.take("units", unit, statement)
-    motors = [_motor_section(ini, values, axis) for axis in range(3)]
+    motors = [_motor_section_name(ini, values, axis) for axis in range(3)]
     values.store_motion(
         Axes(*_motor_values(ini, values, motors, "MaxVelocity", f"{unit}/s"), derived=True),
         Axes(*_motor_values(ini, values, motors, "MaxAccel", f"{unit}/s2"), derived=True),
@@ -179,7 +179,7 @@ def _store_mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) 
     values.store_travel(Axes(lowest, unit, source, derived=True), Axes(highest, unit, source, derived=True))
 
 
-def _motor_section(ini: Ini, values: Values, axis: int) -> str:
+def _motor_section_name(ini: Ini, values: Values, axis: int) -> str:
     child = ini.get("ChildMotor0", f"Axis{axis}")
     section = child.text if child is not None else f"Motor{axis}"
     if section not in ini.sections:

@@ -114,7 +114,7 @@ def load_answers(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
     return given, places
 
 
-def ask_machine(
+def machine_from_answers(
     given: Mapping[str, Any],
     ask: Ask | None = None,
     base: str | None = None,
@@ -152,10 +152,10 @@ def ask_machine(
             raise OptionError(f"machine new needs {' and '.join(missing)} because it cannot ask (no terminal)")
     for question in QUESTIONS:
         try:
-            answers.answer(question)
+            answers.obtain_answer(question)
         except OptionError as problem:
             raise _error_with_place(problem, places.get(question.name)) from None
-    return answers.machine()
+    return answers.build_machine()
 
 
 def _error_with_place(problem: OptionError, place: str | None) -> OptionError:
@@ -181,24 +181,24 @@ class _Answers:
     def _has_value(self, question: Question) -> bool:
         return all(key in self.values.entries for key in question.keys)
 
-    def answer(self, question: Question) -> None:
+    def obtain_answer(self, question: Question) -> None:
         if question.name in self.given:
             value = self.given[question.name]
             typed = value if isinstance(value, str) else {True: "yes", False: "no"}.get(value) or str(value)
-            self._store(question, typed, "answered")
+            self._store_answer(question, typed, "answered")
         elif not self._is_known_without_estimate(question):
             self._ask_user(question)
         if question.name == "controller":
             self._load_suggestions()
 
     def _ask_user(self, question: Question) -> None:
-        suggested, origin = self._suggestion(question)
+        suggested, origin = self._suggested_answer(question)
         for _ in range(_MOST_TRIES if self.ask else 0):
             typed = self.ask(question.text, suggested).strip() if self.ask else ""
             if not typed and suggested:
                 break
             try:
-                self._store(question, typed, "answered")
+                self._store_answer(question, typed, "answered")
                 return
             except OptionError as problem:
                 # The next question starts with the error message.
@@ -207,14 +207,14 @@ class _Answers:
             if self.ask:
                 raise OptionError(f"--{question.name}: {_MOST_TRIES} wrong answers; nothing was written")
         if suggested and not self._has_value(question):  # keep an estimate of the base
-            self._store(question, suggested, origin, assumed=True)
+            self._store_answer(question, suggested, origin, assumed=True)
 
-    def _suggestion(self, question: Question) -> tuple[str, str]:
+    def _suggested_answer(self, question: Question) -> tuple[str, str]:
         known = [self.values.entries.get(key) for key in question.keys]
         if question.name == "travel":
             return "as it is" if self._has_value(question) else UNKNOWN, "not known"
         if known[0] is not None:
-            return _as_answer(known[0].value), known[0].source
+            return _answer_text(known[0].value), known[0].source
         if question.name == "max-feed":
             rapid = self.values.entries.get("rapid.velocity")
             if rapid is not None:
@@ -225,9 +225,9 @@ class _Answers:
         value = (self.suggestions.get(table, {}) if table else self.suggestions).get(key)
         if value is None:
             default = next(profile_key for profile_key in PROFILE_KEYS if profile_key.name == question.keys[0])
-            return _as_answer(default.default), default.why
+            return _answer_text(default.default), default.why
         source = str(self.suggestions.get("sources", {}).get(question.keys[0], "")).removeprefix("estimate: ")
-        return _as_answer(value), f"as {self.similar_machine}" + (f": {source}" if source else "")
+        return _answer_text(value), f"as {self.similar_machine}" + (f": {source}" if source else "")
 
     def _load_suggestions(self) -> None:
         """Load the suggestions from a machine with the same controller.
@@ -252,7 +252,7 @@ class _Answers:
                 source = str(self.suggestions.get("sources", {}).get(key, "")).removeprefix("estimate: ")
                 self.values.assume(key, value, f"as {self.similar_machine}: {source}")
 
-    def _store(self, question: Question, typed: str, why: str, assumed: bool = False) -> None:
+    def _store_answer(self, question: Question, typed: str, why: str, assumed: bool = False) -> None:
         try:
             entries = _TAKERS.get(question.name, _parse_text_answer)(question, typed)
             entries = self._travel_limits(entries) if question.name == "travel" else entries
@@ -283,7 +283,7 @@ class _Answers:
             "travel.max": format_axes([length if rises else 0.0 for rises, length in directions], "mm"),
         }
 
-    def machine(self) -> ImportedMachine:
+    def build_machine(self) -> ImportedMachine:
         entries = self.values.entries
         if "description" not in entries:
             self.values.derive("description", f"{entries['name'].value} ({entries['controller'].value})", "answered")
@@ -294,7 +294,7 @@ class _Answers:
         return ImportedMachine("new", "answers", machine, sorted_values, tuple(self.values.notes), text)
 
 
-def _as_answer(value: Any) -> str:
+def _answer_text(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return ", ".join(map(str, value)) if isinstance(value, list | tuple) else "" if value is None else str(value)

@@ -136,7 +136,7 @@ def import_rrf(text: str, file: str) -> Values:
         runs too many files.
     """
     values = Values(file, "RepRapFirmware")
-    lines = _MacroRunner(Path(file), values).lines(text)
+    lines = _MacroExpander(Path(file), values).collect_lines(text)
     settings = _collect_settings(lines)
     unit = "in" if settings.inch else "mm"
     name = settings.words.get("M550", {}).get("P")
@@ -346,10 +346,10 @@ def _collect_settings(lines: list[_Line]) -> _Settings:
 
 
 @dataclass
-class _MacroRunner:
+class _MacroExpander:
     """Collects the lines of a config.g, and of the files that it runs with M98, in the order of execution.
 
-    The runner does not evaluate conditions.
+    It does not evaluate conditions.
     """
 
     root: Path
@@ -359,7 +359,7 @@ class _MacroRunner:
     run: int = 0
     conditions: bool = False
 
-    def lines(self, text: str) -> list[_Line]:
+    def collect_lines(self, text: str) -> list[_Line]:
         lines = self._parse_text(text, "", 0)
         if self.missing:
             names = ", ".join(dict.fromkeys(self.missing))

@@ -54,7 +54,7 @@ class Value:
     source: str
 
     @property
-    def words(self) -> str:
+    def source_text(self) -> str:
         """Source of the value, formatted for the table `[sources]` of a profile."""
         return f"estimate: {self.source}" if self.how is ValueOrigin.ASSUMED else self.source
 
@@ -111,9 +111,9 @@ class Values:
         The maximum feed becomes the lower of the x and y rapid velocities.
         """
         for key, axes, limit in (("velocity", velocity, FASTEST), ("acceleration", acceleration, HARDEST)):
-            axes.check(self, f"rapid.{key}", limit, above_0=True)
-        self._axes("rapid.velocity", velocity)
-        self._axes("rapid.acceleration", acceleration)
+            axes.check_plausible(self, f"rapid.{key}", limit, above_0=True)
+        self._store_axes("rapid.velocity", velocity)
+        self._store_axes("rapid.acceleration", acceleration)
         slower = min(velocity.numbers[:2])
         self.derive(
             "max_feed", format_with_unit(slower, velocity.unit), "the slower rapid of x and y: axes also limit feeds"
@@ -128,8 +128,8 @@ class Values:
                     f"{lowest.unit} ({highest.source})"
                 )
         for key, axes in (("travel.min", lowest), ("travel.max", highest)):
-            axes.check(self, key, LONGEST)
-            self._axes(key, axes)
+            axes.check_plausible(self, key, LONGEST)
+            self._store_axes(key, axes)
         unknown = [
             n for low, high, n in zip(lowest.numbers, highest.numbers, "xyz", strict=True) if high - low == math.inf
         ]
@@ -167,7 +167,7 @@ class Values:
         if lowest > 0:
             self.take("spindle.min_speed", f"{lowest:g} rpm", source)
 
-    def _axes(self, key: str, axes: Axes) -> None:
+    def _store_axes(self, key: str, axes: Axes) -> None:
         store = self.assume if axes.assumed else self.derive if axes.derived else self.take
         store(key, format_axes(axes.numbers, axes.unit), axes.source)
 
@@ -182,7 +182,7 @@ class Axes:
     derived: bool = False
     assumed: bool = False
 
-    def check(self, values: Values, key: str, limit: float, above_0: bool = False) -> None:
+    def check_plausible(self, values: Values, key: str, limit: float, above_0: bool = False) -> None:
         """Check that the values of the axes are plausible.
 
         Raises

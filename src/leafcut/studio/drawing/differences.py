@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.difference import Difference
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
+from leafcut.model.toolpath import Kind, Toolpath, arc_radius_start_sweep
 from leafcut.report.wording import replace_unprintable
 from leafcut.studio.drawing.scene import pack_scene
 
@@ -109,7 +109,7 @@ def _points_of_move(path: Toolpath, row: int) -> NDArray[np.float64]:
         return end.reshape(1, 2)
     if path.kind[row] in (Kind.ARC_CW, Kind.ARC_CCW) and path.arcs[int(path.ref[row])].plane == 17:
         centre = np.array(path.arcs[int(path.ref[row])].center[:2])
-        radius, start_angle, sweep = arc_sweep(path, row)
+        radius, start_angle, sweep = arc_radius_start_sweep(path, row)
         angle = start_angle + sweep * np.linspace(0.0, 1.0, _CHORDS)
         return np.column_stack([centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)])
     return np.stack([start, end])

@@ -223,7 +223,7 @@ def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.
 def _tool(tool: Tool, cutter: Cutter, bodies: Sequence[BodyPart]) -> dict[str, Any]:
     slope = 0.0 if math.isinf(cutter.slope) else cutter.slope
     length = tool.flute_length or _FLUTES * tool.diameter
-    shape = [cutter.radius, cutter.flat, cutter.corner, *cutter.tangent, slope]
+    shape = [cutter.radius, cutter.flat, cutter.corner, *cutter.tangent_point, slope]
     above = [[part.body.value, part.above, part.radius] for part in bodies[:_MAX_BODIES]]
     point = cutter.height(cutter.radius)
     seen = max(length, point) if math.isfinite(point) else length

@@ -83,10 +83,10 @@ def read_preview(
     source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: OnProgress | None = None
 ) -> Preview:
     """Preview an input for a kind of work. Raises `LeafcutError` if the format of the input is unknown."""
-    from leafcut.read.registry import read_source
+    from leafcut.read.registry import read_source_with_format
 
     settings = collect_settings(options or {})
-    format_, loaded = read_source(source, heartbeat_for_step(progress, Message("reading")))
+    format_, loaded = read_source_with_format(source, heartbeat_for_step(progress, Message("reading")))
     if format_.name == "gcode":
         return _preview_program(loaded, options or {}, progress)
     kinds = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
@@ -193,10 +193,10 @@ def preview(link: Link, source: str, work: str, options: dict[str, Any]) -> Prev
 
 def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
     """Create the scene of a program's stock (`studio.drawing.solid`). If it cannot be shown, the scene explains why."""
-    from leafcut.read.registry import read_source
+    from leafcut.read.registry import read_source_with_format
     from leafcut.studio.drawing.solid import solid_scene
 
-    _, loaded = read_source(source, heartbeat_for_step(link.report, Message("reading")))
+    _, loaded = read_source_with_format(source, heartbeat_for_step(link.report, Message("reading")))
     simulation = api.simulate(loaded, progress=link.report, **_used_options("simulate", options))
     stock = registry.command_function("shown_stock")(loaded, collect_settings(_used_options("stock", options)))
     return solid_scene(simulation.run, simulation.machine, stock, simulation.measure)

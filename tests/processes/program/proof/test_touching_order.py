@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_sweep, plane_axes
+from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_radius_start_sweep, plane_axes
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import touching_in_new_order
 from leafcut.processes.program.proof.order_thresholds import FREE
@@ -68,7 +68,7 @@ def line_of(path: Toolpath, row: int) -> np.ndarray:
     if path.kind[row] != Kind.FEED:
         arc = path.arcs[int(path.ref[row])]
         first, second, _ = plane_axes(arc.plane)
-        radius, start, sweep = arc_sweep(path, row)
+        radius, start, sweep = arc_radius_start_sweep(path, row)
         line[:, first] = arc.center[first] + radius * np.cos(start + s[:, 0] * sweep)
         line[:, second] = arc.center[second] + radius * np.sin(start + s[:, 0] * sweep)
     return line[:, :2]

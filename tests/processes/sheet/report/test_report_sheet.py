@@ -96,7 +96,7 @@ def plan_of(cuts: Sequence[Cut], rapid_s: float, **changes: object) -> CutPlan:
     whole = times_of(447.0, 2.1, rapid_s + 1.0, 1500.0 * rapid_s, 542.8, 3)
     measures = CutMeasures(
         sheet=whole,
-        batch=whole.times(10),
+        batch=whole.multiplied_by(10),
         quantity=10,
         parts=(PartTimes(1, 5685.84, one, 4.25), PartTimes(2, 1600.0, two, 0.75)),
         utilisation=0.3643,

@@ -94,14 +94,14 @@ class CoverageGrid:
         `selected` marks these segments, bool[n − 1]. All segments must be short.
         """
         middle = 0.5 * (path[:-1] + path[1:])
-        wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)
+        wanted = self.grid.cells_around(self.grid.cells_of(middle[selected]), CELLS + 1)
         while len(wanted) * self.side**2 > MOST_PLACES and self.side > 1:
             self._set_pitch(self.pitch * math.sqrt(1.05 * len(wanted) * self.side**2 / MOST_PLACES))
-            wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)
+            wanted = self.grid.cells_around(self.grid.cells_of(middle[selected]), CELLS + 1)
         self._add_cells(np.setdiff1d(wanted, self.cells, assume_unique=True))
         k = np.searchsorted(self.cells, wanted)
         rows = _joined_ranges(self.first[k], self.first[k + 1])
-        near = np.isin(self.grid.of(middle), self.grid.around(wanted, CELLS + 1))
+        near = np.isin(self.grid.cells_of(middle), self.grid.cells_around(wanted, CELLS + 1))
         return CoveragePoints(self.points[rows], self.limits[rows], np.flatnonzero(near))
 
     def _add_cells(self, cells: Indices) -> None:

@@ -167,7 +167,7 @@ class HeightLowering:
         """Return the lowest height that clears all obstacles below a move, mm, or −∞ without obstacles."""
         assert self.obstacles is not None
         (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
-        return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))
+        return self.obstacles.min_rapid_height((x0, y0), (x1, y1), int(self.path.tool[row]))
 
     def next_effective_row(self, row: int) -> int:
         """Return the next row that affects the machine, or the number of rows at the end."""

@@ -102,7 +102,7 @@ def plan_pace(
             found = _merge_small_gains(_speed_runs(speed[which]), length, own)
             way = _StraightCut(path.before[row], path.end[row], own)
             over = loads.removed.over[which]
-            if loads.plunges[which].any():
+            if loads.is_plunging[which].any():
                 found = _set_speed(found, way.interval_above_material(over, rules), own)
             if rules.air:
                 if upwards[which].all():
@@ -168,14 +168,14 @@ def _speeds_in_material(
     for number, limit in limits.items():
         diameter = 2.0 * cutters[number].radius
         of_tool = loads.moves.tool == number
-        mine = (loads.mills | loads.sinks) & of_tool & (chip > 0)
+        mine = (loads.is_milling | loads.is_ramping) & of_tool & (chip > 0)
         bounds = _feed_factors(loads, limit, diameter, mine, rules)
         factor = np.minimum.reduce(list(bounds.values()))
         # Raise the speed in steps, so that it changes less often, but reduce excessive feeds at once.
         factor = np.where(factor > 1.0, np.minimum(_round_to_steps(factor), factor), factor)
         factor = sliding_minimum_along_path(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
-        plunges = loads.plunges & of_tool
+        plunges = loads.is_plunging & of_tool
         slower = np.minimum(np.minimum(_plunge_feed_factor(loads, limit), bounds["spindle"]), 1.0)
         speed[plunges] *= _least_by_row(slower, loads.source, plunges)
     speed = np.where(speed > loads.feed, np.maximum(np.minimum(speed, machine.max_feed), loads.feed), speed)
@@ -195,8 +195,8 @@ def _feed_factors(
     down = _plunge_feed_factor(loads, limit)
     return {
         # If several limits are equal, the first of them is the reported reason.
-        "ramp": np.where(loads.sinks, np.minimum(down, 1.0) if math.isinf(limit.plunge) else down, np.inf),
-        "finish": np.where(~loads.sinks & (loads.width <= FINISH * diameter), 1.0, np.inf),
+        "ramp": np.where(loads.is_ramping, np.minimum(down, 1.0) if math.isinf(limit.plunge) else down, np.inf),
+        "finish": np.where(~loads.is_ramping & (loads.width <= FINISH * diameter), 1.0, np.inf),
         # Without library data, the level cuts define the worst chip; ramps with thicker chips are not slowed.
         "chip": by_chip if limit.stated else np.maximum(by_chip, 1.0),
         "rate": np.maximum(by_rate, 1.0),
@@ -238,7 +238,7 @@ def reason_for_kept_feed(
     program: Program, loads: Loads, number: int, limit: ToolLimits, diameter: float, rules: PaceRules, machine: Machine
 ) -> KeptFeed | None:
     """Explain why a tool does not cut faster. Return None if the tool only plunges."""
-    mine = loads.measured_cuts(number) & (loads.mills | loads.sinks) & (loads.chip > 0)
+    mine = loads.main_cuts_of_tool(number) & (loads.is_milling | loads.is_ramping) & (loads.chip > 0)
     at = np.flatnonzero(mine)
     if not len(at):
         return None

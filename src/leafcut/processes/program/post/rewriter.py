@@ -184,7 +184,7 @@ class _Rewriter:
     def _set_state_of_original(self, block: int) -> None:
         """Set the modal state and the tool position to their values before a block of the original program."""
         self.have = self.program.modal(block)
-        self.stated = self.reader.set_fields(0, block)
+        self.stated = self.reader.fields_set_in_blocks(0, block)
         self.place = self.original.place_before(block)
         self.initial = self.original.initial_before(block)
 
@@ -213,7 +213,7 @@ class _Rewriter:
     def _restated_fields(self, section: Section) -> frozenset[str]:
         """Return the modal fields that the new first task of a section must state."""
         pieces = section.pieces
-        return frozenset({"feed"} | (_RESTATED & self.reader.set_fields(pieces[0].begin, pieces[-1].end)))
+        return frozenset({"feed"} | (_RESTATED & self.reader.fields_set_in_blocks(pieces[0].begin, pieces[-1].end)))
 
     def _write_task(self, piece: ProgramTask, floor: float, turned: bool, restated: frozenset[str]) -> None:
         """Write a task. The tool arrives at the height `floor` (mm) or higher.
@@ -258,7 +258,7 @@ class _Rewriter:
         If no height clears the obstacles, write rapids around them and return `floor`.
         """
         obstacles, here = self.obstacles, (self.place[0], self.place[1])
-        over = -math.inf if obstacles is None else obstacles.between(here, to, tool)
+        over = -math.inf if obstacles is None else obstacles.min_rapid_height(here, to, tool)
         if obstacles is None or over < math.inf:
             return max(floor, over)
         turns = obstacles.route_around(here, to, tool)
@@ -330,7 +330,7 @@ class _Rewriter:
                     self.initial = height
         x, y, _ = self.original.place_before(piece.end)
         self.place = [x, y, height]
-        self.stated |= self.reader.set_fields(piece.begin, piece.end)
+        self.stated |= self.reader.fields_set_in_blocks(piece.begin, piece.end)
 
     def _take_fields(self, fields: frozenset[str], modal: Modal) -> None:
         self.have = replace_fields(self.have, fields, modal)
@@ -368,7 +368,9 @@ class _Rewriter:
                 words = [(w, v) for w, v in need.cycle_words if w not in stated]
                 if have.cycle != need.cycle or not dict(have.cycle_words).items() >= set(words):
                     # A block that states its cycle may still use words from earlier blocks of the cycle.
-                    front += [] if "motion" in self.reader.set_fields(block, block + 1) else [f"G{need.cycle}"]
+                    front += (
+                        [] if "motion" in self.reader.fields_set_in_blocks(block, block + 1) else [f"G{need.cycle}"]
+                    )
                     back += [self._word_text(w, v, block) for w, v in words]
             elif need.motion is not None and have.motion != need.motion:
                 front.append(f"G{need.motion}")
@@ -427,7 +429,7 @@ class _Rewriter:
         drills = path.kind[row] == Kind.DRILL
         level = max(self.place[2], path.cycles[int(path.ref[row])].r_plane) if drills else min(self.place[2], z)
         # An unknown height follows a move in machine coordinates, where the tool is retracted. A laser has no height.
-        over = obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
+        over = obstacles.min_rapid_height((self.place[0], self.place[1]), (x, y), modal.tool)
         return _is_below(level, over) or over == math.inf
 
     def _move_past_obstacles(self, x: float, y: float, *, down: bool) -> None:
@@ -477,7 +479,7 @@ class _Rewriter:
         self._take_fields(modal_use.inherited, need)
         self._take_fields(modal_use.sets, program.modal(kept.end))
         self.have = replace_fields(program.modal(kept.end), INHERITED, self.have)
-        self.stated |= self.reader.set_fields(kept.begin, kept.end)
+        self.stated |= self.reader.fields_set_in_blocks(kept.begin, kept.end)
 
     def _rapid_to(self, x: float = math.nan, y: float = math.nan, z: float = math.nan) -> None:
         if not math.isnan(x) and not math.isnan(y) and self.obstacles is not None:

@@ -162,7 +162,7 @@ def check_limits(
         A speed exceeds its limit.
     """
     speed = new_speeds(loads, stretches)
-    cuts, chip = loads.mills | loads.sinks, loads.chip
+    cuts, chip = loads.is_milling | loads.is_ramping, loads.chip
     faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))
     ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=np.isfinite(speed) & (loads.feed > 0))
     # The ratio is slightly reduced, because a speed may equal its limit.
@@ -180,7 +180,7 @@ def check_limits(
         wrong |= mine & faster & (ratio > loads.max_feed_factor(limit, diameter))
         # Ramps may be faster only if the plunge feed is known.
         known = limit.plunge if math.isfinite(limit.plunge) else 0.0
-        wrong |= mine & faster & loads.sinks & (loads.descent_speed * ratio > known)
+        wrong |= mine & faster & loads.is_ramping & (loads.descent_speed * ratio > known)
     wrong |= faster & ~np.isin(loads.moves.tool, list(limits))
     wrong |= np.isinf(speed) & ~clear & ~upright
     wrong[_plunges_too_fast(loads, stretches, rules)] = True

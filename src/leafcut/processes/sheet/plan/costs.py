@@ -68,7 +68,7 @@ def measure_cuts(
             PartTimes(number, area, own, cost_of(own, options, shop_rate) + metal, names.get(number, ""), used_up)
         )
     cost = cost_of(one, options, shop_rate) + sheet.price
-    batch = one.times(quantity)
+    batch = one.multiplied_by(quantity)
     return CutMeasures(
         sheet=one,
         batch=batch,

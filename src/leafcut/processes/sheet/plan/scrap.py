@@ -73,8 +73,8 @@ class Scrap:
         ok = np.ones(len(lines), dtype=bool)
         # Without compensation, a lead ends on the edge of its own part.
         reach = self._half_kerf if self.rules.half > 0.0 else 0.0
-        ok[self._metal.near(lines, reach)[0]] = False
-        pairs = self._kerfs.near(lines, 2.0 * self._half_kerf - ROUNDING)
+        ok[self._metal.pairs_near(lines, reach)[0]] = False
+        pairs = self._kerfs.pairs_near(lines, 2.0 * self._half_kerf - ROUNDING)
         ok[pairs[0][~np.isin(self._line_owner[pairs[1]], own)]] = False
         if len(self.bridge_owners):
             pairs = self._bridge_tree.query(lines, predicate="dwithin", distance=2.0 * self._half_kerf - ROUNDING)
@@ -86,7 +86,7 @@ class Scrap:
 
     def parts_near(self, lines: Any) -> NDArray[np.int64]:
         """Return pairs (line, part), int64[2, k], in which the kerf along the line touches the part."""
-        return self._metal.near(lines, self._half_kerf)
+        return self._metal.pairs_near(lines, self._half_kerf)
 
     def zones_near(self, lines: Any) -> NDArray[np.int64]:
         """Return pairs (line, keep-out zone), int64[2, k], in which the kerf along the line touches the zone."""
@@ -96,7 +96,7 @@ class Scrap:
         """Return a mask of the points, float64[n, 2], that have no part within `radius` mm."""
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
-            ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
+            ok[self._metal.pairs_near(shapely.points(places), radius - ROUNDING)[0]] = False
         return ok
 
     def mask_leaving_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:

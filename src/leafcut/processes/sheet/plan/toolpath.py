@@ -142,7 +142,7 @@ def generate_cuts(
 
 def _travel_to(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
     here = (builder.position[0], builder.position[1])
-    if obstacles is not None and obstacles.between(here, to, None) != -math.inf:
+    if obstacles is not None and obstacles.min_rapid_height(here, to, None) != -math.inf:
         turns = obstacles.route_around(here, to, None)
         if turns is None:
             x, y = to

@@ -184,7 +184,7 @@ def gouge_faults(matched: MatchedRuns) -> list[Difference]:
             continue
         own = [slits[c.target.index] for c in matched.claims if c.run == number and c.target.index in slits]
         free = line.difference(shapely.union_all(own).buffer(2.0 * TOLERANCE)) if own else line
-        for part in metal.near([free], matched.asked.half)[1].tolist():
+        for part in metal.pairs_near([free], matched.asked.half)[1].tolist():
             into = free.intersection(matched.parts[part].buffer(matched.asked.half))
             depth = matched.asked.half - shapely.distance(free, matched.parts[part]) + TOLERANCE
             x, y = shapely.get_coordinates(into if not into.is_empty else free)[0]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_sweep
+from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_radius_start_sweep
 
 #: Chord error for arcs, mm.
 FLATNESS = 0.002
@@ -283,7 +283,7 @@ def arc_chord_ends(path: Toolpath, row: int) -> NDArray[np.float64]:
 
     The chord error is r·(1 − cos(step/2)).
     """
-    radius, begin, sweep = arc_sweep(path, row)
+    radius, begin, sweep = arc_radius_start_sweep(path, row)
     centre = path.arcs[int(path.ref[row])].center
     step = 2.0 * math.acos(max(1.0 - FLATNESS / radius, 0.0)) if radius > FLATNESS else math.pi
     count = max(math.ceil(abs(sweep) / max(step, 1e-3)), 1)
