@@ -219,3 +219,11 @@ def test_the_price_in_a_nested_drawing_counts_unless_another_is_given(tmp_path: 
         OptionError, match=r"^--price-per-kg: the drawing states a price of 60 for the sheet; leave out"
     ):
         api.cut(nested, price_per_kg=2, **given)
+
+
+def test_a_file_of_options_cannot_name_the_quote(tmp_path: Path) -> None:
+    """The next job would replace the quote of this one."""
+    shop = tmp_path / "shop.toml"
+    shop.write_text('quote = "quote.html"\n')
+    with pytest.raises(OptionError, match=r"^--quote: name the file on the command line"):
+        api.cut(drawing(tmp_path / "squares.dxf"), options_file=shop, stock_price=9, **SHEET)

@@ -15,7 +15,7 @@ _QUOTED = (when_given("quote"),)
 
 @dataclass(frozen=True)
 class QuoteOptions(OptionGroup):
-    """The quote for a customer. `SpeedOptions` contains the cost of the machine per hour."""
+    """The quote for a customer. The cost of the machine per hour is `--shop-rate`."""
 
     section: ClassVar[str] = "quote"
     title: ClassVar[str] = "Quote"

@@ -28,9 +28,17 @@ def is_quoted(settings: Settings) -> bool:
 
 
 def check_quote(settings: Settings, process: Process) -> None:
-    """Raise OptionError if the quote is not an HTML file, or if an option that it needs is missing or empty."""
+    """Raise OptionError if the quote is not an HTML file, or if an option that it needs is missing or empty.
+
+    The name of the quote must not come from a file of options, because every job would then replace the quote.
+    """
     if not process.quoted_with or not is_quoted(settings):
         return
+    if "quote" not in settings.asked:
+        raise OptionError(
+            "--quote: name the file on the command line, not in a file of options, so that no later job replaces the "
+            "quote"
+        )
     options = settings.of(QuoteOptions)
     if options.quote is not None and options.quote.suffix.lower() not in (".html", ".htm"):
         raise OptionError("--quote: '{}' is not a web page; name a file ending in .html", options.quote.name)
