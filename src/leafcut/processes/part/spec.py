@@ -99,8 +99,8 @@ class MillStage:
 class PartWork:
     """The holes of each drill and the tasks of each mill.
 
-    `cuts` contains only the tasks along edges. `copies` is None if the drawing is milled once. `plate_price` is the price
-    of the plate, for a quote.
+    `cuts` contains only the tasks along edges. `copies` is None if the drawing is milled once. `plate_price` is the
+    price of the plate, for a quote.
     """
 
     groups: tuple[HoleGroup, ...]
