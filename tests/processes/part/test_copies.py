@@ -159,7 +159,7 @@ def test_the_spacing_is_the_gap_between_the_milled_shapes(layered: bool, tmp_pat
         ({}, 9.0),
         ({"tab_width": 8}, 10.0),
         ({"tabs": 0}, 3.1),
-        ({"finish": 0.2}, 9.4),
+        pytest.param({"finish": 0.2}, 9.4, marks=pytest.mark.slow),
         ({"tabs": 0, "finish": 0.2}, 3.5),
     ],
 )
