@@ -343,3 +343,11 @@ def test_a_bar_about_as_wide_as_the_v_bit_at_the_floor_is_carved(width: float, t
     path = carved(tmp_path, shapes=[bar]).written
     bar_rows = (tools_of(path) == 6) & (path.end[:, 0] > 9.0) & (path.end[:, 0] < 12.0)
     assert path.end[bar_rows, 2].min() == pytest.approx(-DEPTH, abs=0.01)
+
+
+def test_the_v_bit_clears_an_arm_that_tapers(tmp_path: Path) -> None:
+    """Each pass of the V-bit ends at another place of the arm. The program is refused if any place is left."""
+    arm = [(28, 8), (21, 10), (18, 13), (14, 13), (13, 10.6), (2.5, 7.9), (13, 7), (12.5, 4), (22, 4.5), (27, 6)]
+    tools = TOOLS.replace('"0.2 mm"', '"0.1 mm"')
+    outcome = carved(tmp_path, RULES.replace("1mm", "0.8mm"), tools, shapes=[arm])
+    assert [operation.tool.number for operation in outcome.operations] == [5, 6, 7]

@@ -181,18 +181,21 @@ def floor_passes(carving: Carving, cleared: Any) -> list[Floats]:
     half = _OVERLAP * cover
     centres = shrink_region(carving.area.region, bit.tip + carving.limit * bit.spread)
     left = swept_region(centres, bit.tip) - shapely.union_all([cleared, swept_region(centres.boundary, cover)])
-    left = _without_films(left)
+    wide = _without_films(left)
     lines: list[Any] = []
     # Passes at even distances from the edge leave strips in the middle of narrow places. Passes between them clear
     # these strips.
     for first in (2.0 * half, half):
-        farthest = _farthest_place(left, centres.boundary)
+        farthest = _farthest_place(wide, centres.boundary)
         for offset in np.arange(first, farthest + cover, 2.0 * half).tolist():
             rings = shapely.MultiLineString(_rings(shrink_region(centres, offset)))
-            parts = shapely.get_parts(rings.intersection(left.buffer(cover, quad_segs=4)))
+            parts = shapely.get_parts(rings.intersection(wide.buffer(cover, quad_segs=4)))
             passes: Any = shapely.line_merge(shapely.multilinestrings(parts[shapely.length(parts) > _TOLERANCE]))
-            lines += shapely.get_parts(passes).tolist()
-            left = _without_films(left - swept_region(passes, cover))
+            if not passes.is_empty:
+                lines += shapely.get_parts(passes).tolist()
+                # Films are removed from a copy, because they would grow if they were removed again and again.
+                left = left - swept_region(passes, cover)
+                wide = _without_films(left)
     paths = _linked([shapely.get_coordinates(line) for line in lines], centres, 2.0 * _LINK * half)
     return [np.column_stack([path, np.full(len(path), -carving.limit)]) for path in paths]
 
