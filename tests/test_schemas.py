@@ -265,7 +265,9 @@ def test_a_refusal_is_one_object_and_the_same_line_on_standard_error(
 def test_an_error_that_the_answer_reports_is_not_answered_again(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(warming, "compile_all_kernels", lambda _: SimpleNamespace(count=3, seconds=1.0, kept=False))
+    monkeypatch.setattr(
+        warming, "compile_all_kernels", lambda _: SimpleNamespace(count=3, seconds=1.0, is_cached=False)
+    )
     assert run(["install", "kernels", "--json"]) == 1
     out, err = capsys.readouterr()
     assert json.loads(out) == {"schema": 1, "compiled": 3, "seconds": 1.0, "kept": False}
@@ -283,7 +285,7 @@ def test_a_json_answer_is_one_object_that_begins_with_its_schema(
     words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(warming, "compile_all_kernels", lambda _: SimpleNamespace(count=0, seconds=0.0, kept=True))
+    monkeypatch.setattr(warming, "compile_all_kernels", lambda _: SimpleNamespace(count=0, seconds=0.0, is_cached=True))
     Path("settings.txt").write_bytes((ROOT / "tests" / "read" / "settings" / "grbl_3018.txt").read_bytes())
     for name in (CAM, "bracket.dxf", "pocket.dxf"):
         Path(name).write_bytes((EXAMPLES / name).read_bytes())
