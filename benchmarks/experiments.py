@@ -34,7 +34,7 @@ _PAIRS = "Differ"
 
 def section(experiment: Description, rows: list[Row]) -> str:
     """Return the section of an experiment."""
-    results = Results.of(experiment, rows)
+    results = Results.from_rows(experiment, rows)
     able = sum(has_enough_cores(experiment, plan) for plan in experiment.runs())
     state = f"{len(results.finished)} of {able} runs"
     if len(results.rows) > len(results.finished):

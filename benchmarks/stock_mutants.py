@@ -24,7 +24,7 @@ from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import load_dialect
 from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
-from leafcut.processes.program.planning import stock_judge
+from leafcut.processes.program.planning import create_stock_judge
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.settings import collect_settings
 
@@ -132,7 +132,7 @@ def reordered(original: Path, new: Path) -> bool:
     before, after = (
         read_foreign(file.read_text(), str(file), settings, job.machine, words).program for file in (original, new)
     )
-    judge = stock_judge(job, before, str(original), "mill").judge
+    judge = create_stock_judge(job, before, str(original), "mill").judge
     assert judge is not None
     try:
         judge.check(after)

@@ -11,7 +11,7 @@ import pytest
 import leafcut
 from leafcut.cli.app import run
 from leafcut.cli.progress import Reporter
-from leafcut.files.digests import DIGEST_LINE, sign_program
+from leafcut.files.digests import DIGEST_LINE, fill_in_digest
 from leafcut.model.heartbeat import Progress
 from leafcut.nesting.options import NestOptions
 from leafcut.options import SolveOptions, SpeedOptions, StockOptions
@@ -129,7 +129,7 @@ def test_a_machine_shown_can_be_saved_and_used_again(capsys: pytest.CaptureFixtu
     own.write_text(answer(capsys, "list", "machines", "haas-vf2")[0], encoding="utf-8")
     shown = leafcut.optimize(PLATE, machine=str(own), thickness=5).text
     assert (
-        sign_program(shown.replace("--machine my.toml", "--machine haas-vf2"))
+        fill_in_digest(shown.replace("--machine my.toml", "--machine haas-vf2"))
         == leafcut.optimize(PLATE, machine="haas-vf2", thickness=5).text
     )
     profile = json.loads(answer(capsys, "list", "machines", str(own), "--json")[0])
@@ -232,7 +232,7 @@ def test_a_refusal_tells_that_the_program_of_an_earlier_run_is_still_there(
     words = ["optimize", "example:plate-10", "--output", str(program)]
     assert run([*words, "--seed", "x"]) == 2
     assert str(program) not in capsys.readouterr().err
-    before = sign_program(f"({DIGEST_LINE})\nG0 X1\n")
+    before = fill_in_digest(f"({DIGEST_LINE})\nG0 X1\n")
     program.write_text(before)
     assert run([*words, "--seed", "x"]) == 2
     lines = capsys.readouterr().err.splitlines()

@@ -11,7 +11,7 @@ import pytest
 import leafcut
 from leafcut._version import __version__
 from leafcut.cli.app import run
-from leafcut.files.digests import is_unchanged, sign_program
+from leafcut.files.digests import fill_in_digest, is_unchanged
 from leafcut.processes import registry
 from leafcut.processes.settings import collect_settings
 from leafcut.read.registry import read_source_with_format
@@ -201,7 +201,7 @@ def test_the_program_of_another_command_is_not_replaced(shop: Path, capsys: pyte
         in (capsys.readouterr().err)
     )
     assert (shop / "pocket.ngc").read_bytes() == program
-    text = sign_program(program.decode().replace(f"{__version__} drill", f"{__version__} pocket"))
+    text = fill_in_digest(program.decode().replace(f"{__version__} drill", f"{__version__} pocket"))
     (shop / "pocket.ngc").write_text(text)
     assert run(drilled) == 1
     assert "written by `leafcut pocket`" in capsys.readouterr().err

@@ -5,26 +5,26 @@ from __future__ import annotations
 import pytest
 
 import leafcut
-from leafcut.files.digests import DIGEST_LINE, is_unchanged, sign_program
+from leafcut.files.digests import DIGEST_LINE, fill_in_digest, is_unchanged
 
 PROGRAM = f"%\n(plate)\n({DIGEST_LINE})\nG21\nG0 X1\nM30\n%\n"
 
 
 def test_a_signed_program_is_unchanged_and_signing_it_again_changes_nothing() -> None:
-    text = sign_program(PROGRAM)
+    text = fill_in_digest(PROGRAM)
     assert text != PROGRAM
     assert is_unchanged(text)
-    assert sign_program(text) == text
+    assert fill_in_digest(text) == text
 
 
 @pytest.mark.parametrize("old, new", [("X1", "X2"), ("M30\n", "M30\n(note)\n"), ("(plate)", "(Plate)")])
 def test_any_edit_is_seen(old: str, new: str) -> None:
-    assert not is_unchanged(sign_program(PROGRAM).replace(old, new))
+    assert not is_unchanged(fill_in_digest(PROGRAM).replace(old, new))
 
 
 def test_a_program_without_a_digest_is_not_known() -> None:
     assert not is_unchanged("G21\nM30\n")
-    assert sign_program("G21\nM30\n") == "G21\nM30\n"
+    assert fill_in_digest("G21\nM30\n") == "G21\nM30\n"
 
 
 @pytest.mark.parametrize("machine", ["haas-vf2", "linuxcnc-mill", "heidenhain-tnc", "grbl-3018"])

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from leafcut.errors import OptionError
-from leafcut.files.plugins import PluginKind, file_of
+from leafcut.files.plugins import PluginKind, entry_point_file
 from packages import Installer
 
 
@@ -87,8 +87,8 @@ def test_a_file_is_named_by_its_package_by_its_path_or_by_a_function(install: In
     folder = install("mill", {}, {"mill/__init__.py": "", "mill/my.toml": ""})
     import mill
 
-    assert file_of("my", mill) == folder / "mill" / "my.toml"
+    assert entry_point_file("my", mill) == folder / "mill" / "my.toml"
     for found in (folder / "a.toml", str(folder / "a.toml"), lambda: folder / "a.toml"):
-        assert file_of("my", found) == folder / "a.toml"
+        assert entry_point_file("my", found) == folder / "a.toml"
     with pytest.raises(TypeError, match="a path was expected, not int"):
-        file_of("my", 5)
+        entry_point_file("my", 5)

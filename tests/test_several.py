@@ -15,7 +15,7 @@ import pytest
 
 import leafcut
 from leafcut.cli.app import run
-from leafcut.files.digests import sign_program
+from leafcut.files.digests import fill_in_digest
 from leafcut.files.whole_files import StandardInput
 
 HOLES = "".join(f"X{7 * k * 5 % 11} Y{9 * k * 4 % 13}\n" for k in range(12))
@@ -182,7 +182,7 @@ def test_through_standard_input_and_output_goes_the_program_alone(
     """The summary goes to standard error; the program equals that of the file, except for the name in its header."""
     given(monkeypatch, PROGRAM.encode())
     out, err = answered(capsys, "optimize", "-", "-o", "-", *FAST)
-    assert sign_program(out.replace("standard input", "a.nc")) == leafcut.optimize("a.nc", preset="fast").text
+    assert fill_in_digest(out.replace("standard input", "a.nc")) == leafcut.optimize("a.nc", preset="fast").text
     assert "verified" in err and "standard output" in err
     given(monkeypatch, out.encode())
     assert answered(capsys, "verify", "a.nc", "-")[0].startswith("the same work")

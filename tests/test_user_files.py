@@ -158,10 +158,10 @@ def test_without_a_home_or_where_nothing_may_be_written_all_runs_as_without_the_
 
     monkeypatch.setattr(Path, "home", homeless)
     assert user_files.defaults_file() is None
-    assert user_files.first_time("L403 mill") and user_files.first_time("L403 mill")
+    assert user_files.record_first_showing("L403 mill") and user_files.record_first_showing("L403 mill")
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
-    assert user_files.first_time("L403 mill") and user_files.first_time("L403 mill")
+    assert user_files.record_first_showing("L403 mill") and user_files.record_first_showing("L403 mill")
 
 
 def test_where_the_part_lies_is_asked_once_for_each_machine_and_always_in_json_and_reports(

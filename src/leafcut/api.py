@@ -30,7 +30,7 @@ from leafcut.processes.job import Job, machine_of, refuse_missing_work
 from leafcut.processes.settings import collect_settings, input_file_names, settings_for
 from leafcut.read import Input, read
 from leafcut.read.registry import READERS, detect_format_name, read_once, read_source_with_format
-from leafcut.results.base import public_result
+from leafcut.results.base import as_public_result
 
 if TYPE_CHECKING:
     from leafcut.options.keywords import (
@@ -150,7 +150,7 @@ def optimize(
     if report:
         texts[str(report)] = page
     write_all_or_none(texts, encodings={str(output): outcome.encoding})
-    return public_result(ProgramResult, outcome, [*inputs, *_toml_file_names(run.machine.controller)])
+    return as_public_result(ProgramResult, outcome, [*inputs, *_toml_file_names(run.machine.controller)])
 
 
 def drill(
@@ -271,7 +271,7 @@ def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table
     run = replace(run, settings=replace(settings, process=registry.needed_process_value(inputs, process_word, process)))
     outcome = run_process(process, run, [loaded for _, loaded in inputs], process_word)
     refuse_missing_work(run.settings, inputs[0][1], outcome.missing)
-    return process, replace(outcome, defaults=run.settings.from_defaults())
+    return process, replace(outcome, defaults=run.settings.options_from_defaults())
 
 
 @contextmanager
@@ -341,8 +341,8 @@ def nest(
     outcome, inputs = registry.command_function("nest")(
         parts, output, settings, other_inputs=[options_file, defaults_file], progress=progress, cancelled=cancelled
     )
-    return public_result(
-        NestResult, replace(outcome, defaults=settings.from_defaults()), [*inputs, *input_file_names(settings)]
+    return as_public_result(
+        NestResult, replace(outcome, defaults=settings.options_from_defaults()), [*inputs, *input_file_names(settings)]
     )
 
 
@@ -388,8 +388,8 @@ def solve(
         if isinstance(source, Part)
         else read(source, settings.read, heartbeat_for_step(progress, Message("reading")))
     )
-    solved = Solved(part, _solve_part(part, settings, progress, observe, cancelled), settings.from_defaults())
-    return public_result(TourResult, solved, [part.source or None, defaults_file, *input_file_names(settings)])
+    solved = Solved(part, _solve_part(part, settings, progress, observe, cancelled), settings.options_from_defaults())
+    return as_public_result(TourResult, solved, [part.source or None, defaults_file, *input_file_names(settings)])
 
 
 def _solve_part(
@@ -446,7 +446,7 @@ def simulate(
 
     settings = _settings_for_work("simulate", options, None, defaults_file)
     outcome = registry.command_function("simulate")(program, settings, dialect, progress)
-    return public_result(
+    return as_public_result(
         SimulationResult,
         outcome,
         [*_file_names(program), *_toml_file_names(dialect), defaults_file, *input_file_names(settings)],
@@ -518,7 +518,7 @@ def stock(
     settings = _settings_for_work("stock", options, None, defaults_file)
     outcome = registry.command_function("stock")(program, settings, dialect, progress, same_as=same_as)
     inputs = [*_file_names(program, same_as), *_toml_file_names(dialect), defaults_file, *input_file_names(settings)]
-    return public_result(StockResult, outcome, inputs)
+    return as_public_result(StockResult, outcome, inputs)
 
 
 def tool_speeds(
@@ -570,7 +570,7 @@ def tool_speeds(
     if save:
         texts[str(save)] = registry.command_function("cutting_data_library")(outcome, settings, save)
     write_all_or_none(texts)
-    return public_result(ToolSpeedsResult, outcome, inputs)
+    return as_public_result(ToolSpeedsResult, outcome, inputs)
 
 
 def verify(
@@ -601,7 +601,7 @@ def verify(
     settings = _settings_for_work("verify", options, None, defaults_file)
     proof = registry.command_function("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
     inputs = [*_file_names(original, new), *_toml_file_names(dialect), defaults_file, *input_file_names(settings)]
-    return public_result(VerificationResult, proof, inputs)
+    return as_public_result(VerificationResult, proof, inputs)
 
 
 def output_name(
@@ -657,7 +657,7 @@ def plugins() -> list[tuple[str, str]]:
     from leafcut.read.machine import MACHINES
 
     kinds = (READERS, registry.PACKAGED, ALGORITHMS, DIALECTS, MACHINES)
-    return [(f"{kind.noun} {name}", words) for kind in kinds for name, words in kind.listed()]
+    return [(f"{kind.noun} {name}", words) for kind in kinds for name, words in kind.names_and_descriptions()]
 
 
 def default_machine(work: str) -> str:

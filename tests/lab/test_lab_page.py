@@ -193,7 +193,7 @@ def test_a_chart_with_many_variants_has_a_curve_for_each_level_of_the_first_fact
         )
         for plan in of.runs()
     ]
-    block = searches_block(Results.of(of, rows))
+    block = searches_block(Results.from_rows(of, rows))
     assert block
     convergence = block.drawn[0][1]
     assert ">as<" in convergence
@@ -203,6 +203,6 @@ def test_a_chart_with_many_variants_has_a_curve_for_each_level_of_the_first_fact
 def test_attractiveness_is_halved_where_the_formula_halves_it() -> None:
     """10·exp(-γ·r²) = 5 at r = √(ln 2 / γ): 8.33 for γ = 0.010, 6.21 for γ = 0.018."""
     of = load_experiment("firefly_gamma")
-    (block,) = [block for block in blocks_of_all_analyses(Results.of(of, [])) if "β over" in block.title]
+    (block,) = [block for block in blocks_of_all_analyses(Results.from_rows(of, [])) if "β over" in block.title]
     assert "halved at r = 8.33 with γ = 0.010, and at r = 6.21 with γ = 0.018" in block.words[0]
     assert "γ = 0.015" in block.drawn[0][1]

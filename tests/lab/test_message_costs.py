@@ -70,7 +70,9 @@ def block(folder: Path) -> ReportBlock:
                 ROW, key=str(len(rows)), instance=plan.instance.name, levels=levels, seed=plan.seed, responses=figures
             )
         )
-    return message_costs_block(Results.of(description, rows), description.analyses[0], description.response("time"))
+    return message_costs_block(
+        Results.from_rows(description, rows), description.analyses[0], description.response("time")
+    )
 
 
 def test_a_simulated_iteration_is_that_of_ants_update_and_messages() -> None:

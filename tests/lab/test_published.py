@@ -66,9 +66,9 @@ def without_runs(name: str) -> Runs:
 def test_every_published_figure_names_cells_of_its_experiment(name: str) -> None:
     runs = without_runs(name)
     for figure in figures_of(name):
-        cells = runs.chosen(figure)
+        cells = runs.matching_cells(figure)
         assert cells
-        assert {runs.base(cell, figure) for cell in cells} <= set(runs.cells)
+        assert {runs.base_cell(cell, figure) for cell in cells} <= set(runs.cells)
         assert figure.response in [response.name for response in runs.whole.responses]
         assert our_counterpart(figure, runs).missing in ("not_run", "cores")
         n_levels = len(runs.whole.factor(figure.factor).levels) if figure.factor else 0
@@ -181,9 +181,9 @@ def test_the_suspicious_times_of_the_thesis_recur_as_the_page_states() -> None:
 
 
 def test_both_languages_state_the_same_figures() -> None:
-    texts = [(published.words("en")[key], value) for key, value in published.words("es").items()]
+    texts = [(published.page_texts("en")[key], value) for key, value in published.page_texts("es").items()]
     texts += [(text["en"], text["es"]) for table in published_tables() for text in table.sentences]
-    assert published.words("en").keys() == published.words("es").keys()
+    assert published.page_texts("en").keys() == published.page_texts("es").keys()
     for english, spanish in texts:
         assert sorted(re.findall(r"{\w+}", english)) == sorted(re.findall(r"{\w+}", spanish))
 

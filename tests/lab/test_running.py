@@ -31,8 +31,8 @@ from leafcut.lab.running import (
     RunTask,
     execute_experiment,
     execute_run,
+    executor_performer,
     latest_search_curve,
-    perform_on_executor,
     stored_rows,
     task_for_plan,
 )
@@ -275,14 +275,14 @@ def test_runs_in_processes_give_the_results_of_runs_in_this_process(tmp_path: Pa
         execute_experiment(of, store)
         here = stored_rows(of, store)
     with Store(tmp_path / "there.sqlite") as store, open_executor("processes", 2) as executor:
-        assert execute_experiment(of, store, performer=perform_on_executor(executor, threading.Event())).done == 12
+        assert execute_experiment(of, store, performer=executor_performer(executor, threading.Event())).done == 12
         there = stored_rows(of, store)
     assert [(row.key, row.responses) for row in there] == [(row.key, row.responses) for row in here]
 
 
 def test_threads_are_refused_as_their_processor_time_cannot_be_told_apart() -> None:
     with open_executor("threads", 2) as executor, pytest.raises(OptionError, match="only one run at a time"):
-        perform_on_executor(executor, threading.Event())
+        executor_performer(executor, threading.Event())
 
 
 def test_runs_that_differ_in_threads_alone_are_one_run_where_the_answer_is_judged(tmp_path: Path) -> None:
@@ -297,7 +297,7 @@ def test_runs_that_differ_in_threads_alone_are_one_run_where_the_answer_is_judge
     for description in (one, both):
         with Store(tmp_path / f"{description.name}.sqlite") as store:
             execute_experiment(description, store)
-            found.append(blocks_of_all_analyses(Results.of(description, stored_rows(description, store)))[0])
+            found.append(blocks_of_all_analyses(Results.from_rows(description, stored_rows(description, store)))[0])
     assert found[0].words == found[1].words
     assert [table.rows for table in found[0].tables] == [table.rows for table in found[1].tables]
 
@@ -325,10 +325,10 @@ def test_a_refused_run_keeps_the_figures_of_its_search(tmp_path: Path, monkeypat
     plan = next(iter(found.runs()))
     levels = {name: level.name for name, level in plan.levels.items()}
     row = replace(ROW, instance=plan.instance.name, levels=levels, seed=plan.seed, responses={"length": 80.0})
-    results = Results.of(found, [replace(row, failed=answer.failed)])
-    assert list(results.figures("length").values()) == [[80.0]]
-    assert results.finished == ()
-    assert results.missing(1) == len(found.seeds) - 1
+    results = Results.from_rows(found, [replace(row, failed=answer.failed)])
+    assert list(results.values_by_cell("length").values()) == [[80.0]]
+    assert results.finished_rows == ()
+    assert results.missing_count(1) == len(found.seeds) - 1
 
 
 def test_a_response_is_a_sum_of_the_first_figures_that_exist() -> None:

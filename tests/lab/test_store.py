@@ -41,13 +41,13 @@ def test_a_row_comes_back_as_it_was(tmp_path: Path) -> None:
         store.add(replace(ROW, key="k2", experiment="other"))
     with Store(file, read_only=True) as store:
         assert store.rows("small") == [ROW]
-        assert store.counts() == {"small": 1, "other": 1}
+        assert store.successful_run_counts() == {"small": 1, "other": 1}
 
 
 def test_a_run_that_failed_is_replaced_and_not_counted(tmp_path: Path) -> None:
     with Store(tmp_path / "r.sqlite") as store:
         store.add(replace(ROW, failed="no"))
-        assert store.counts() == {}
+        assert store.successful_run_counts() == {}
         store.add(ROW)
         assert store.rows("small") == [ROW]
 

@@ -61,7 +61,7 @@ def test_the_best_trial_is_what_is_judged_and_its_change_is_that_of_the_formula(
 
 def test_the_search_sees_neither_the_inputs_nor_the_seeds_that_judge(tmp_path: Path) -> None:
     wanted = task()
-    learnt, held = ([one.name for one in part] for part in wanted.split())
+    learnt, held = ([one.name for one in part] for part in wanted.split_inputs())
     assert sorted(learnt + held) == sorted(INPUTS)
     assert len(held) == 2
     with Store(tmp_path / "r.sqlite") as store:
@@ -130,7 +130,7 @@ def test_where_nothing_is_better_the_defaults_stay_and_nothing_is_judged(tmp_pat
     with Store(tmp_path / "r.sqlite") as store:
         found = tune(task(), store, performer=Formula(lambda o: 2.0 if "candidates" in o else 1.0))
     assert (found.parameters, found.rows, found.change) == ({}, (), None)
-    assert "no set of 8 trials was better than the defaults on 4 inputs" in found.words()
+    assert "no set of 8 trials was better than the defaults on 4 inputs" in found.summary_sentence()
     assert tomllib.loads(options_file_text(found)) == {"schema": 1, "solve": {"algorithm": "mmas"}}
 
 

@@ -222,7 +222,7 @@ def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pyt
     before = Candidate(
         Order(()), ToolpathBuilder().build(), Measure(0.0, 0.0, 0.0), (cuts, SimpleNamespace(crossing=(1,)))
     )
-    nothing: Any = SimpleNamespace(contours=[], pairs=[], rules=SimpleNamespace(kerf=1.0))
+    nothing: Any = SimpleNamespace(contours=[], contour_precedence=[], rules=SimpleNamespace(kerf=1.0))
     order = Order((CutSequence(nothing, ()),))
     settings = collect_settings({})
     head = HeadTravel(Metric(), 0.0, None, None)

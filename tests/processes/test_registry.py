@@ -272,7 +272,7 @@ def test_two_packages_that_have_the_same_are_both_told_of_and_neither_is_used(
         with pytest.raises(OptionError) as refused:
             registry.check_process_value(one)
         assert str(refused.value) == f"the process '{one}' is a plug-in of {its} that cannot be used ({words})"
-        assert (one, f"plug-in of {its} that cannot be used ({words})") in registry.PACKAGED.listed()
+        assert (one, f"plug-in of {its} that cannot be used ({words})") in registry.PACKAGED.names_and_descriptions()
     assert registry.all_process_values() == (
         "auto",
         "drill",

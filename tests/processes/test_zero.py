@@ -391,10 +391,10 @@ def test_a_fixture_and_a_surface_are_turned_and_lifted_with_their_solid(low: Pat
 
 @pytest.mark.usefixtures("opencascade_at_hand")
 def test_the_material_of_a_program_keeps_its_own_z0_unless_asked(low: Path) -> None:
-    from leafcut.processes.program.workpiece import block_of
+    from leafcut.processes.program.workpiece import stock_block
     from leafcut.read.step import ChosenSolid
 
-    drawn, top = (block_of(str(low), ChosenSolid.of(ReadOptions(z_zero=z))) for z in (None, "top"))
+    drawn, top = (stock_block(str(low), ChosenSolid.of(ReadOptions(z_zero=z))) for z in (None, "top"))
     assert (drawn.low[2], drawn.high[2]) == pytest.approx((-60, -40))
     assert (top.low[2], top.high[2]) == pytest.approx((-20, 0))
 

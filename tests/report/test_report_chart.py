@@ -12,7 +12,7 @@ import pytest
 
 from leafcut.model.solution import Solution
 from leafcut.report.chart import bar_svg, convergence_chart, stacked_bar_svg
-from leafcut.report.svg import nice_step
+from leafcut.report.svg import tick_step
 
 FOUND = Solution(
     nodes=np.arange(3, dtype=np.int32),
@@ -101,7 +101,7 @@ def test_a_bar_stays_in_its_track(part, width):
 
 @pytest.mark.parametrize("span, step", [(6.0, 1.0), (12.0, 2.0), (15.0, 2.0), (30.0, 5.0), (0.06, 0.01), (0.0, 1.0)])
 def test_ticks_are_one_two_or_five_times_a_power_of_ten(span, step):
-    assert nice_step(span, 6) == pytest.approx(step)
+    assert tick_step(span, 6) == pytest.approx(step)
 
 
 def test_the_words_of_the_lower_bound_stand_under_its_line():

@@ -87,7 +87,7 @@ def test_the_path_goes_from_hole_to_hole_in_the_order_of_the_toolpath(outcome_of
 
 
 def test_y_points_up_and_a_millimetre_is_as_long_in_x_as_in_y():
-    frame = Frame.around((0.0, 0.0), (100.0, 50.0))
+    frame = Frame.around_corners((0.0, 0.0), (100.0, 50.0))
     (x0, y0), (x1, y1), (x2, y2) = frame.to_user_units(np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0]])).tolist()
     assert y2 < y0 == y1
     assert x0 == x2 < x1
@@ -169,7 +169,7 @@ def test_who_parks_far_away_does_not_make_the_part_small(outcome_of):
 
 
 def test_the_last_number_of_an_axis_stays_in_the_drawing():
-    frame = Frame.around((0.0, 0.0), (96.2, 96.2))
+    frame = Frame.around_corners((0.0, 0.0), (96.2, 96.2))
     for x, words in re.findall(r'<text x="([0-9.]+)"[^>]*text-anchor="middle"[^>]*>([0-9]+)</text>', frame.axes_svg()):
         assert float(x) + 3.5 * len(words) <= frame.size[0]
 
@@ -257,7 +257,7 @@ def test_numbers_never_cover_each_other():
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
 def test_axes_have_a_readable_number_of_round_ticks(low, span):
-    frame = Frame.around((low, low), (low + span, low + span))
+    frame = Frame.around_corners((low, low), (low + span, low + span))
     numbers = [t for t in re.findall(r">([^<>]+)</text>", frame.axes_svg()) if t[0] in "0123456789−" and "mm" not in t]
     assert 6 <= len(numbers) <= 24
     assert max(Counter(numbers).values()) <= 2

@@ -37,7 +37,7 @@ def test_the_lower_side_of_the_plate_becomes_z0_although_the_probe_overshoots() 
     """The tool stands 0.05 mm below the contact, in a plate of 1.5 mm: where it stands is Z 1.45."""
     board = ProbedGrbl()
     talk = talking(board)
-    probe_z(talk, talk.facts(), plate=1.5, feed=50.0, travel=15.0)
+    probe_z(talk, talk.read_facts_at_rest(), plate=1.5, feed=50.0, travel=15.0)
     assert board.taken == ["G91G21G38.2Z-15F50", "G90", "G54", "G10 L20 P1 Z1.45"]
 
 
@@ -46,7 +46,7 @@ def test_a_probe_that_did_not_touch_sets_no_zero() -> None:
     board.touched = 0
     talk = talking(board)
     with pytest.raises(SendError, match="does not report the position of the contact"):
-        probe_z(talk, talk.facts(), plate=1.5, feed=50.0, travel=15.0)
+        probe_z(talk, talk.read_facts_at_rest(), plate=1.5, feed=50.0, travel=15.0)
     assert not any("G10" in line for line in board.taken)
 
 
@@ -54,7 +54,7 @@ def test_a_probe_that_did_not_touch_sets_no_zero() -> None:
 def test_a_probe_of_nonsense_is_refused(plate: float, feed: float, travel: float) -> None:
     board = ProbedGrbl()
     talk = talking(board)
-    facts = talk.facts()
+    facts = talk.read_facts_at_rest()
     with pytest.raises(OptionError):
         probe_z(talk, facts, plate, feed, travel)
     with pytest.raises(SendError, match=r"can descend only 80\.000 mm here"):
@@ -67,7 +67,7 @@ def test_a_jog_is_written_in_mm_and_refused_out_of_the_travel_but_not_back_into_
     for moves, feed in (({}, 100.0), ({"A": 1.0}, 100.0), ({"X": float("nan")}, 100.0), ({"X": 1.0}, 0.0)):
         with pytest.raises(OptionError):
             jog_command(moves, feed)
-    facts = talking(FakeGrbl()).facts()  # from -200, -200, -100 to 0
+    facts = talking(FakeGrbl()).read_facts_at_rest()  # from -200, -200, -100 to 0
     check_jog(facts, (-100.0, -100.0, -20.0), {"X": 100.0, "Z": -80.0})
     with pytest.raises(SendError, match="error 15"):
         check_jog(facts, (-100.0, -100.0, -20.0), {"X": 100.1})
@@ -94,10 +94,10 @@ def test_before_the_first_line_of_each_hole_left_stands_one_pause(lengths: list[
 def test_whoever_waits_for_an_answer_can_be_interrupted_once_and_a_reset_never() -> None:
     board = FakeGrbl()
     talk = talking(board)
-    talk.interrupt()
+    talk.interrupt_wait()
     with pytest.raises(Interrupted):
         talk.ask("G0X1")
-    talk.interrupt()
+    talk.interrupt_wait()
     assert talk.stop().state == "Idle"  # a second Stop resets at once
     assert b"\x18" in board.realtime
     talk.ask("G0X1")

@@ -18,7 +18,7 @@ from leafcut.sender.firmware import query_settings
 from leafcut.sender.grbl import GrblConversation, parse_grbl_line
 from leafcut.sender.grbl_facts import facts_from_answers
 from leafcut.sender.job import SendJob, job_from_text
-from leafcut.sender.job_checks import check_program, check_ready
+from leafcut.sender.job_checks import check_machine_ready, check_program
 from leafcut.sender.marlin import MarlinConversation
 from leafcut.sender.run import Request, RunResult, RunView, SendRun
 
@@ -121,7 +121,7 @@ def test_the_settings_of_a_board_are_asked_for_and_are_those_that_it_sends_by(
     speaker = MarlinConversation if kind == "marlin" else GrblConversation
     talk = speaker(board, clock=board.clock)
     talk.connect()
-    facts = talk.facts()
+    facts = talk.read_facts_at_rest()
     assert facts.clock.rates is not None and facts.clock.accelerations is not None
     assert machine.rapid_velocity == pytest.approx(facts.clock.rates)
     assert machine.acceleration == pytest.approx(facts.clock.accelerations)
@@ -179,13 +179,13 @@ def drilling() -> SendJob:
 def met(board: FakeGrbl) -> tuple[GrblConversation, Facts]:
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
-    return talk, talk.facts()
+    return talk, talk.read_facts_at_rest()
 
 
 def sent(board: FakeGrbl) -> RunResult:
     talk, facts = met(board)
     job = drilling()
-    check_ready(facts, unhomed=False)
+    check_machine_ready(facts, unhomed=False)
     check_program(job, facts, unhomed=False)
     run = SendRun(talk, facts, job, job.steps)
     seen: list[str] = []
@@ -193,9 +193,9 @@ def sent(board: FakeGrbl) -> RunResult:
     def observe(view: RunView) -> None:
         seen.append(view.state)
         if len(seen) == 1:
-            run.ask(Request.HOLD)
+            run.queue_request(Request.HOLD)
         elif view.state == "Hold":
-            run.ask(Request.RESUME)
+            run.queue_request(Request.RESUME)
 
     run.observe = observe
     ending = run.run()
@@ -216,8 +216,8 @@ def test_a_grblhal_that_takes_question_marks_for_letters_is_asked_held_and_freed
 def test_settings_that_are_texts_or_empty_are_no_noise_and_five_axes_no_riddle() -> None:
     board = FakeGrblHal()
     _, facts = met(board)
-    assert facts.origin(540) == (-100.0, -100.0, -50.0)
-    assert facts.machine_place() == (-100.0, -100.0, -20.0)
+    assert facts.work_zero(540) == (-100.0, -100.0, -50.0)
+    assert facts.machine_position() == (-100.0, -100.0, -20.0)
     assert parse_grbl_line("$75=a word, and (one more)") == Report("$75", "a word, and")
     assert parse_grbl_line("$74=") == Report("$74", "")
 
@@ -228,11 +228,11 @@ def test_a_grblhal_says_which_axes_were_homed_and_one_that_was_not_is_refused(ho
     _, facts = met(FakeGrblHal(homed))
     assert facts.homed is ready
     if ready:
-        check_ready(facts, unhomed=False)
+        check_machine_ready(facts, unhomed=False)
         return
     with pytest.raises(SendError, match="reports that it was not homed; add --home"):
-        check_ready(facts, unhomed=False)
-    check_ready(facts, unhomed=True)
+        check_machine_ready(facts, unhomed=False)
+    check_machine_ready(facts, unhomed=True)
 
 
 def test_a_grbl_that_is_not_locked_until_it_is_homed_cannot_say_it() -> None:
@@ -242,8 +242,8 @@ def test_a_grbl_that_is_not_locked_until_it_is_homed_cannot_say_it() -> None:
     with pytest.raises(
         SendError, match="does not report whether it was homed, and does not require homing; add --home"
     ):
-        check_ready(facts_from_answers(answers, status, homed=False), unhomed=False)
-    check_ready(facts_from_answers(answers, status, homed=True), unhomed=False)
+        check_machine_ready(facts_from_answers(answers, status, homed=False), unhomed=False)
+    check_machine_ready(facts_from_answers(answers, status, homed=True), unhomed=False)
     with pytest.raises(SendError, match=r"does not report the size of its buffer \(\[OPT:V\]\)"):
         facts_from_answers(
             [parse_grbl_line("[VER:1.1h:]"), parse_grbl_line("[OPT:V]"), parse_grbl_line("$22=1")], status, homed=False
@@ -257,7 +257,7 @@ def test_an_alarm_with_its_number_in_the_status_is_explained_by_its_firmware() -
     with pytest.raises(
         SendError, match=r"locked by an alarm \(alarm 11: homing is needed first\); home it with --home"
     ):
-        check_ready(facts, unhomed=False, family=talk.family)
+        check_machine_ready(facts, unhomed=False, family=talk.family)
 
 
 @pytest.mark.parametrize("state, told", [("ConfigAlarm", "its configuration is invalid"), ("Critical", "reset it")])
@@ -266,13 +266,13 @@ def test_what_locks_a_fluidnc_is_told(state: str, told: str) -> None:
     board.shown = state
     _, facts = met(board)
     with pytest.raises(SendError, match=told):
-        check_ready(facts, unhomed=True)
+        check_machine_ready(facts, unhomed=True)
 
 
 def test_a_fluidnc_is_known_by_its_configuration_and_not_by_the_few_numbers_that_it_shows() -> None:
     """Machine/Axes.cpp: X homed downwards to 0 goes up to 200, Y homed upwards to 5 goes down to -195."""
     _, facts = met(FakeFluidNc())
-    assert facts.travel() == ((0.0, -195.0, -100.0), (200.0, 5.0, 0.0))
+    assert facts.travel_limits() == ((0.0, -195.0, -100.0), (200.0, 5.0, 0.0))
     assert facts.fastest == 24000.0 and facts.buffer == 128
     assert facts.homing and facts.homed and facts.soft_limits
     timed = facts.machine_with_settings(load_machine("grbl-3018"))
@@ -298,11 +298,11 @@ def test_a_fluidnc_is_known_by_its_configuration_and_not_by_the_few_numbers_that
 def test_a_fluidnc_of_which_something_cannot_be_known_is_refused_in_one_line(was: str, now: str, told: str) -> None:
     board = FakeFluidNc(CONFIGURATION.replace(was, now))
     with pytest.raises(SendError, match=told) as caught:
-        check_ready(met(board)[1], unhomed=False)
+        check_machine_ready(met(board)[1], unhomed=False)
     assert "\n" not in str(caught.value)
 
 
 def test_the_soft_limits_of_a_fluidnc_are_on_only_where_each_axis_has_them() -> None:
     """$20 shows only the soft limits of X (SettingsDefinitions.cpp)."""
     _, facts = met(FakeFluidNc(CONFIGURATION.replace("soft_limits: true", "soft_limits: false", 2)))
-    assert not facts.soft_limits and "(soft_limits)" in facts.soft_limits_off
+    assert not facts.soft_limits and "(soft_limits)" in facts.soft_limits_warning

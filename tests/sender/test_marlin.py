@@ -22,7 +22,7 @@ from leafcut.sender.controller_facts import Facts
 from leafcut.sender.firmware import conversation_class
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, job_from_text, read_job
-from leafcut.sender.job_checks import check_program, check_ready
+from leafcut.sender.job_checks import check_machine_ready, check_program
 from leafcut.sender.lines import Pause
 from leafcut.sender.marlin import MarlinConversation, NumberedLine, parse_marlin_line
 from leafcut.sender.resuming import first_line_of_hole, resuming_steps
@@ -57,7 +57,7 @@ def met(board: FakeMarlin, *, homed: bool = True) -> tuple[MarlinConversation, F
     if homed:
         talk.home()
         board.place, board.planned = [0.0, 0.0, 20.0], [0.0, 0.0, 20.0]
-    return talk, talk.facts()
+    return talk, talk.read_facts_at_rest()
 
 
 def sent(
@@ -68,7 +68,7 @@ def sent(
     steps: Sequence[SentLine | Pause] | None = None,
 ) -> RunResult:
     talk, facts = met(board)
-    check_ready(facts, unhomed=False)
+    check_machine_ready(facts, unhomed=False)
     check_program(job, facts, unhomed=False)
     run = SendRun(talk, facts, job, job.steps if steps is None else steps, prompt=prompt)
     run.observe = lambda view: watch(run, view)
@@ -171,18 +171,18 @@ def test_a_hold_lets_it_finish_what_is_planned_and_keeps_its_place() -> None:
     def watch(run: SendRun, view: RunView) -> None:
         if not stages and view.hole >= 3:
             stages.append("hold")
-            run.ask(Request.HOLD)
+            run.queue_request(Request.HOLD)
         if stages == ["hold"] and view.state == "Hold":
             stood.append(list(board.place))
             assert view.place == pytest.approx(board.place) and not board.blocks
             if len(stood) == 3:
                 assert stood[0] == stood[2]
                 stages.append("faster")
-                run.ask(Request.FASTER)
-                run.ask(Request.FASTER)
+                run.queue_request(Request.FASTER)
+                run.queue_request(Request.FASTER)
         if stages[-1:] == ["faster"] and view.override == 120:
             stages.append("on")
-            run.ask(Request.RESUME)
+            run.queue_request(Request.RESUME)
 
     ending = sent(board, job_with(drilled(8)), watch)
     assert ending.complete, ending.reason
@@ -193,7 +193,9 @@ def test_a_hold_lets_it_finish_what_is_planned_and_keeps_its_place() -> None:
 def test_stop_is_at_once_and_the_place_is_no_longer_trusted_but_from_a_hold_it_is() -> None:
     """marlinfw.org, M410: without slowing down, so steps may be lost."""
     board = FakeMarlin(keen=5.0)
-    ending = sent(board, job_with(drilled(20)), lambda run, view: run.ask(Request.STOP) if view.hole >= 8 else None)
+    ending = sent(
+        board, job_with(drilled(20)), lambda run, view: run.queue_request(Request.STOP) if view.hole >= 8 else None
+    )
     assert ending.reason == "stopped by you" and not ending.homed and board.spindle == 0.0
     assert ending.place == pytest.approx(board.place, abs=0.006)
     # The hole by position, not by accepted lines: 15 moves are dropped, nearly four holes.
@@ -202,7 +204,7 @@ def test_stop_is_at_once_and_the_place_is_no_longer_trusted_but_from_a_hold_it_i
     assert "stopped without deceleration" in ending_in_words(ending, job_with(drilled(20)))
 
     def held(run: SendRun, view: RunView) -> None:
-        run.ask(Request.STOP if view.state == "Hold" else Request.HOLD) if view.hole >= 4 else None
+        run.queue_request(Request.STOP if view.state == "Hold" else Request.HOLD) if view.hole >= 4 else None
 
     board = FakeMarlin()
     ending = sent(board, job_with(drilled(20)), held)
@@ -356,16 +358,16 @@ def test_whether_it_was_homed_cannot_be_asked_so_a_person_says_it() -> None:
     board = FakeMarlin()
     talk, facts = met(board, homed=False)
     with pytest.raises(SendError, match="does not report whether it was homed"):
-        check_ready(facts, unhomed=False)
+        check_machine_ready(facts, unhomed=False)
     board.start()
     talk, facts = met(board, homed=False)
     assert talk.restarted
     with pytest.raises(SendError, match="add --zero-here"):
-        check_ready(facts, unhomed=True, restarted=talk.restarted)
+        check_machine_ready(facts, unhomed=True, restarted=talk.restarted)
     talk.zero_here()
-    facts = talk.facts()
-    check_ready(facts, unhomed=True, restarted=talk.restarted)
-    assert facts.machine_place() == (0.0, 0.0, 0.0)
+    facts = talk.read_facts_at_rest()
+    check_machine_ready(facts, unhomed=True, restarted=talk.restarted)
+    assert facts.machine_position() == (0.0, 0.0, 0.0)
 
 
 def test_it_is_timed_by_its_own_settings() -> None:

@@ -21,7 +21,7 @@ from leafcut.read.machine import load_machine
 from leafcut.sender.controller_facts import Facts
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, read_job
-from leafcut.sender.job_checks import check_program, check_ready
+from leafcut.sender.job_checks import check_machine_ready, check_program
 from leafcut.sender.jogging import probe_z
 from leafcut.sender.port import SerialPort
 from leafcut.sender.resuming import first_line_of_hole, resuming_steps
@@ -35,8 +35,8 @@ def prepared(board: Board, program: Path, machine: str) -> tuple[GrblConversatio
     job = read_job(str(program), machine)
     talk = GrblConversation(SerialPort(board.port))
     talk.connect()
-    facts = talk.facts()
-    check_ready(facts, unhomed=False)
+    facts = talk.read_facts_at_rest()
+    check_machine_ready(facts, unhomed=False)
     assert check_program(job, facts, unhomed=False) == []
     board.forget()
     return talk, facts, job.for_machine(facts.machine_with_settings(job.machine))
@@ -90,20 +90,20 @@ def test_a_plate_of_70_holes_is_held_goes_on_and_is_hurried(board: Board, progra
         match stages:
             case [] if view.hole >= 8:
                 stages.append("hold")
-                run.ask(Request.HOLD)
+                run.queue_request(Request.HOLD)
             # Hold:0 is at rest, Hold:1 slows down.
             case ["hold"] if view.state == "Hold" and run.talk.status is not None and run.talk.status.detail == 0:
                 at_rest.append(view)
                 stages.append("faster")
                 for _ in range(3):
-                    run.ask(Request.FASTER)
-                run.ask(Request.LITTLE_SLOWER)
+                    run.queue_request(Request.FASTER)
+                run.queue_request(Request.LITTLE_SLOWER)
             case ["hold", "faster"] if view.override == 129:
                 stages.append("resume")
-                run.ask(Request.RESUME)
+                run.queue_request(Request.RESUME)
             case ["hold", "faster", "resume"] if view.state == "Run":
                 stages.append("normal")
-                run.ask(Request.NORMAL)
+                run.queue_request(Request.NORMAL)
             case _:
                 pass
 
@@ -122,7 +122,7 @@ def test_a_plate_of_70_holes_is_held_goes_on_and_is_hurried(board: Board, progra
     for view in (v for v in seen if v.hole):
         assert view.place is not None and -1e-6 <= view.place[0] <= 13.51 and -1e-6 <= view.place[1] <= 9.01
         if view.override == 100:
-            assert view.done_s + view.left_s == pytest.approx(sum(map(sum, job.seconds)), rel=1e-6)
+            assert view.done_s + view.left_s == pytest.approx(sum(map(sum, job.seconds_by_line)), rel=1e-6)
     assert ending.place == pytest.approx(END, abs=0.02)
 
 
@@ -139,7 +139,7 @@ def test_an_error_in_line_40_stops_the_machine_and_is_told_with_its_line(
     assert 40 <= ending.taken < 80 and ending.line <= 40 + 24
     assert b"!" in board.sent and board.sent.rstrip(b"?").endswith(b"\x18")
     talk = GrblConversation(SerialPort(board.port))
-    assert talk.connect().speed == 0 and "M5" in talk.facts().modes
+    assert talk.connect().speed == 0 and "M5" in talk.read_facts_at_rest().modes
     talk.port.close()
     assert ending.hole is not None and ending.hole.first <= ending.line
     assert job.holes[ending.hole.number - 1] == ending.hole
@@ -217,7 +217,7 @@ def test_a_probe_that_touches_nothing_is_an_alarm(board: Board) -> None:
     talk.connect()
     try:
         with pytest.raises(SendError, match="alarm 5: the probe made no contact"):
-            probe_z(talk, talk.facts(), plate=1.0, feed=600.0, travel=1.0)
+            probe_z(talk, talk.read_facts_at_rest(), plate=1.0, feed=600.0, travel=1.0)
         talk.unlock()
     finally:
         talk.port.close()

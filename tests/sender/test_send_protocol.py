@@ -17,7 +17,7 @@ from leafcut.read.machine import load_machine
 from leafcut.sender.character_counting import CharacterCounter, SentLine
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, job_from_text
-from leafcut.sender.job_checks import check_program, check_ready
+from leafcut.sender.job_checks import check_machine_ready, check_program
 from leafcut.sender.lines import Pause
 from leafcut.sender.run import Request, RunResult, RunView, SendRun
 from leafcut.sender.run_texts import ending_in_words
@@ -46,7 +46,7 @@ def sent(
 ) -> RunResult:
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
-    run = SendRun(talk, talk.facts(), job, job.steps, prompt=prompt)
+    run = SendRun(talk, talk.read_facts_at_rest(), job, job.steps, prompt=prompt)
     run.observe = lambda view: watch(run, view)
     return run.run()
 
@@ -74,11 +74,11 @@ def test_the_buffer_is_kept_full_while_the_board_is_slow() -> None:
 
 def test_a_line_that_does_not_fit_is_not_sent() -> None:
     counter = CharacterCounter()
-    counter.send(SentLine("X" * 79))
+    counter.record_sent(SentLine("X" * 79))
     assert not counter.fits(SentLine("X" * 79)) and counter.fits(SentLine("X" * 46))
     with pytest.raises(ValueError, match="does not fit"):
-        counter.send(SentLine("X" * 79))
-    assert counter.take_answer() == SentLine("X" * 79) and counter.take_answer() is None and counter.bytes == 0
+        counter.record_sent(SentLine("X" * 79))
+    assert counter.record_answer() == SentLine("X" * 79) and counter.record_answer() is None and counter.bytes == 0
 
 
 @pytest.mark.hazard
@@ -126,7 +126,7 @@ def test_stop_by_the_person_holds_first_and_resets_then() -> None:
 
     def watch(run: SendRun, view: RunView) -> None:
         if view.taken >= 10:
-            run.ask(Request.STOP)
+            run.queue_request(Request.STOP)
 
     ending = sent(board, job_with(drilled(20)), watch)
     assert ending.reason == "stopped by you" and ending.homed
@@ -161,7 +161,7 @@ def test_it_goes_on_also_where_that_is_asked_for_while_it_still_slows_down(at_on
         for wanted in [Request.HOLD, Request.RESUME] if at_once else [Request.RESUME if held else Request.HOLD]:
             if wanted not in asked and view.taken >= 10:
                 asked.append(wanted)
-                run.ask(wanted)
+                run.queue_request(wanted)
 
     assert sent(board, job_with(drilled(20)), watch).complete
     assert asked == [Request.HOLD, Request.RESUME]
@@ -177,9 +177,9 @@ def test_the_override_goes_up_a_step_at_a_time_and_back() -> None:
         seen.append(view.override)
         if len(seen) == 1:
             for _ in range(3):
-                run.ask(Request.FASTER)
+                run.queue_request(Request.FASTER)
         if view.override == 130 and 130 not in seen[:-1]:
-            run.ask(Request.NORMAL)
+            run.queue_request(Request.NORMAL)
 
     assert sent(board, job_with(drilled(10)), watch).complete
     assert board.realtime == [b"\x91"] * 3 + [b"\x90"]
@@ -316,11 +316,11 @@ def test_a_machine_that_does_not_stand_ready_is_refused_with_what_helps(state: s
     board = FakeGrbl()
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
-    facts = talk.facts()
+    facts = talk.read_facts_at_rest()
     does, _, detail = state.partition(":")
     status = replace(facts.status, state=does, detail=int(detail) if detail else None)
     with pytest.raises(SendError, match=f"the machine {told}$"):
-        check_ready(replace(facts, status=status), unhomed=False)
+        check_machine_ready(replace(facts, status=status), unhomed=False)
 
 
 @pytest.mark.hazard
@@ -340,11 +340,11 @@ def test_a_machine_that_is_set_otherwise_is_refused(change: dict[int, float], to
     board.place = "-1.000,-1.000,-1.000"
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
-    facts = talk.facts()
+    facts = talk.read_facts_at_rest()
     job = job_with([*drilled(2), "G0 X99", "G0 X0"])
 
     def checked() -> None:
-        check_ready(facts, unhomed=False)
+        check_machine_ready(facts, unhomed=False)
         check_program(job, facts, unhomed=False)
 
     with pytest.raises(SendError, match=told):
@@ -359,10 +359,10 @@ def test_a_board_that_restarts_when_its_port_is_opened_and_is_never_homed_asks_f
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     with pytest.raises(SendError, match=r"restarted .* add --zero-here"):
-        check_ready(talk.facts(), unhomed=True, restarted=talk.restarted)
+        check_machine_ready(talk.read_facts_at_rest(), unhomed=True, restarted=talk.restarted)
     talk.zero_here()
     assert board.taken == ["G10 L20 P1 X0 Y0 Z0"]
-    check_ready(talk.facts(), unhomed=True, restarted=talk.restarted)
+    check_machine_ready(talk.read_facts_at_rest(), unhomed=True, restarted=talk.restarted)
 
 
 def test_reports_in_inches_are_understood() -> None:
@@ -371,9 +371,9 @@ def test_reports_in_inches_are_understood() -> None:
     board.origin, board.place = "-4.000,-4.000,-2.000", "-3.000,-4.000,-1.000"
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
-    facts = talk.facts()
-    assert facts.origin(540) == pytest.approx((-101.6, -101.6, -50.8))
-    assert facts.machine_place() == pytest.approx((-76.2, -101.6, -25.4))
+    facts = talk.read_facts_at_rest()
+    assert facts.work_zero(540) == pytest.approx((-101.6, -101.6, -50.8))
+    assert facts.machine_position() == pytest.approx((-76.2, -101.6, -25.4))
 
 
 def test_a_machine_that_differs_from_its_profile_is_told_and_timed_as_it_is() -> None:
@@ -382,12 +382,12 @@ def test_a_machine_that_differs_from_its_profile_is_told_and_timed_as_it_is() ->
     board.origin = "-100.000,-100.000,-30.000"
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
-    facts = talk.facts()
+    facts = talk.read_facts_at_rest()
     job = job_with(drilled(4))
     (issue,) = check_program(job, facts, unhomed=False)
     assert issue.code == "L820" and "$110=60 (800)" in issue.message and "$130" not in issue.message
     slower = job.for_machine(facts.machine_with_settings(job.machine))
-    assert sum(map(sum, slower.seconds)) > sum(map(sum, job.seconds))
+    assert sum(map(sum, slower.seconds_by_line)) > sum(map(sum, job.seconds_by_line))
 
 
 def checked_on(board: FakeGrbl, *lines: str, accept: Sequence[str] = ()) -> None:
@@ -396,7 +396,9 @@ def checked_on(board: FakeGrbl, *lines: str, accept: Sequence[str] = ()) -> None
     talk.connect()
     text = "\n".join([*HEAD, *lines, "M30", ""])
     check_program(
-        job_from_text(text, "part.nc", MACHINE, load_dialect("grbl"), None, accept), talk.facts(), unhomed=False
+        job_from_text(text, "part.nc", MACHINE, load_dialect("grbl"), None, accept),
+        talk.read_facts_at_rest(),
+        unhomed=False,
     )
 
 
@@ -466,9 +468,9 @@ def test_a_first_move_across_starts_above_the_program(line: str) -> None:
     talk.connect()
     job = job_from_text(text, "part.nc", MACHINE, load_dialect("grbl"), None)
     with pytest.raises(SendError, match=r"line 2 moves in X or Y before .* the tool is at Z-10\.000"):
-        check_program(job, talk.facts(), unhomed=False)
+        check_program(job, talk.read_facts_at_rest(), unhomed=False)
     board.place = "-150.000,-150.000,-1.000"
-    check_program(job, talk.facts(), unhomed=False)
+    check_program(job, talk.read_facts_at_rest(), unhomed=False)
 
 
 @pytest.mark.hazard
@@ -485,9 +487,9 @@ def test_a_cut_needs_a_spindle_that_the_program_starts_and_that_has_a_speed() ->
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     with pytest.raises(SendError, match=r"line 3 starts the spindle without a speed, .* S0, and line 6 cuts; add S"):
-        check_program(job("M3"), talk.facts(), unhomed=False)
-    check_program(job("M3 S900"), talk.facts(), unhomed=False)
-    check_program(job("S900\nM3"), talk.facts(), unhomed=False)
+        check_program(job("M3"), talk.read_facts_at_rest(), unhomed=False)
+    check_program(job("M3 S900"), talk.read_facts_at_rest(), unhomed=False)
+    check_program(job("S900\nM3"), talk.read_facts_at_rest(), unhomed=False)
     for speed in ("", " S900"):  # a spindle that is only switched, and one that has its speed
         board.speed = speed
-        check_program(job("M3"), talk.facts(), unhomed=False)
+        check_program(job("M3"), talk.read_facts_at_rest(), unhomed=False)

@@ -94,9 +94,9 @@ def test_the_studio_offers_it_shows_its_form_and_runs_it(drawing: Path, own_stud
     seen = read_preview(str(drawing), "engrave")
     assert seen.works == ("drill", "cut", "nest", "pocket", "part", "engrave") and seen.work == "engrave"
     english = words("en")
-    main, *_ = forms.form("engrave", {}, english, machines={"grbl-3018": "GRBL"}, tools=[])
+    main, *_ = forms.work_form("engrave", {}, english, machines={"grbl-3018": "GRBL"}, tools=[])
     assert [field["label"] for field in main["fields"]][2:] == ["Engraver", "Engraving feed", "Engraving speed"]
-    assert english.named("work", "engrave") == "Engrave"
+    assert english.item_name("work", "engrave") == "Engrave"
     source = own_studio.folder.add_input(drawing.name, drawing.read_bytes())
     job = own_studio.jobs.start(Task("optimize", (source,), "engrave", {"depth": "0.3", "preset": "fast"}))
     assert own_studio.jobs.wait(job) is JobState.DONE

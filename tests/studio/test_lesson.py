@@ -10,7 +10,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer, SearchStep
 from leafcut.options import LITERATURE, SolveOptions
 from leafcut.order.solve import solve
-from leafcut.studio.page.formulas import formula, frac, number, plain, sub
+from leafcut.studio.page.formulas import formula, frac, rounded_number, short_number, sub
 from leafcut.studio.page.lesson import explain_step
 from leafcut.studio.wording import LANGUAGES, words
 
@@ -72,7 +72,7 @@ def test_numbers_in_the_formulas_are_those_of_the_step() -> None:
     [(0.0, "0"), (25, "25"), (0.02, "0.02"), (6120.34, "6120"), (0.00012345, "1.234·10−4"), (2.5e7, "2.500·107")],
 )
 def test_numbers_have_four_digits_and_a_power_of_ten_where_they_are_small_or_large(value: float, shown: str) -> None:
-    assert "".join(tree(number(value)).itertext()).replace(",", "") in (shown, shown.replace("1.234", "1.235"))
+    assert "".join(tree(rounded_number(value)).itertext()).replace(",", "") in (shown, shown.replace("1.234", "1.235"))
 
 
 def test_a_formula_keeps_letters_numbers_and_signs_apart() -> None:
@@ -80,4 +80,4 @@ def test_a_formula_keeps_letters_numbers_and_signs_apart() -> None:
     assert [one.text for one in made.iter("mi")] == ["τ", "i", "j", "C"]
     assert [one.text for one in made.iter("mn")] == ["1", "3"]
     assert [one.text for one in made.iter("mo")] == ["←", "<"]
-    assert plain(1234.6) == "1,235"
+    assert short_number(1234.6) == "1,235"

@@ -41,10 +41,10 @@ def panel_of(studio: Studio, kind: str, tab: str = "toml") -> tuple[LibraryPanel
 def test_a_text_that_is_too_long_is_refused_and_stays(studio: Studio) -> None:
     library.save_profile(studio.folder, "machines", "mine", GRBL)
     panel, said = panel_of(studio, "machines")
-    panel._typed(GRBL + "#" * 300_000)
-    panel._save("mine")
+    panel._set_text(GRBL + "#" * 300_000)
+    panel._save_profile("mine")
     assert len(said) == 1 and "longer than 200,000 characters" in said[0]
-    assert panel.editor is not None and len(panel.now) > 300_000
+    assert panel.editor is not None and len(panel.current_text) > 300_000
     assert library.own_text(studio.folder, "machines", "mine") == GRBL
 
 
@@ -53,22 +53,22 @@ def test_what_another_page_saved_is_never_overwritten_but_shown(studio: Studio) 
     library.save_profile(studio.folder, "machines", "mine", GRBL)
     for other, (name, act) in enumerate(
         (
-            ("toml", lambda panel: panel._typed("# mine\n" + GRBL)),
-            ("form", lambda panel: panel._put("max_feed", "900", "")),
-            ("form", lambda panel: panel._save("mine")),
+            ("toml", lambda panel: panel._set_text("# mine\n" + GRBL)),
+            ("form", lambda panel: panel._set_field("max_feed", "900", "")),
+            ("form", lambda panel: panel._save_profile("mine")),
         )
     ):
         one, said = panel_of(studio, "machines", name)
         two, _ = panel_of(studio, "machines")
-        two._typed(f"# theirs, {other}\n{GRBL}")
-        two._save("mine")
+        two._set_text(f"# theirs, {other}\n{GRBL}")
+        two._save_profile("mine")
         saved = library.own_text(studio.folder, "machines", "mine")
         assert saved.startswith(f"# theirs, {other}")
         act(one)
         assert said == ["“mine” was changed on another page. This is its current text: make your change again."]
-        assert (one.now, studio.folder.draft("machines", "mine")) == (saved, None)
-        one._put("max_feed", "900", "")
-        one._save("mine")
+        assert (one.current_text, studio.folder.draft("machines", "mine")) == (saved, None)
+        one._set_field("max_feed", "900", "")
+        one._save_profile("mine")
         assert library.own_text(studio.folder, "machines", "mine").startswith(f"# theirs, {other}")
         assert "900 mm/min" in library.own_text(studio.folder, "machines", "mine")
 
@@ -77,13 +77,13 @@ def test_what_another_page_typed_is_not_lost_and_what_it_deleted_is_told(studio:
     library.save_profile(studio.folder, "machines", "mine", GRBL)
     one, said = panel_of(studio, "machines")
     two, _ = panel_of(studio, "machines")
-    two._typed("# theirs\n" + GRBL)
-    one._typed("# mine\n" + GRBL)
-    assert one.now == two.now == "# theirs\n" + GRBL
-    one._typed("# both\n" + GRBL)
-    assert one.now == "# both\n" + GRBL
-    two._delete()
-    one._typed("# mine\n" + GRBL)
+    two._set_text("# theirs\n" + GRBL)
+    one._set_text("# mine\n" + GRBL)
+    assert one.current_text == two.current_text == "# theirs\n" + GRBL
+    one._set_text("# both\n" + GRBL)
+    assert one.current_text == "# both\n" + GRBL
+    two._delete_profile()
+    one._set_text("# mine\n" + GRBL)
     assert said[-1] == "'mine' is no longer in your machines"
     assert studio.folder.own_names("machines") == []
 
@@ -94,16 +94,16 @@ def test_a_field_that_cannot_be_put_into_the_text_is_told_and_drawn_anew(studio:
     panel, said = panel_of(studio, "machines", "form")
     form = panel.form
     assert form is not None
-    panel._put("travel.min", ["0", "0", "0"], "")
+    panel._set_field("travel.min", ["0", "0", "0"], "")
     assert said == ["'travel' is not a table; write [travel]"]
-    assert panel.now == text and panel.form is not form
+    assert panel.current_text == text and panel.form is not form
 
 
 def test_tools_are_added_to_no_array_of_another_form_and_that_is_told(studio: Studio) -> None:
     studio.folder.save_own("tools", "mine", 'tool = [{number = 1, diameter = "6 mm"}]')
     panel, said = panel_of(studio, "tools", "form")
-    panel._add("tool")
+    panel._add_entry("tool")
     assert said == ["'tool' must be written as [[tool]], once for each entry"]
-    panel._remove()
-    panel._remove()
+    panel._remove_entry()
+    panel._remove_entry()
     assert said[1:] == ["'tool' has no entry 1"]

@@ -16,7 +16,7 @@ from leafcut.read.machine import load_machine
 from leafcut.sender.job import SendJob, job_from_text, tools_after_line
 from leafcut.sender.jogging import JOG_CANCEL
 from leafcut.sender.run import Request
-from leafcut.studio.control.link import MachineLink, RunWishes
+from leafcut.studio.control.link import MachineLink, RunOptions
 from leafcut.studio.control.program import program_from_job
 from leafcut.studio.control.state import Connection, MachineTask
 from leafcut.studio.studio import Studio
@@ -78,9 +78,9 @@ def test_frame_refuses_each_machine_that_check_and_start_refuse(
     link.connect("page", "fake").result(SOON)
     board.taken.clear()
     for ask in (
-        lambda: link.check("page", job(text), RunWishes()),
-        lambda: link.frame("page", job(text), RunWishes(), 500.0),
-        lambda: link.run("page", job(text), RunWishes()),
+        lambda: link.check_program("page", job(text), RunOptions()),
+        lambda: link.trace_frame("page", job(text), RunOptions(), 500.0),
+        lambda: link.run_program("page", job(text), RunOptions()),
     ):
         with pytest.raises(SendError, match=told):
             ask().result(SOON)
@@ -118,7 +118,7 @@ def test_only_alarms_that_lose_the_position_make_it_unsure_and_then_no_program_s
     assert link.state.said.startswith(f"alarm {alarm}: ") and link.state.unsure is unsure
     if unsure:
         with pytest.raises(SendError, match="its position may be wrong"):
-            link.run("page", job(), RunWishes()).result(SOON)
+            link.run_program("page", job(), RunOptions()).result(SOON)
     assert board.taken == []
 
 
@@ -146,12 +146,12 @@ def test_one_page_commands_the_machine_and_whoever_has_the_key_may_stop_it(
     with pytest.raises(SendError, match="another page controls the machine; take it over first"):
         link.jog("other", {"X": 1.0}, 100.0)
     with pytest.raises(OptionError, match="'XQ' are not axes"):
-        link.zero("page", "XQ")
+        link.set_zero("page", "XQ")
     studio.rooms["control"].link = link
     assert client.post("/api/machine/stop").json() == {"schema": 1, "stop": "sent"}
     until(lambda: link.state.said == "stopped by you; the spindle is off")
     assert b"\x18" in board.realtime and (link.state.holder, link.state.unsure) == ("page", False)
-    link.take("other")
+    link.take_control("other")
     link.jog("other", {"X": 1.0}, 100.0).result(SOON)
     assert board.asked[-1] == "$J=G91G21X1F100"
 
@@ -162,14 +162,14 @@ def test_between_holes_the_machine_may_be_jogged_and_from_the_next_hole_the_prog
     hole = "G0 X1 Y2\nG1 Z-1 F100\nG0 Z5\n"
     link.connect("page", "fake").result(SOON)
     holes = "".join(hole.replace("X1", f"X{x}") for x in range(1, 5))
-    link.run("page", job(PLATE.replace(hole, holes)), RunWishes(from_hole=2, by_hole=True)).result(SOON)
+    link.run_program("page", job(PLATE.replace(hole, holes)), RunOptions(from_hole=2, by_hole=True)).result(SOON)
     for number, answer in ((2, ""), (3, "all")):
         until(lambda number=number: link.state.question is not None and link.state.question.hole == number)
         assert board.taken.count("G1Z-1F100") == number - 2
         with pytest.raises(SendError, match="the machine is busy"):
             link.home("page")
         link.jog("page", {"X": 3.0}, 6000.0).result(SOON)
-        link.answer("page", answer)
+        link.answer_question("page", answer)
     until(lambda: link.state.ended is not None)
     assert link.state.ended is not None and link.state.ended.complete and board.taken.count("G1Z-1F100") == 3
 
@@ -180,12 +180,12 @@ def test_a_program_is_held_when_no_page_shows_the_machine_unless_it_may_run_unat
 ) -> None:
     link.connect("page", "fake").result(SOON)
     link.grace = -1.0
-    link.run("page", job(), RunWishes(alone=alone)).result(SOON)
+    link.run_program("page", job(), RunOptions(alone=alone)).result(SOON)
     if not alone:
         until(lambda: link.state.status == "Hold")
         assert link.state.said == "no page shows the machine any more, so the machine is on hold" and link.state.bad
         link.grace = float("inf")
-        link.request("page", Request.RESUME)
+        link.send_request("page", Request.RESUME)
     until(lambda: link.state.ended is not None)
     assert link.state.ended is not None and link.state.ended.complete
     assert board.realtime == ([] if alone else [b"!", b"~"])
@@ -197,7 +197,7 @@ def test_a_jog_ends_by_cancel_or_when_no_page_shows_the_machine(link: MachineLin
     board.shown = "Jog"
     until(lambda: link.state.status == "Jog")
     if by == "page":
-        link.cancel("page")
+        link.cancel_motion("page")
     else:
         link.grace = -1.0
     until(lambda: JOG_CANCEL in board.realtime)
@@ -222,7 +222,9 @@ def test_a_result_that_is_not_verified_for_this_machine_is_refused(
 def test_frame_is_traced_on_a_machine_without_homing_once_a_person_says_so(link: MachineLink, board: FakeGrbl) -> None:
     board.settings[22] = 0
     link.connect("page", "fake").result(SOON)
-    link.frame("page", job(PLATE.replace("F100\n", "F100\nX11 Y7\n")), RunWishes(unhomed=True), 500.0).result(SOON)
+    link.trace_frame("page", job(PLATE.replace("F100\n", "F100\nX11 Y7\n")), RunOptions(unhomed=True), 500.0).result(
+        SOON
+    )
     until(lambda: link.state.doing is MachineTask.NOTHING)
     # The tool is above the program: it stays at its height.
     corners = ("X-99Y-98", "X-89Y-98", "X-89Y-93", "X-99Y-93", "X-99Y-98")
@@ -233,7 +235,7 @@ def test_a_checked_program_states_box_and_tools(link: MachineLink) -> None:
     """A full circle ends at its start: its box is that of the whole circle, not of a point."""
     circle = PLATE.replace("G1 Z-1 F100\n", "G1 Z-1 F100\nG2 X1 Y2 I5 J0\n")
     link.connect("page", "fake").result(SOON)
-    ready = link.check("page", job(circle), RunWishes()).result(SOON)
+    ready = link.check_program("page", job(circle), RunOptions()).result(SOON)
     assert ready.box == ((1.0, -3.0, -1.0), (11.0, 7.0, 5.0))
     assert ready.tools == [None]
 

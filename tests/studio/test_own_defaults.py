@@ -11,7 +11,7 @@ import pytest
 from leafcut.files.user_files import DEFAULTS_VARIABLE
 from leafcut.processes.settings import all_options
 from leafcut.studio.page.form_values import Setter
-from leafcut.studio.page.memory import kept_state, restore
+from leafcut.studio.page.memory import kept_state, restore_choices
 from leafcut.studio.page.page_state import View
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
@@ -42,12 +42,12 @@ def shop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def begun(studio: Studio, work: str = "drill") -> tuple[View, str]:
     view = View(studio, EN, source="example:plate-10", name="plate-10", work=work)
-    return view, view.follow_defaults()
+    return view, view.apply_defaults()
 
 
 def notes(view: View) -> dict[str, str]:
     """Return the notes of a form on the origin of values: option → text."""
-    fields = [field for group in view.form() for field in group["fields"]]
+    fields = [field for group in view.options_form() for field in group["fields"]]
     return {field["name"]: field["usual"] for field in fields if "usual" in field}
 
 
@@ -87,8 +87,8 @@ def test_the_command_line_says_the_defaults_and_that_no_others_hold(studio: Stud
 
 def test_a_value_that_is_typed_is_no_default_any_more(studio: Studio, shop: Path) -> None:
     view, _ = begun(studio)
-    view.table.put("thickness", "4mm")
-    view.table.put("machine", "")
+    view.table.set_value("thickness", "4mm")
+    view.table.set_value("machine", "")
     assert notes(view).keys() == {"break_through", "start_point"}
     assert "machine" not in view.values
 
@@ -101,12 +101,12 @@ def test_a_default_that_does_nothing_is_left_out_of_the_run_and_a_typed_value_is
     file.write_text("break_through = 0.5\n")
     monkeypatch.setenv(DEFAULTS_VARIABLE, str(file))
     view, _ = begun(studio)
-    assert view.task().options == {}  # it is only used with --thickness
-    view.table.put("thickness", "6mm")
-    assert view.task().options == {"thickness": "6mm", "break_through": "0.5"}
-    view.table.put("thickness", "")
-    view.table.put("break_through", "0.7")
-    assert view.task().options == {"break_through": "0.7"}
+    assert view.build_task().options == {}  # it is only used with --thickness
+    view.table.set_value("thickness", "6mm")
+    assert view.build_task().options == {"thickness": "6mm", "break_through": "0.5"}
+    view.table.set_value("thickness", "")
+    view.table.set_value("break_through", "0.7")
+    assert view.build_task().options == {"break_through": "0.7"}
 
 
 def test_defaults_of_another_kind_of_work_stay_out_of_its_run(studio: Studio, shop: Path) -> None:
@@ -137,31 +137,31 @@ def test_a_broken_file_of_defaults_says_one_line_and_nothing_of_it_is_taken(
 def test_a_page_that_is_loaded_again_follows_the_defaults_as_they_are_now(studio: Studio, shop: Path) -> None:
     """Changed, new and removed defaults apply; typed or cleared values stay, and so does an open order."""
     view, _ = begun(studio)
-    view.table.put("start_point", "3,4")
-    view.table.put("machine", "")
+    view.table.set_value("start_point", "3,4")
+    view.table.set_value("machine", "")
     shop.write_text('machine = "mill.toml"\nthickness = "8mm"\nseed = 5\n[drill]\nstart_point = [7, 7]\n')
     other = View(studio, EN)
-    restore(other, json.loads(json.dumps(kept_state(view, "summary", None))))
-    assert other.follow_defaults() == "" and other.follow_defaults() == ""
+    restore_choices(other, json.loads(json.dumps(kept_state(view, "summary", None))))
+    assert other.apply_defaults() == "" and other.apply_defaults() == ""
     assert other.values == {"thickness": "8mm", "start_point": "3,4", "seed": "5"}
     assert notes(other) == {
         "thickness": "from your defaults (shop.toml:2)",
         "seed": "from your defaults (shop.toml:3)",
     }
-    other.table.take_job(other.values, {}, ())  # as where an order is opened: its values are its own
+    other.table.apply_job_options(other.values, {}, ())  # as where an order is opened: its values are its own
     shop.write_text('thickness = "9mm"\npreset = "fast"\n')
-    assert other.follow_defaults() == "" and other.values["thickness"] == "8mm" and "preset" not in other.values
+    assert other.apply_defaults() == "" and other.values["thickness"] == "8mm" and "preset" not in other.values
     shop.write_text("thickness =\n")
-    assert "not a TOML file" in other.follow_defaults() and other.values["thickness"] == "8mm"
+    assert "not a TOML file" in other.apply_defaults() and other.values["thickness"] == "8mm"
 
 
 def test_a_page_is_stored_with_its_defaults(studio: Studio, shop: Path) -> None:
     view = View(studio, EN)
-    view.follow_defaults()
-    view.table.put("seed", "3")
+    view.apply_defaults()
+    view.table.set_value("seed", "3")
     kept = kept_state(view, "summary", None)
     other = View(studio, EN)
-    restore(other, json.loads(json.dumps(kept)))
+    restore_choices(other, json.loads(json.dumps(kept)))
     assert other.table == view.table
 
 
@@ -183,21 +183,21 @@ def test_values_of_a_file_start_fresh_with_the_next_and_values_of_the_shop_stay_
     }  # fmt: skip
     view = View(studio, EN)
     for name, value in (of_file | of_shop).items():
-        view.table.put(name, value)
-    view.take("example:plate-10", "plate-10")  # chosen before a file was opened: meant for this file
+        view.table.set_value(name, value)
+    view.switch_input("example:plate-10", "plate-10")  # chosen before a file was opened: meant for this file
     assert view.values == of_file | of_shop and notes(view) == {}
-    view.take("example:plate-10", "plate-10")
+    view.switch_input("example:plate-10", "plate-10")
     assert view.values == of_file | of_shop
-    view.take("upload", "other.dxf")
+    view.switch_input("upload", "other.dxf")
     assert view.values == of_shop
-    assert view.table.set_by(Setter.EARLIER) == set(of_shop)
+    assert view.table.names_set_by(Setter.EARLIER) == set(of_shop)
     assert set(notes(view).values()) == {"kept from the last job"} and "tools" in notes(view)
-    view.table.put("tools", "mine:other")
+    view.table.set_value("tools", "mine:other")
     assert "tools" not in notes(view)
     other = View(studio, EN)
-    restore(other, json.loads(json.dumps(kept_state(view, "summary", None))))
+    restore_choices(other, json.loads(json.dumps(kept_state(view, "summary", None))))
     assert other.table == view.table
-    assert view.table.set_by(Setter.EARLIER) == set(of_shop) - {"tools"}
+    assert view.table.names_set_by(Setter.EARLIER) == set(of_shop) - {"tools"}
 
 
 def test_a_file_starts_with_the_persons_own_defaults_and_not_with_what_the_last_one_had(
@@ -205,10 +205,10 @@ def test_a_file_starts_with_the_persons_own_defaults_and_not_with_what_the_last_
 ) -> None:
     view, _ = begun(studio)
     first = notes(view)
-    view.table.put("thickness", "20")
-    view.table.put("break_through", "")
-    view.table.put("start_point", "3,4")
-    view.take("upload", "other.dxf")
+    view.table.set_value("thickness", "20")
+    view.table.set_value("break_through", "")
+    view.table.set_value("start_point", "3,4")
+    view.switch_input("upload", "other.dxf")
     assert (view.values["thickness"], view.values["break_through"], view.values["start_point"]) == (
         "6mm",
         "0.7mm",

@@ -141,7 +141,7 @@ def test_command_line_library_and_studio_write_the_same_sheets(
     """The command line names the parts, or a parts list if a part may be rotated by certain angles only."""
     options = {"sheet": "200x90", "margin": "2", "gap": "2", "nester": "rectangles", "variants": "2"}
     plate, angle = studio.folder.add_input("plate.svg", PLATE), studio.folder.add_input("angle.svg", ANGLE)
-    task = Task("nest", (f"{plate}:4", WantedPart(angle, 2, rotations).word), options=options)
+    task = Task("nest", (f"{plate}:4", WantedPart(angle, 2, rotations).encoded), options=options)
     job = studio.jobs.start(task)
     assert studio.jobs.wait(job) is JobState.DONE
     artefacts = studio.history.artefacts(job)

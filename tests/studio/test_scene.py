@@ -22,7 +22,7 @@ from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.studio.drawing.scene import outcome_scene, part_scene, pheromone_scene, toolpath_scene
 from leafcut.studio.jobs.link import Link
 from leafcut.studio.jobs.preview import read_preview
-from leafcut.studio.jobs.run_job import run
+from leafcut.studio.jobs.run_job import run_task
 from leafcut.studio.jobs.task import ReadyTask
 from leafcut.timing.toolpath import measure_toolpath
 
@@ -140,9 +140,9 @@ def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
     seen = read_preview(str(file))
     assert seen.facts == (("points", "4"), ("size", "30 × 40"))
     assert unpacked(seen.scenes["part"])[0]["unitless"] is True
-    made = run(Link(lambda _: None), ReadyTask("solve", (str(file),), "auto", {}), ("four.tsp",))
+    made = run_task(Link(lambda _: None), ReadyTask("solve", (str(file),), "auto", {}), ("four.tsp",))
     assert unpacked(made.artefacts["scene-after"].data)[0]["unitless"] is True
-    assert ReadyTask("solve", (str(file),), "auto", {}).unit == ""
+    assert ReadyTask("solve", (str(file),), "auto", {}).objective_unit == ""
 
 
 def test_a_size_is_told_without_powers_of_ten(tmp_path: Path) -> None:
@@ -161,8 +161,8 @@ def test_a_size_is_that_of_outlines_or_else_between_centres() -> None:
 
 
 def test_what_a_search_costs_is_told_in_the_unit_of_what_is_made_small() -> None:
-    assert ReadyTask("optimize", ("a.dxf",), "auto", {}).unit == "s"
-    assert ReadyTask("optimize", ("a.dxf",), "auto", {"objective": "distance"}).unit == "mm"
+    assert ReadyTask("optimize", ("a.dxf",), "auto", {}).objective_unit == "s"
+    assert ReadyTask("optimize", ("a.dxf",), "auto", {"objective": "distance"}).objective_unit == "mm"
 
 
 def test_the_scene_of_a_pocket_holds_the_width_that_the_mill_clears(tmp_path: Path) -> None:
@@ -180,7 +180,7 @@ def test_the_path_over_one_level_has_no_time_of_its_own(examples: Path) -> None:
         "strategy": "contour",
     }  # fmt: skip
     call = ReadyTask("optimize", (str(examples / "pocket.dxf"),), "pocket", options)
-    made = run(Link(lambda _: None), call, ("pocket.dxf",))
+    made = run_task(Link(lambda _: None), call, ("pocket.dxf",))
     ways = [unpacked(artefact.data)[0] for name, artefact in made.artefacts.items() if name.startswith("way-")]
     assert ways and all(header["untimed"] for header in ways)
     assert not unpacked(made.artefacts["scene-after"].data)[0].get("untimed")

@@ -16,7 +16,7 @@ from leafcut.material.solid import cut_display_solid
 from leafcut.model.shown_stock import ShownStock
 from leafcut.studio.drawing.solid import compared_solid_scenes, solid_scene
 from leafcut.studio.jobs.link import Link
-from leafcut.studio.jobs.run_job import JobResult, run
+from leafcut.studio.jobs.run_job import JobResult, run_task
 from leafcut.studio.jobs.task import ReadyTask
 
 SLOT = "(T1 D=8. CR=0. - flat end mill)\nG21 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\nG1 Z{} F200\nX60 F600\nG0 Z5\nM30\n"
@@ -73,7 +73,7 @@ def compared(folder: Path, *texts: str) -> JobResult:
     for file, text in zip(files, texts, strict=True):
         file.write_text(text)
     names = tuple(map(str, files))
-    return run(Link(lambda _: None), ReadyTask("verify", names, "auto", {}), names)
+    return run_task(Link(lambda _: None), ReadyTask("verify", names, "auto", {}), names)
 
 
 def test_programs_that_are_compared_are_seen_by_what_they_leave(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from leafcut.cli import app as cli
 from leafcut.studio.jobs.link import Link
 from leafcut.studio.jobs.nest_request import WantedPart
-from leafcut.studio.jobs.run_job import JobResult, run
+from leafcut.studio.jobs.run_job import JobResult, run_task
 from leafcut.studio.jobs.task import ReadyTask
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -25,7 +25,7 @@ def made(
     """Do what a job does with examples."""
     sources = tuple(name if ":" in name else str(EXAMPLES / name) for name in names)
     call = ReadyTask(command, sources, process, options, parts)
-    return run(Link(lambda _: None), call, names)
+    return run_task(Link(lambda _: None), call, names)
 
 
 @pytest.mark.parametrize(

@@ -137,7 +137,7 @@ def test_a_field_too_large_for_a_form_is_told_in_words_of_ours(studio: Studio) -
 
 
 def test_an_internal_error_is_answered_with_status_500(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(jobs, "run", works.raise_division)
+    monkeypatch.setattr(jobs, "run_task", works.raise_division)
     answer = client.post("/api/optimize", data={"source": "example:plate-10"})
     assert answer.status_code == 500
     assert answer.json()["error"].startswith("internal error in leafcut (ZeroDivisionError")
@@ -174,7 +174,7 @@ def test_however_many_wait_for_their_answers_the_others_are_answered(
             httpx2.AsyncClient(transport=transport, base_url="http://studio", timeout=600) as client,
         ):
             waiting = [asyncio.create_task(client.post("/api/solve", data={"source": "random:9:1"})) for _ in range(60)]
-            while len(studio.jobs.running()) < 60:
+            while len(studio.jobs.unfinished_ids()) < 60:
                 await asyncio.sleep(0.01)
             assert (await client.get("/api/machines")).status_code == 200
             assert not any(task.done() for task in waiting)

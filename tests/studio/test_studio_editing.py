@@ -10,10 +10,10 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.read.order_file import load_order
-from leafcut.studio.drawing.editing import CutOrder, HoleOrder, OrderStop, cuts_one_by_one
+from leafcut.studio.drawing.editing import CutOrder, HoleOrder, OrderStop, has_only_single_cuts
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.page.panel_edit import can_be_edited, edited_order_of
+from leafcut.studio.page.panel_edit import can_be_edited, load_edited_order
 from leafcut.studio.studio import Studio
 
 XY = np.array([[10.0 * k, 0.0] for k in range(5)])
@@ -23,7 +23,7 @@ PLAN = json.dumps({"leafcut_plan": 1, "contours": [], "cuts": [{"contours": [k],
 
 def order_of(edited: HoleOrder, tmp_path: Path) -> dict[int, tuple[int, ...]]:
     file = tmp_path / "order.json"
-    file.write_text(edited.text())
+    file.write_text(edited.file_text())
     return load_order(file).operations
 
 
@@ -41,7 +41,7 @@ def test_changes_are_taken_back_and_made_again_until_another_is_made(tmp_path: P
     edited = HoleOrder({0: (0, 1, 2)}, XY)
     assert not edited.undo()
     edited.reverse(1)
-    edited.to_end(1, True)
+    edited.move_to_end(1, True)
     assert order_of(edited, tmp_path) == {0: (0, 2, 1)}
     assert edited.undo()
     assert order_of(edited, tmp_path) == {0: (2, 1, 0)}
@@ -49,28 +49,28 @@ def test_changes_are_taken_back_and_made_again_until_another_is_made(tmp_path: P
     assert not edited.redo()
     assert order_of(edited, tmp_path) == {0: (0, 2, 1)}
     assert edited.undo()
-    edited.to_end(3, False)
+    edited.move_to_end(3, False)
     assert not edited.redo()
     assert order_of(edited, tmp_path) == {0: (1, 0, 2)}
 
 
 def test_what_comes_after_a_hole_is_left_to_the_search(tmp_path: Path) -> None:
     edited = HoleOrder({0: (0, 1, 2), 1: (3, 4)}, XY)
-    edited.free_after(2)
+    edited.fix_order_up_to(2)
     assert order_of(edited, tmp_path) == {0: (0, 1), 1: (3, 4)}
     assert [stop.held for stop in edited.stops()] == [True, True, False, True, True]
 
 
 def test_a_hole_put_among_those_that_are_held_is_held_and_one_put_among_the_others_is_not(tmp_path: Path) -> None:
     edited = HoleOrder({0: (0, 1, 2, 3, 4)}, XY)
-    edited.free_after(2)
-    edited.to_end(4, True)
+    edited.fix_order_up_to(2)
+    edited.move_to_end(4, True)
     assert order_of(edited, tmp_path) == {0: (3, 0, 1)}
     edited.move(5, 1)
     assert order_of(edited, tmp_path) == {0: (3, 4, 0, 1)}
     edited.move(4, 3)
     assert order_of(edited, tmp_path) == {0: (4, 0, 1)}
-    edited.to_end(2, False)
+    edited.move_to_end(2, False)
     assert order_of(edited, tmp_path) == {0: (4, 0, 2, 3, 1)}
 
 
@@ -79,10 +79,10 @@ def test_a_hole_put_among_those_that_are_held_is_held_and_one_put_among_the_othe
 )
 def test_what_cannot_be_meant_changes_nothing(stop: int, onto: int, line: str) -> None:
     edited = HoleOrder({0: (0, 1, 2), 1: (3, 4)}, XY)
-    before = edited.text()
+    before = edited.file_text()
     with pytest.raises(OptionError, match=line):
         edited.move(stop, onto)
-    assert edited.text() == before
+    assert edited.file_text() == before
     assert not edited.undo()
 
 
@@ -91,8 +91,8 @@ def test_changes_of_a_plan_are_fixed_in_it_and_nothing_else() -> None:
     edited = CutOrder(PLAN)
     edited.move(3, 1)
     edited.reverse(2)
-    edited.place(1, (5.0, 6.00049))
-    cuts = json.loads(edited.text())["cuts"]
+    edited.move_start(1, (5.0, 6.00049))
+    cuts = json.loads(edited.file_text())["cuts"]
     assert [cut["contours"] for cut in cuts] == [[3], [1], [2]]
     assert [cut["fixed"] for cut in cuts] == [["order"], ["order", "start"], ["direction", "order"]]
     assert cuts[2]["direction"] == "counter-clockwise"
@@ -101,15 +101,15 @@ def test_changes_of_a_plan_are_fixed_in_it_and_nothing_else() -> None:
     assert edited.stops()[1] == OrderStop(1, (5.0, 6.0), moved=True)
     for _ in range(3):
         assert edited.undo()
-    assert json.loads(edited.text()) == json.loads(PLAN)
+    assert json.loads(edited.file_text()) == json.loads(PLAN)
 
 
 def test_what_is_left_to_the_search_comes_after_the_cuts_that_are_held() -> None:
     edited = CutOrder(PLAN)
     edited.move(3, 1)
-    edited.free_after(1)
-    edited.free_after(3)
-    cuts = json.loads(edited.text())["cuts"]
+    edited.fix_order_up_to(1)
+    edited.fix_order_up_to(3)
+    cuts = json.loads(edited.file_text())["cuts"]
     assert [(cut["contours"], cut["fixed"]) for cut in cuts] == [([3], ["ahead", "order"]), ([1], []), ([2], [])]
     assert [(stop.name, stop.held) for stop in edited.stops()] == [(3, True), (1, False), (2, False)]
 
@@ -123,13 +123,13 @@ def test_a_cut_put_first_is_cut_first_and_one_put_last_is_cut_last(studio: Studi
     first = studio.jobs.start(Task("optimize", (sheet,), "cut", options))
     assert studio.jobs.wait(first, 90) is JobState.DONE, studio.jobs.record(first)
     for at in (0, -1):
-        edited = edited_order_of(studio.history, first)
+        edited = load_edited_order(studio.history, first)
         assert edited is not None
-        middle = json.loads(edited.text())["cuts"][1]["contours"]
-        edited.to_end(2, at == 0)
+        middle = json.loads(edited.file_text())["cuts"][1]["contours"]
+        edited.move_to_end(2, at == 0)
         if at == 0:
-            edited.free_after(2)
-        given = edited.text().encode()
+            edited.fix_order_up_to(2)
+        given = edited.file_text().encode()
         made = studio.folder.add_input("three_edited.json", given)
         again = studio.jobs.start(Task("optimize", (sheet,), "cut", {**options, "plan": made}))
         assert studio.jobs.wait(again, 90) is JobState.DONE, studio.jobs.record(again)
@@ -140,8 +140,8 @@ def test_a_cut_put_first_is_cut_first_and_one_put_last_is_cut_last(studio: Studi
 
 
 def test_plans_with_bridges_are_not_changed_by_hand() -> None:
-    assert cuts_one_by_one(PLAN)
-    assert not cuts_one_by_one(PLAN.replace('"fixed"', '"bridge": true, "fixed"', 1))
+    assert has_only_single_cuts(PLAN)
+    assert not has_only_single_cuts(PLAN.replace('"fixed"', '"bridge": true, "fixed"', 1))
 
 
 def test_common_lines_are_cut_and_not_changed_by_hand(studio: Studio) -> None:
@@ -161,15 +161,15 @@ def test_common_lines_are_cut_and_not_changed_by_hand(studio: Studio) -> None:
 def test_a_plate_is_drilled_in_the_order_that_was_changed(studio: Studio) -> None:
     first = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast"}))
     assert studio.jobs.wait(first, 60) is JobState.DONE
-    edited = edited_order_of(studio.history, first)
+    edited = load_edited_order(studio.history, first)
     assert edited is not None
-    before = json.loads(edited.text())
+    before = json.loads(edited.file_text())
     edited.reverse(1)
-    made = studio.folder.add_input("order.json", edited.text().encode())
+    made = studio.folder.add_input("order.json", edited.file_text().encode())
     again = studio.jobs.start(
         Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast", "plan": made})
     )
     assert studio.jobs.wait(again, 60) is JobState.DONE
-    drilled = edited_order_of(studio.history, again)
+    drilled = load_edited_order(studio.history, again)
     assert drilled is not None
-    assert json.loads(drilled.text()) == json.loads(edited.text()) != before
+    assert json.loads(drilled.file_text()) == json.loads(edited.file_text()) != before

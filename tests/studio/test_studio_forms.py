@@ -29,7 +29,7 @@ from leafcut.studio.page import forms
 from leafcut.studio.page.fitting_machines import offered_machines
 from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_input import InputPanel, work_of_task
+from leafcut.studio.page.panel_input import InputPanel, task_work
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
 from packages import Installer, shop
@@ -47,7 +47,7 @@ OF_A_CHART = {"cut_process", "material", "thickness", "amps", "nozzle", "chart"}
 
 
 def made(work: str, **values: Any) -> list[dict[str, Any]]:
-    return forms.form(work, values, EN, machines={"haas-vf2": "haas-vf2"}, tools=["shop"])
+    return forms.work_form(work, values, EN, machines={"haas-vf2": "haas-vf2"}, tools=["shop"])
 
 
 def test_every_option_is_in_a_form() -> None:
@@ -78,7 +78,7 @@ def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: 
     shown = {
         field["name"]
         for work in forms.works_with_form()
-        if forms.command_of(work) == command
+        if forms.work_command(work) == command
         for algorithm in ALGORITHMS
         for group in made(work, algorithm=algorithm)
         for field in group["fields"]
@@ -115,7 +115,7 @@ def test_a_field_says_what_the_option_says_for_its_work() -> None:
     specs = {name: spec for _, name, spec in all_options()}
     own = registry.work("drill").helps | registry.work("cut").helps
     for name, field in fields.items():
-        assert field["help"] == EN.plain(own.get(name, ("", ""))[0] or specs[name].help)
+        assert field["help"] == EN.translate_for_page(own.get(name, ("", ""))[0] or specs[name].help)
         assert field["flag"] == flag_name(name)
         assert field["kind"] == specs[name].kind
         assert field["default"] or field["kind"] == "flag"
@@ -130,7 +130,7 @@ def test_a_field_says_what_the_option_says_for_its_work() -> None:
 def test_what_holds_otherwise_has_room_in_its_field_and_is_said_whole_beside_the_help() -> None:
     for language in ("en", "es"):
         for work in forms.works_with_form():
-            groups = forms.form(work, {"algorithm": "acs"}, words(language), machines={}, tools=[])
+            groups = forms.work_form(work, {"algorithm": "acs"}, words(language), machines={}, tools=[])
             for field in [field for group in groups for field in group["fields"] if field["name"] != "machine"]:
                 assert len(field["default"]) + len(field["unit"]) <= 19, field
     fields = {field["name"]: field for group in made("cut") for field in group["fields"]}
@@ -148,28 +148,28 @@ def test_a_long_default_is_shown_by_its_first_words() -> None:
 
 
 def test_a_message_names_the_fields_of_the_form_and_no_flags() -> None:
-    plain = EN.plain
+    plain = EN.translate_for_page
     assert plain("give --thickness or --depth") == "give “Thickness” or “Depth”"
     assert plain("use --no-bound") == "use “Lower bound” off"
     assert plain("--process laser, not --process cut") == "“Kind of program” laser, not “Work” Cut from sheet"
     assert plain("N10 --json x--depth") == "N10 --json x--depth"
-    assert words("es").plain("give --thickness") == "give “Espesor”"
+    assert words("es").translate_for_page("give --thickness") == "give “Espesor”"
 
 
 def test_in_spanish_a_field_says_it_in_spanish() -> None:
-    groups = forms.form("cut", {}, words("es"), machines={}, tools=[])
+    groups = forms.work_form("cut", {}, words("es"), machines={}, tools=[])
     fields = {field["name"]: field for group in groups for field in group["fields"]}
     assert fields["kerf"]["help"] == "ancho de la sangría"
     assert fields["kerf"]["default"] == "de la tabla"
-    assert words("es").issue("L102") == "El archivo no dice sus unidades"
-    assert EN.issue("L102") == ""
+    assert words("es").explain_issue("L102") == "El archivo no dice sus unidades"
+    assert EN.explain_issue("L102") == ""
 
 
 @pytest.mark.parametrize("work", ["drill", "cut", "pocket", "program"])
 def test_the_machine_that_is_shown_is_the_one_that_is_taken(work: str, tmp_path: Path) -> None:
     every = {name: name for name in machine_names()}
     machines = offered_machines(every, work, "", Folder(tmp_path))
-    groups = forms.form(work, {}, EN, machines=machines, tools=[])
+    groups = forms.work_form(work, {}, EN, machines=machines, tools=[])
     field = next(field for group in groups for field in group["fields"] if field["name"] == "machine")
     taken = load_machine(field["default"])
     assert taken.controller == api.dialect_of({}, registry.work(work).asks)
@@ -201,7 +201,7 @@ def test_parameters_of_an_algorithm_come_with_it() -> None:
     ],
 )
 def test_a_field_says_at_once_what_is_wrong(name: str, value: str, wrong: str) -> None:
-    found = forms.value_error(name, value)
+    found = forms.value_error_message(name, value)
     assert (wrong in found) if wrong else found == ""
 
 
@@ -231,9 +231,9 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     view = View(studio, EN)
     assert view.command_line() == ""
     view.source, view.name = studio.folder.add_input("plate.dxf", b"x"), "plate.dxf"
-    view.table.put("thickness", "3mm")
-    view.table.put("preset", "default")
-    view.table.put("machine", "haas-vf2")
+    view.table.set_value("thickness", "3mm")
+    view.table.set_value("preset", "default")
+    view.table.set_value("machine", "haas-vf2")
     assert view.command_line() == "leafcut optimize plate.dxf -o plate.nc --thickness 3mm --machine haas-vf2"
     view.work = "solve"
     assert view.command_line() == "leafcut solve plate.dxf"
@@ -241,8 +241,8 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     assert view.command_line() == ""
     view.second, view.second_name = studio.folder.add_input("new.nc", b"x"), "new.nc"
     assert view.command_line() == "leafcut verify plate.dxf new.nc --machine haas-vf2"
-    view.table.put("machine", "")
-    view.table.put("seed", "x")
+    view.table.set_value("machine", "")
+    view.table.set_value("seed", "x")
     assert view.errors == {"seed": "--seed: 'x' is not a whole number"}
 
 
@@ -258,34 +258,34 @@ def test_an_error_beside_a_field_is_in_the_language_of_the_page_without_the_flag
     name: str, value: str, said: str, studio: Studio
 ) -> None:
     view = View(studio, words("es"))
-    view.table.put(name, value)
+    view.table.set_value(name, value)
     assert view.field_errors() == {name: said}
     # Elsewhere, the message names the field.
-    assert words("es").plain(view.errors[name]).endswith(f": {said}")
+    assert words("es").translate_for_page(view.errors[name]).endswith(f": {said}")
 
 
 def test_what_was_put_for_one_input_does_not_hold_for_the_next(studio: Studio) -> None:
     """The sheet that is cut three times, its origin in a nest, and an order that was made by hand go with it."""
     view = View(studio, EN, work="cut")
-    view.take("A" * 16, "sheet.dxf", "nest-of-jobs/1/2")
-    view.table.put("quantity", "3", setter=Setter.INPUT)
-    view.table.put("plan", "P" * 16, "sheet_plan.json", setter=Setter.INPUT)
-    view.table.put("thickness", "6mm")
-    view.table.put("kerf", "1mm")
-    assert (view.task().origin, view.task().options["quantity"]) == ("nest-of-jobs/1/2", "3")
-    view.take("B" * 16, "other.dxf")
-    assert view.task() == Task("optimize", ("B" * 16,), "cut", {"kerf": "1mm"})
-    assert view.table.shown == {}
-    view.table.put("quantity", "3", setter=Setter.INPUT)
-    view.table.put("quantity", "5")  # typed, but still for this sheet
-    view.take("C" * 16, "third.dxf")
-    assert view.task().options == {"kerf": "1mm"}
+    view.switch_input("A" * 16, "sheet.dxf", "nest-of-jobs/1/2")
+    view.table.set_value("quantity", "3", setter=Setter.INPUT)
+    view.table.set_value("plan", "P" * 16, "sheet_plan.json", setter=Setter.INPUT)
+    view.table.set_value("thickness", "6mm")
+    view.table.set_value("kerf", "1mm")
+    assert (view.build_task().origin, view.build_task().options["quantity"]) == ("nest-of-jobs/1/2", "3")
+    view.switch_input("B" * 16, "other.dxf")
+    assert view.build_task() == Task("optimize", ("B" * 16,), "cut", {"kerf": "1mm"})
+    assert view.table.file_names == {}
+    view.table.set_value("quantity", "3", setter=Setter.INPUT)
+    view.table.set_value("quantity", "5")  # typed, but still for this sheet
+    view.switch_input("C" * 16, "third.dxf")
+    assert view.build_task().options == {"kerf": "1mm"}
 
 
 def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> None:
     view = View(studio, EN, source="example:plate-10", name="plate-10")
-    view.table.put("thickness", "thick")
-    view.table.put("min_diameter", "near")
+    view.table.set_value("thickness", "thick")
+    view.table.set_value("min_diameter", "near")
     assert view.invalid_values.keys() == {"thickness", "min_diameter"}
     assert view.read_preview("", StudioWork(studio.workers)).error == ""
     view.work = "program"
@@ -326,7 +326,7 @@ def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) ->
     view = View(studio, EN)
 
     def take(text: str) -> None:
-        view.take_options(studio.folder.add_input("shop.toml", text.encode()))
+        view.load_options_file(studio.folder.add_input("shop.toml", text.encode()))
 
     take('[drill]\nthickness = 3\nstart_point = [1, 2]\n[post]\nheader = false\n[read]\nlayers = ["A", "B"]\n')
     assert view.values == {"thickness": "3", "start_point": "1,2", "header": False, "layers": "A,B"}
@@ -377,7 +377,7 @@ def test_a_process_of_a_package_has_its_form_is_run_and_is_told_by_its_own_name(
     studio = own_studio
     monkeypatch.setenv("PYTHONPATH", str(install(*shop())), prepend=os.pathsep)
     for language in ("en", "es"):
-        groups = forms.form("spot", {}, words(language), machines={}, tools=[])
+        groups = forms.work_form("spot", {}, words(language), machines={}, tools=[])
         assert [f["name"] for f in groups[0]["fields"]] == ["machine", "spot_depth", "tools"]
     task = Task("optimize", ("example:plate-10",), registry.work("spot").asks, {"spot_depth": "0.7", "preset": "fast"})
     job = studio.jobs.start(task)
@@ -385,14 +385,14 @@ def test_a_process_of_a_package_has_its_form_is_run_and_is_told_by_its_own_name(
     program = studio.history.artefact(job, "program")
     assert program is not None
     assert b"--spot-depth 0.7" in program.data
-    assert work_of_task(task, "plate-10") == "spot"
+    assert task_work(task, "plate-10") == "spot"
 
 
 def test_what_packages_add_is_offered_beside_what_leafcut_brings(install: Installer) -> None:
     install(*shop())
     fields = {field["name"]: field for group in made("drill") for field in group["fields"]}
     assert [name for name, _ in fields["algorithm"]["choices"]] == [*ALGORITHMS, "random-insertion"]
-    assert forms.value_error("algorithm", "random-insertion") == ""
+    assert forms.value_error_message("algorithm", "random-insertion") == ""
     assert "shop-mill" in machine_names()
 
 

@@ -50,10 +50,10 @@ def test_the_list_shows_one_page_of_many_jobs_and_reaches_all(studio: Studio) ->
             shown = [row.props["data-focus"] for row in rows(panel)]
             assert len(shown) == MAX_ROWS
             seen += shown
-            panel._turn(panel._skip + MAX_ROWS, count)
+            panel._turn_page(panel._skip + MAX_ROWS, count)
         assert seen == [f"job-job-{k:04}" for k in reversed(range(count))]
         small = len(list(panel.place.descendants()))
-        panel._find(SimpleNamespace(args="plate_27"))
+        panel._search(SimpleNamespace(args="plate_27"))
         assert [row.props["data-focus"] for row in rows(panel)] == [
             f"job-job-{k:04}" for k in reversed(range(count)) if f"plate_{k}".startswith("plate_27")
         ]
@@ -157,11 +157,11 @@ def test_jobs_that_wait_come_to_their_turn_in_the_order_that_was_given_them(
     from waiting import until
 
     until(lambda: len(began) == room.AT_ONCE)
-    assert studio.jobs.waiting() == [first, second, third, fourth]
-    studio.jobs.move(fourth, 0)
-    studio.jobs.move(first, 2)
-    studio.jobs.move(jobs[0], 0)  # it runs: nothing happens
-    assert studio.jobs.waiting() == [fourth, second, first, third]
+    assert studio.jobs.waiting_ids() == [first, second, third, fourth]
+    studio.jobs.move_in_queue(fourth, 0)
+    studio.jobs.move_in_queue(first, 2)
+    studio.jobs.move_in_queue(jobs[0], 0)  # it runs: nothing happens
+    assert studio.jobs.waiting_ids() == [fourth, second, first, third]
     studio.jobs.cancel(second)
     assert studio.jobs.wait(second, 120) is JobState.CANCELLED
     for count in range(3):
@@ -169,5 +169,5 @@ def test_jobs_that_wait_come_to_their_turn_in_the_order_that_was_given_them(
         until(lambda count=count: len(began) == room.AT_ONCE + count + 1)
     assert began[room.AT_ONCE :] == [room.AT_ONCE + k for k in (3, 0, 2)]
     go.release(room.AT_ONCE)
-    assert all(studio.jobs.wait(job, 120).over for job in jobs)
-    assert studio.jobs.waiting() == []
+    assert all(studio.jobs.wait(job, 120).is_over for job in jobs)
+    assert studio.jobs.waiting_ids() == []

@@ -175,7 +175,7 @@ def test_a_run_that_fails_says_its_line_and_nothing_else_ends(studio: Studio) ->
 
 @pytest.mark.parametrize("problem", ["ValueError", "MemoryError", "SystemExit", "KeyboardInterrupt"])
 def test_a_fault_of_leafcut_is_one_line_too(studio: Studio, monkeypatch: pytest.MonkeyPatch, problem: str) -> None:
-    monkeypatch.setattr(room, "run", getattr(works, f"raise_{problem}"))
+    monkeypatch.setattr(room, "run_task", getattr(works, f"raise_{problem}"))
     job = studio.jobs.start(SHORT)
     assert studio.jobs.wait(job) is JobState.FAILED
     record = studio.jobs.record(job)
@@ -217,7 +217,7 @@ def test_a_restart_loses_nothing(tmp_path: Path, own_studio: Studio, monkeypatch
     assert first.jobs.wait(done) is JobState.DONE
     tour = first.history.artefact(done, "tour")
     with monkeypatch.context() as patched:
-        patched.setattr(room, "run", works.read_for_ever)
+        patched.setattr(room, "run_task", works.read_for_ever)
         running = first.jobs.start(SHORT)
         live = first.jobs.find_live_job(running)
         assert live is not None
@@ -240,10 +240,10 @@ def test_a_restart_loses_nothing(tmp_path: Path, own_studio: Studio, monkeypatch
 def test_a_job_that_was_cut_short_by_a_crash_is_told_so(tmp_path: Path) -> None:
     history = History(tmp_path / "h.sqlite")
     history.add("a", "x", SHORT, 1.0)
-    history.mark("a", JobState.RUNNING)
+    history.set_state("a", JobState.RUNNING)
     history.close()
     history = History(tmp_path / "h.sqlite")
-    history.interrupt()
+    history.mark_unfinished_interrupted()
     found = history.get("a")
     assert found is not None
     assert found.state is JobState.INTERRUPTED

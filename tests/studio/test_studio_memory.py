@@ -16,10 +16,10 @@ from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.headline import saving_headline
-from leafcut.studio.page.memory import kept_state, restore
+from leafcut.studio.page.memory import kept_state, restore_choices
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.pages import Page
-from leafcut.studio.page.stale_mark import differences
+from leafcut.studio.page.stale_mark import changed_choices
 from leafcut.studio.recent_files import MAX_RECENT, RecentFiles
 from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.wording import words
@@ -36,9 +36,9 @@ def view_with_everything(studio: Studio) -> View:
     view.second, view.second_name = source, "other.nc"
     view.parts, view.part_names = [WantedPart(source, 3, "0 90")], {source: "plate.dxf"}
     view.sheet, view.work, view.process, view.pace, view.job = (2, 1), "cut", "plasma", "5", job
-    view.table.put("thickness", "thick")
-    view.table.put("machine", "laser-table")
-    view.table.put("quantity", "4", setter=Setter.INPUT)
+    view.table.set_value("thickness", "thick")
+    view.table.set_value("machine", "laser-table")
+    view.table.set_value("quantity", "4", setter=Setter.INPUT)
     return view
 
 
@@ -46,7 +46,7 @@ def test_what_is_kept_of_a_page_is_chosen_again_as_it_was(studio: Studio) -> Non
     view = view_with_everything(studio)
     state = kept_state(view, "search", {"job": view.job, "state": []})
     other = View(studio, words("en"))
-    restore(other, json.loads(json.dumps(state)))
+    restore_choices(other, json.loads(json.dumps(state)))
     assert kept_state(other, "search", {"job": view.job, "state": []}) == state
     for name in (
         "source",
@@ -86,7 +86,7 @@ def test_what_is_kept_of_a_page_is_chosen_again_as_it_was(studio: Studio) -> Non
 )
 def test_what_is_damaged_of_a_page_is_as_if_it_had_not_been_chosen(studio: Studio, plain: dict[str, object]) -> None:
     view = View(studio, words("en"))
-    restore(view, plain)
+    restore_choices(view, plain)
     assert (view.work, view.process, view.pace, view.job, view.values, view.parts) == (
         "drill",
         "auto",
@@ -119,7 +119,7 @@ def test_recent_files_are_told_once_and_no_more_than_some_and_what_is_gone_is_no
     assert [row.source for row in recent.newest()] == [same, "example:plate-27"]
     recent.add(folder.add_input("plate.dxf", b"another"), "plate.dxf")
     assert [row.name for row in recent.newest()] == ["plate.dxf", "plate.dxf", "plate-27"]
-    folder.drop_inputs([same])
+    folder.delete_inputs([same])
     assert [row.name for row in recent.newest()] == ["plate.dxf", "plate-27"]
     for k in range(MAX_RECENT + 3):
         recent.add(f"random:{k + 5}:1", f"random:{k + 5}:1")
@@ -134,7 +134,7 @@ def test_what_a_page_or_the_recent_files_have_stays_when_its_job_is_forgotten(st
     with Client(page_of("/")):
         page = Page(studio, words("en"))
         page.build()
-        page.view.take(made[0], "plate0.dxf")
+        page.view.switch_input(made[0], "plate0.dxf")
         studio.recent.add(made[1], "plate1.dxf")
         for job in jobs:
             studio.jobs.cancel(job)
@@ -146,14 +146,14 @@ def test_what_a_page_or_the_recent_files_have_stays_when_its_job_is_forgotten(st
 def test_an_order_that_was_put_away_is_gone_on_with_and_that_of_other_stops_is_not() -> None:
     xy = np.array([[0, 0], [1, 0], [2, 0], [3, 0]], dtype=np.float64)
     order = HoleOrder({0: (0, 1, 2), 1: (3,)}, xy)
-    order.to_end(3, True)
+    order.move_to_end(3, True)
     order.reverse(1)
     order.undo()
     plain = json.loads(json.dumps(order.as_plain()))
     again = HoleOrder({0: (0, 1, 2), 1: (3,)}, xy)
     assert not again.changed
-    again.take_plain(plain)
-    assert (again.text(), again.changed) == (order.text(), True)
+    again.restore_plain(plain)
+    assert (again.file_text(), again.changed) == (order.file_text(), True)
     assert again.redo()
     assert again.undo()
     assert again.undo()
@@ -161,14 +161,14 @@ def test_an_order_that_was_put_away_is_gone_on_with_and_that_of_other_stops_is_n
     assert not again.changed
     for wrong in ({}, {**plain, "state": [[[0, 1, 9], 3], [[3], 1]]}, {**plain, "before": 7}, {"state": "x"}):
         other = HoleOrder({0: (0, 1, 2), 1: (3,)}, xy)
-        other.take_plain(wrong)
+        other.restore_plain(wrong)
         assert not other.changed
     cuts = {"cuts": [{"contours": [k], "start": [k, 0], "fixed": [], "direction": "clockwise"} for k in range(3)]}
     plan = CutOrder(json.dumps(cuts))
     plan.move(3, 1)
     same = CutOrder(json.dumps(cuts))
-    same.take_plain(json.loads(json.dumps(plan.as_plain())))
-    assert same.text() == plan.text()
+    same.restore_plain(json.loads(json.dumps(plan.as_plain())))
+    assert same.file_text() == plan.file_text()
 
 
 def test_only_what_means_something_else_is_told_as_different(studio: Studio) -> None:
@@ -180,22 +180,22 @@ def test_only_what_means_something_else_is_told_as_different(studio: Studio) -> 
     record = studio.jobs.record(job)
     assert record is not None
     view = View(studio, words("en"), source=source, name="plate.dxf")
-    view.table.put("thickness", "0.6cm")
-    view.table.put("preset", "fast")
+    view.table.set_value("thickness", "0.6cm")
+    view.table.set_value("preset", "fast")
 
     def told() -> list[str]:
-        return [one.line(view.words).replace("\u00a0", " ") for one in differences(as_record(record), view)]
+        return [one.line(view.words).replace("\u00a0", " ") for one in changed_choices(as_record(record), view)]
 
     assert told() == []
-    view.table.put("pixel_size", "0.1")  # means nothing to holes
+    view.table.set_value("pixel_size", "0.1")  # means nothing to holes
     assert told() == []
-    view.table.put("thickness", "25")
-    view.table.put("strict", True)
+    view.table.set_value("thickness", "25")
+    view.table.set_value("strict", True)
     assert told() == ["Thickness 6 mm; now 25 mm", "Strict checks off; now on"]
-    view.table.put("strict", False)
-    view.table.put("thickness", "")
+    view.table.set_value("strict", False)
+    view.table.set_value("thickness", "")
     assert told() == ["Thickness 6 mm; now unknown"]
-    view.table.put("thickness", "6mm")
+    view.table.set_value("thickness", "6mm")
     view.source = studio.folder.add_input("other.dxf", b"0")
     assert told() == ["Part plate.dxf; now other.dxf"]
     view.source, view.work = source, "cut"
@@ -235,14 +235,14 @@ def test_the_large_figure_is_the_machine_time_as_in_the_player() -> None:
 def test_what_was_said_of_local_search_holds_when_the_page_comes_back(studio: Studio) -> None:
     """Ants were chosen for a map, and local search was turned on again; then another page stood here for a while."""
     view = View(studio, words("en"), source="random:50:1", name="random", work="solve")
-    view.table.put("algorithm", "mmas")
-    view.follow_study()
+    view.table.set_value("algorithm", "mmas")
+    view.turn_off_local_search_for_study()
     assert view.values["local_search"] is False
-    view.table.put("local_search", True)
+    view.table.set_value("local_search", True)
     state = kept_state(view, "summary", None)
     view.work = "drill"
     view.table.clear()
-    view.follow_study()
-    restore(view, state)
-    view.follow_study()
+    view.turn_off_local_search_for_study()
+    restore_choices(view, state)
+    view.turn_off_local_search_for_study()
     assert "local_search" not in view.values

@@ -15,7 +15,7 @@ from starlette.testclient import TestClient
 from leafcut.errors import OptionError
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.nest_request import WantedPart, parts_list_text, read_parts_list, wanted_parts
-from leafcut.studio.jobs.sheets import compare_variants, plan_cuts, sheets_of_nest
+from leafcut.studio.jobs.sheets import compare_variants, sheets_of_nest, start_cut_planning
 from leafcut.studio.jobs.task import Task, resolve_task, task_title
 from leafcut.studio.jobs.workers import StudioWorkers
 from leafcut.studio.studio import Studio, open_studio
@@ -49,7 +49,7 @@ def test_the_cuts_of_all_nests_are_planned_and_compared(studio: Studio) -> None:
     assert [row["state"] for row in compare_variants(studio.jobs, job)] == ["none"] * len(
         compare_variants(studio.jobs, job)
     )
-    for begun in plan_cuts(studio.jobs, job, CUT):
+    for begun in start_cut_planning(studio.jobs, job, CUT):
         assert studio.jobs.wait(begun, 90) is JobState.DONE, studio.jobs.record(begun)
     rows = compare_variants(studio.jobs, job)
     answer = studio.history.answer(job)
@@ -69,8 +69,8 @@ def test_the_cuts_of_all_nests_are_planned_and_compared(studio: Studio) -> None:
         assert row["pierces"] == 6  # two plates with a hole each, and two angles
     best = [row for row in rows if row["quickest"]]
     assert len(rows) == 1 or min(row["time_s"] for row in rows) == best[0]["time_s"]
-    used = {record.task.inputs for record in studio.history.of_sheets(job)}
-    again = plan_cuts(studio.jobs, job, {**CUT, "thickness": "8"})
+    used = {record.task.inputs for record in studio.history.sheet_jobs(job)}
+    again = start_cut_planning(studio.jobs, job, {**CUT, "thickness": "8"})
     assert {studio.history.get(begun).task.inputs for begun in again} == used  # type: ignore[union-attr]
     for begun in again:
         studio.jobs.cancel(begun)
@@ -92,14 +92,14 @@ def test_cuts_that_are_being_planned_are_not_begun_again_and_of_a_wrong_option_n
         for module in ("sheets", "jobs"):
             patch.setattr(f"leafcut.studio.jobs.{module}.resolve_task", refused, raising=False)
         with pytest.raises(OptionError, match="out of range"):
-            plan_cuts(studio.jobs, job, {"thickness": "6"})
-    assert studio.jobs.of_sheets(job) == []
-    begun = plan_cuts(studio.jobs, job, {"thickness": "6"})
-    assert plan_cuts(studio.jobs, job, {"thickness": "6"}) == begun
-    assert len(studio.jobs.of_sheets(job)) == len(begun) == len(sheets_of_nest(studio.history, job))
+            start_cut_planning(studio.jobs, job, {"thickness": "6"})
+    assert studio.jobs.sheet_jobs(job) == []
+    begun = start_cut_planning(studio.jobs, job, {"thickness": "6"})
+    assert start_cut_planning(studio.jobs, job, {"thickness": "6"}) == begun
+    assert len(studio.jobs.sheet_jobs(job)) == len(begun) == len(sheets_of_nest(studio.history, job))
     studio.jobs.cancel(begun[0])
-    assert plan_cuts(studio.jobs, job, {"thickness": "6"})[1:] == begun[1:]
-    assert not {*plan_cuts(studio.jobs, job, {"thickness": "8"})} & {*begun}
+    assert start_cut_planning(studio.jobs, job, {"thickness": "6"})[1:] == begun[1:]
+    assert not {*start_cut_planning(studio.jobs, job, {"thickness": "8"})} & {*begun}
 
 
 def test_programs_nest_and_compare_through_the_api(client: TestClient) -> None:
@@ -179,7 +179,7 @@ def test_a_list_names_drawings_that_are_open_and_no_others(studio: Studio, tmp_p
 
 def test_a_part_is_one_word_and_a_list_is_read_as_it_was_written(tmp_path: Path) -> None:
     for part in (WantedPart("x" * 16), WantedPart("x" * 16, 12, "0 22.5"), WantedPart("x" * 16, 1, "free")):
-        assert WantedPart.of(part.word) == part
+        assert WantedPart.decode(part.encoded) == part
     parts = wanted_parts(["a" * 16, "b" * 16], '[{"quantity": 3, "rotations": "0,90"}]')
     assert parts == [WantedPart("a" * 16, 3, "0 90"), WantedPart("b" * 16)]
     file = tmp_path / "parts.csv"
@@ -191,12 +191,12 @@ def test_a_part_is_one_word_and_a_list_is_read_as_it_was_written(tmp_path: Path)
 def test_nests_and_their_cuts_outlive_a_restart_with_what_they_said(tmp_path: Path, workers: StudioWorkers) -> None:
     first = open_studio(tmp_path, workers=workers)
     job = nested(first, plates=1, variants=1)
-    begun = plan_cuts(first.jobs, job, CUT)
+    begun = start_cut_planning(first.jobs, job, CUT)
     for each in begun:
         first.jobs.wait(each, 90)
     rows, said = compare_variants(first.jobs, job), first.jobs.messages(job)
     assert any("nesting" in words for _, words in said)
-    first.folder.drop_unused(first.history.inputs_in_use())
+    first.folder.delete_unused_inputs(first.history.inputs_in_use())
     first.jobs.close()
     first.history.close()
     second = open_studio(tmp_path)

@@ -34,7 +34,7 @@ def test_an_outcome_is_shown_once_the_page_knows_that_the_run_is_over(studio: St
     source = studio.folder.add_input("plate.dxf", plate.read_bytes())
     job = studio.jobs.start(Task("optimize", (source,), options={"thickness": "6", "preset": "fast"}))
     studio.jobs.wait(job, 60)
-    page: Any = SimpleNamespace(run=SimpleNamespace(watching=True, tell_earlier=lambda _: None))
+    page: Any = SimpleNamespace(run=SimpleNamespace(watching=True, show_outdated_notice=lambda _: None))
     with Client(page_of("/")):
         view = View(studio, words("en"))
         view.job = job
@@ -52,7 +52,7 @@ def test_a_result_of_a_command_of_an_earlier_version_is_named_and_its_files_rema
     studio.history.add(job, "map", Task("study", (source,)), 1e9)
     tour = Artefact("map.tour", "text/plain", b"1")
     studio.history.finish(job, JobState.DONE, answer={"runs": []}, artefacts={"tour": tour})
-    page: Any = SimpleNamespace(run=SimpleNamespace(watching=False, tell_earlier=lambda _: None))
+    page: Any = SimpleNamespace(run=SimpleNamespace(watching=False, show_outdated_notice=lambda _: None))
     with Client(page_of("/")):
         view = View(studio, words("en"))
         view.job, view.source, view.work = job, source, "solve"
@@ -93,7 +93,7 @@ def test_run_that_was_pressed_for_one_input_does_not_begin_another(studio: Studi
             SimpleNamespace(run=SimpleNamespace(running=False), show_message=lambda *_, **__: None),
         )
         panel.reading, panel._run_wanted = True, False
-        panel.page_run()
+        panel.request_run()
         assert panel._run_wanted
         panel.open("example:plate-27", "").close()
         assert not panel._run_wanted
@@ -106,7 +106,7 @@ def nothing(*_: Any, **__: Any) -> None:
 def test_a_drag_that_cannot_be_done_says_why_and_a_button_without_a_stop_asks_for_one(studio: Studio) -> None:
     """A drag does not select a stop: its message is about the drag."""
     said: list[str] = []
-    page: Any = SimpleNamespace(show_message=lambda line, *_: said.append(line), changed=nothing)
+    page: Any = SimpleNamespace(show_message=lambda line, *_: said.append(line), store_changed_choices=nothing)
     names = ("select", "select_stop", "clear_selection", "set_editable", "show", "hide")
     canvas: Any = SimpleNamespace(**dict.fromkeys(names, nothing))
     with Client(page_of("/")):
@@ -118,7 +118,7 @@ def test_a_drag_that_cannot_be_done_says_why_and_a_button_without_a_stop_asks_fo
             "these holes use different tools",
             "hole positions are fixed",
         ]
-        panel._change_chosen(lambda edited: edited.reverse(0))
+        panel._change_chosen_stop(lambda edited: edited.reverse(0))
         assert said[2:] == [words("en")("edit.choose")]
 
 
@@ -131,9 +131,9 @@ def test_a_row_of_parts_that_is_removed_twice_takes_no_other_with_it(studio: Stu
         panel = PartsPanel(view, page)
         panel.draw()
         row = panel.rows.props["rows"][1]["id"]
-        panel._remove(row)
-        panel._remove(row)
-        panel._change(row, "quantity", "7")
+        panel._remove_part(row)
+        panel._remove_part(row)
+        panel._change_part(row, "quantity", "7")
         assert view.parts == [WantedPart("a"), WantedPart("c")]
 
 
@@ -148,5 +148,5 @@ def test_why_a_sheet_could_not_be_cut_is_said_in_the_language_of_the_page(studio
         panel.variants = box()
         panel._draw_variants()
         shown = [str(getattr(e, "text", "")) + str(e.props.get("title")) for e in panel.variants.descendants()]
-    assert sum(words("es").plain(line) in one for one in shown) == 2
+    assert sum(words("es").translate_for_page(line) in one for one in shown) == 2
     assert not any(line in one for one in shown)

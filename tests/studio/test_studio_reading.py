@@ -66,7 +66,7 @@ def test_reading_that_is_cancelled_ends_and_the_page_stays_at_the_input_before(
             await page.input.open("example:plate-10", "plate-10")
             seen = page.view.seen
             with monkeypatch.context() as patched:
-                patched.setattr(page_state, "preview", works.read_for_ever)
+                patched.setattr(page_state, "preview_without_part", works.read_for_ever)
                 opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
                 await come(lambda: page.input.newest is not None and page.input.newest.what)
                 page.run.tick()
@@ -74,7 +74,7 @@ def test_reading_that_is_cancelled_ends_and_the_page_stays_at_the_input_before(
                 shown = page.run.reading
                 line = f"process {number}, 25 %"
                 assert (shown.place.visible, shown.name.text, shown.what.text) == (True, "plate-27", line)
-                page.input.cancel()
+                page.input.cancel_reading()
                 await opening
             page.run.tick()
             assert not shown.place.visible
@@ -93,7 +93,7 @@ def test_another_input_ends_the_reading_of_the_one_before(studio: Studio, monkey
     async def work() -> None:
         with opened(studio) as (page, client):
             with monkeypatch.context() as patched:
-                patched.setattr(page_state, "preview", works.read_for_ever)
+                patched.setattr(page_state, "preview_without_part", works.read_for_ever)
                 opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
                 await come(lambda: page.input.newest is not None and page.input.newest.what)
                 number = process_of(page)
@@ -116,15 +116,15 @@ def test_what_is_read_again_and_cancelled_keeps_the_choice_and_says_why_nothing_
             await page.input.open("example:plate-10", "plate-10")
             kinds = page.view.works()
             with monkeypatch.context() as patched:
-                patched.setattr(page_state, "preview", works.read_for_ever)
-                again = within(client, lambda: page.input._put("rotate", "90", ""))
+                patched.setattr(page_state, "preview_without_part", works.read_for_ever)
+                again = within(client, lambda: page.input._set_option("rotate", "90", ""))
                 await come(lambda: page.input.newest is not None and page.input.newest.what)
-                page.input.cancel()
+                page.input.cancel_reading()
                 await again
             assert page.view.values == {"rotate": "90"}
             assert page.view.seen is not None
             assert (page.view.seen.error, page.view.works()) == ("Reading cancelled.", kinds)
-            assert page.view.ready
+            assert page.view.has_all_inputs
 
     awaited(work())
 
@@ -132,11 +132,11 @@ def test_what_is_read_again_and_cancelled_keeps_the_choice_and_says_why_nothing_
 def test_a_page_that_is_gone_ends_its_reading(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
     async def work() -> None:
         with opened(studio) as (page, client):
-            monkeypatch.setattr(page_state, "preview", works.read_for_ever)
+            monkeypatch.setattr(page_state, "preview_without_part", works.read_for_ever)
             opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
             await come(lambda: page.input.newest is not None and page.input.newest.what)
             number = process_of(page)
-            page._forget()
+            page._release()
             await opening
             await come(lambda: has_ended(number))
             assert page.view.seen is None

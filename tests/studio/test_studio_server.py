@@ -21,7 +21,7 @@ from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.server.app import StudioError, _listen, lock_folder, parse_port, serve
+from leafcut.studio.server.app import StudioError, _open_socket, lock_folder, parse_port, serve
 from leafcut.studio.studio import open_studio
 
 
@@ -115,11 +115,11 @@ def test_a_port_in_use_is_refused_in_one_line(
 
 
 def test_without_port_the_studio_uses_a_free_one(server: Server) -> None:
-    with _listen(None) as first, _listen(None) as second:
+    with _open_socket(None) as first, _open_socket(None) as second:
         assert first.getsockname()[0] == second.getsockname()[0] == "127.0.0.1"
         assert first.getsockname()[1] != second.getsockname()[1]
     with pytest.raises(StudioError, match="cannot be used"):
-        _listen(server.port)
+        _open_socket(server.port)
 
 
 @pytest.mark.parametrize("word", ["0", "65536", "x", "-1", "80.5", ""])

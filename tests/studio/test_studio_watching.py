@@ -194,7 +194,7 @@ def test_a_job_studied_step_by_step_gives_what_the_command_line_gives(studio: St
     assert seen is not None
     assert seen.iteration == 2
     assert seen.pheromone is not None
-    assert not live.state.over
+    assert not live.state.is_over
     live.watch.pause(False)
     assert studio.jobs.wait(job, 60) is JobState.DONE
     answer = studio.history.answer(job)
@@ -224,7 +224,7 @@ def test_a_search_that_does_not_answer_is_not_flooded_by_the_looks_of_pages(monk
             clock.now += 1.0
             watch.poll()
         assert sent.count(("look",)) == looks
-        watch.receive(watching.LOOKED)
+        watch.store_message(watching.LOOKED)
 
 
 def test_the_iterations_of_an_algorithm_of_the_literature_are_stored_and_of_no_other(studio: Studio) -> None:

@@ -143,7 +143,7 @@ def test_it_is_said_what_is_suggested_and_why(language: str) -> None:
     for name in ("bracket.dxf", "sheet.dxf", "pocket.dxf", "plate_10.dxf"):
         seen = read_preview(str(EXAMPLES / name))
         line = suggestion_words(seen, w)
-        assert w.named("work", seen.work) in line and "{" not in line
+        assert w.item_name("work", seen.work) in line and "{" not in line
     assert suggestion_words(read_preview("example:plate-10"), w) == "" == suggestion_words(None, w)
     assert {card["name"] for card in work_cards(seen.works, seen, w) if card["picture"]} == {
         "drill",
@@ -167,9 +167,9 @@ def test_machines_that_cannot_do_the_work_are_not_offered(studio: Studio) -> Non
 
 def test_a_machine_that_was_chosen_for_other_work_says_why_not(studio: Studio) -> None:
     view = View(studio, EN, work="drill")
-    view.table.put("machine", "laser-table")
+    view.table.set_value("machine", "laser-table")
     assert view.field_errors()["machine"] == "laser-table works with a laser; choose a machine with a spindle"
-    field = next(f for group in view.form() for f in group["fields"] if f["name"] == "machine")
+    field = next(f for group in view.options_form() for f in group["fields"] if f["name"] == "machine")
     assert ["laser-table", "laser-table"] in field["choices"]
     view.work = "cut"
     assert view.invalid_values == {}
@@ -226,11 +226,11 @@ def test_zero_that_is_dragged_is_an_option(studio: Studio) -> None:
     panel = InputPanel.__new__(InputPanel)
     panel.view = view
     put: list[tuple[str, str]] = []
-    panel._put = lambda name, value, _: put.append((name, value))  # type: ignore[method-assign,assignment,return-value]
+    panel._set_option = lambda name, value, _: put.append((name, value))  # type: ignore[method-assign,assignment,return-value]
     panel.move_zero(10.0, -19.05)
     assert put == [("origin", "29.05,0")]
     view.work = "solve"
-    assert view.zero is None
+    assert view.program_zero is None
     panel.move_zero(1.0, 1.0)
     assert len(put) == 1
 
@@ -256,14 +256,14 @@ def test_holes_alone_are_pictured_with_their_widths() -> None:
 
 def test_what_another_task_chose_and_cannot_be_used_is_left(studio: Studio) -> None:
     view = View(studio, EN, work="pocket")
-    view.table.put("machine", "plasma-table")
-    view.table.put("pixel_size", "0.5")
+    view.table.set_value("machine", "plasma-table")
+    view.table.set_value("pixel_size", "0.5")
     view.seen = read_preview(str(EXAMPLES / "pocket.dxf"), "pocket")
-    assert view.leave_unsuitable_machine() == "plasma-table cannot do this task: linuxcnc-mill is chosen."
+    assert view.reset_unsuitable_options() == "plasma-table cannot do this task: linuxcnc-mill is chosen."
     assert not view.values.get("machine")
     assert not view.values.get("pixel_size")
-    view.table.put("machine", "haas-vf2")
-    assert view.leave_unsuitable_machine() == ""
+    view.table.set_value("machine", "haas-vf2")
+    assert view.reset_unsuitable_options() == ""
     assert view.values["machine"] == "haas-vf2"
 
 

@@ -24,7 +24,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.studio.jobs import jobs as room
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.link import Link
-from leafcut.studio.jobs.run_job import JobResult, run
+from leafcut.studio.jobs.run_job import JobResult, run_task
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.jobs.work_process import READY_TASK
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers, WorkError
@@ -75,7 +75,7 @@ def test_a_job_that_never_looks_up_is_ended(
     how: str, work: Callable[..., Any], studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By Cancel, by its deletion, and by the end of the studio."""
-    monkeypatch.setattr(room, "run", work)
+    monkeypatch.setattr(room, "run_task", work)
     job = studio.jobs.start(TASK)
     live = studio.jobs.find_live_job(job)
     assert live is not None
@@ -104,7 +104,7 @@ def test_a_job_that_dies_is_reported_with_its_last_step_and_the_next_one_runs(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patched:
-        patched.setattr(room, "run", works.die)
+        patched.setattr(room, "run_task", works.die)
         job = studio.jobs.start(TASK)
         assert studio.jobs.wait(job, 60) is JobState.FAILED
     record = studio.jobs.record(job)
@@ -133,18 +133,18 @@ def test_a_process_is_used_again_after_a_short_work_but_not_after_a_cancelled_on
 
 def test_the_job_that_prepares_a_process_succeeds() -> None:
     """Its errors are not shown to anyone."""
-    assert "program" in run(Link(lambda _: None), READY_TASK, ("plate-10",)).artefacts
+    assert "program" in run_task(Link(lambda _: None), READY_TASK, ("plate-10",)).artefacts
 
 
 def test_a_message_to_a_work_reaches_it_even_before_its_start_but_no_later_work(workers: StudioWorkers) -> None:
     early = StudioWork(workers)
-    early.send("stop")
+    early.call_link_method("stop")
     assert early.run(works.wait_for_stop) == JobResult({}, {}, {})
     later = Doing(workers, works.wait_for_stop)
-    early.send("stop")
+    early.call_link_method("stop")
     early.cancel()
     assert not later.answer.done()
-    later.work.send("stop")
+    later.work.call_link_method("stop")
     assert later.answer.result(60) == JobResult({}, {}, {})
 
 
@@ -183,7 +183,7 @@ def test_processes_end_when_the_studio_is_killed(tmp_path: Path, workers: Studio
 
 
 def test_jobs_end_one_by_one_whatever_thread_cancels_them(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(room, "run", works.wait_for_stop)
+    monkeypatch.setattr(room, "run_task", works.wait_for_stop)
     jobs = [studio.jobs.start(TASK) for _ in range(4)]
     threads = [threading.Thread(target=studio.jobs.cancel, args=(job,)) for job in jobs[1:]]
     for thread in threads:

@@ -1,7 +1,7 @@
 """Check that the Spanish catalogue has exactly the templates of the messages in the source.
 
 A template is a constant: the first argument of `Message` or of an error, or the noun of `count_of`. A function that
-builds a message from a parameter, such as `TomlTable.problem`, is listed in `TEMPLATES`.
+builds a message from a parameter, such as `TomlTable.value_error`, is listed in `TEMPLATES`.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from leafcut.message import has_words, template_key
 
 CATALOGUE = sources.PACKAGE / "studio" / "texts" / "messages_es.toml"
 #: Functions and classes with a template → index of its argument, and prefix of the template. Errors are found by name.
-TEMPLATES = {"Message": (0, ""), "ReadError": (1, ""), "problem": (1, "'{}' ")}
+TEMPLATES = {"Message": (0, ""), "ReadError": (1, ""), "value_error": (1, "'{}' ")}
 #: Functions with a noun that is counted in a message → index of its argument.
-NOUNS = {"count_of": 1, "count": 1, "MissingWork": 0, "_count_and_area_text": 1, "_describe_sizes": 1}
+NOUNS = {"count_of": 1, "count_text": 1, "MissingWork": 0, "_count_and_area_text": 1, "_describe_sizes": 1}
 ERROR = re.compile(r"\w+Error|BlockError|UnclearBlock|_RunEnded|_AlarmStop|_NoAnswer|PortLost")
 #: Errors of Python, whose text is not a template.
 OF_PYTHON = re.compile(r"(Value|Type|Key|Index|Runtime|OS|Import|Attribute|Assertion|Overflow|Lookup)Error")

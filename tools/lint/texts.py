@@ -91,7 +91,7 @@ def faults_of_use() -> Iterator[str]:
     code = "".join(map(sources.text_of, files))
     used = set(re.findall(r'"([a-z]+\.[a-z_-]+)"', code))
     stems = set(re.findall(r'f"([a-z]+\.)\{', code))
-    sections = {f"{name}." for name in re.findall(r'\b(?:section|named)\("([a-z]+)"', code)}
+    sections = {f"{name}." for name in re.findall(r'\b(?:section|item_name)\("([a-z]+)"', code)}
     for key in EN.table:
         if key not in used and not key.startswith((*stems, *sections, "option.")):
             yield f"{EN_FILE}: no code uses {key}"
@@ -109,7 +109,7 @@ def faults_of_options() -> Iterator[str]:
         keys = {key for key in ES.translated if key.startswith(f"{kind}.")}
         yield from _differences(OPTIONS_FILE, keys, {f"{kind}.{name}" for name in english})
         for name, text in english.items():
-            if kind == "help" and f"help.{name}" in keys and ES.help(name, text) == text:
+            if kind == "help" and f"help.{name}" in keys and ES.help_text(name, text) == text:
                 yield f"{OPTIONS_FILE}: help.{name} is English"
 
 
@@ -121,9 +121,9 @@ def faults_of_symbols() -> Iterator[str]:
         english = group_of(name).specs()[name].help
         for language in LANGUAGES:
             texts = words(language)
-            if texts.option(name).split()[-1] != symbol:
+            if texts.option_label(name).split()[-1] != symbol:
                 yield f"{sources.place(STUDIO / 'texts' / f'{language}.toml')}: option.{name} must end with {symbol}"
-            if f"({symbol}" not in texts.help(name, english):
+            if f"({symbol}" not in texts.help_text(name, english):
                 yield f"{language}: the help of {name} must contain ({symbol})"
     glossary = sources.DOCS / "glossary.md"
     for symbol in SHARED_SYMBOLS:

@@ -80,7 +80,7 @@ def simulate(
 
 def _print_simulation(simulation: Simulation) -> None:
     from leafcut.report.chart import names_of_time_kinds
-    from leafcut.report.set_up import moved_axes
+    from leafcut.report.set_up import axis_ranges
 
     dangers = [issue for issue in simulation.issues if issue.severity == "danger"]
     for issue in dangers:
@@ -92,7 +92,7 @@ def _print_simulation(simulation: Simulation) -> None:
     print("  ".join(f"{names[kind]} {format_time(s)}" for kind, s in cost.by_kind.items() if s > 0.0))
     for tool, seconds in cost.by_tool.items():
         print(f"T{tool} {format_time(seconds)}")
-    for axis, low, high in moved_axes(simulation.path):
+    for axis, low, high in axis_ranges(simulation.path):
         print(f"{axis} {to_fixed(low, 3)} to {to_fixed(high, 3)} mm")
     if not any(issue.code.startswith("L8") for issue in simulation.issues):
         print("no dangerous moves found")

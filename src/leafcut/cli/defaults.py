@@ -26,7 +26,7 @@ TEMPLATE = f"""\
 # Defaults of this shop. Remove the # in front of a line, and write your own value.
 # The command line goes before --options, and that before this file. Paths are relative to its folder.
 # leafcut defaults drill lists all options of drilling with their sources.
-{OPTIONS.line}
+{OPTIONS.toml_line}
 
 # machine = "haas-vf2"          # a name of `leafcut list machines`, or a profile: "my.toml"
 # work_offset = "-400,-200,-300"

@@ -65,11 +65,19 @@ def list_experiments(*, results: _Results = File(RESULTS), as_json: Json = False
     done: dict[str, int] = {}
     if Path(results).is_file():
         with Store(results, read_only=True) as store:
-            done = store.counts()
+            done = store.successful_run_counts()
     rows = []
     for name, title in titles_of_included_experiments().items():
         whole = load_experiment(name)
-        rows.append((name, title, whole.n_runs, done.get(whole.key, 0), done.get(reduced_experiment(whole).key, 0)))
+        rows.append(
+            (
+                name,
+                title,
+                whole.n_runs,
+                done.get(whole.storage_key, 0),
+                done.get(reduced_experiment(whole).storage_key, 0),
+            )
+        )
     if as_json:
         names = ("name", "title", "runs", "done", "reduced_done")
         print_json({"experiments": [dict(zip(names, row, strict=True)) for row in rows]})
@@ -175,7 +183,7 @@ def _write_published_report(output: str, reduced: bool, results: str, as_json: b
     """Write the pages (HTML, one for each language) and the table (CSV) of published figures beside ours."""
     from leafcut.lab.loading import load_experiment, reduced_experiment
     from leafcut.lab.page import published_page_html
-    from leafcut.lab.published import LANGUAGES, Runs, command_options, pairs_as_csv, published_experiments, words
+    from leafcut.lab.published import LANGUAGES, Runs, command_options, page_texts, pairs_as_csv, published_experiments
     from leafcut.lab.running import stored_rows
     from leafcut.lab.store import Store
 
@@ -199,7 +207,7 @@ def _write_published_report(output: str, reduced: bool, results: str, as_json: b
     if as_json:
         print_json({"experiment": PUBLISHED, "rows": n_rows, "files": list(files)})
     else:
-        print(f"{words('en')['title']}: {', '.join(files)}")
+        print(f"{page_texts('en')['title']}: {', '.join(files)}")
     return 0
 
 
@@ -270,14 +278,14 @@ def tune_parameters(
                 "algorithm": algorithm,
                 "trials": len(tuned.trials),
                 "parameters": dict(tuned.parameters),
-                "learnt_on": [instance.name for instance in task.split()[0]],
-                "judged_on": [instance.name for instance in task.split()[1]],
+                "learnt_on": [instance.name for instance in task.split_inputs()[0]],
+                "judged_on": [instance.name for instance in task.split_inputs()[1]],
                 "change_percent": None if tuned.change is None else 100.0 * tuned.change,
                 "files": files,
             }
         )
     else:
-        print(tuned.words())
+        print(tuned.summary_sentence())
         print(f"wrote {', '.join(files)}")
     return 0
 
@@ -289,7 +297,7 @@ def _open_store_and_executor(
     """Open the results, and yield them with arguments of `lab.running.execute_experiment`; an interrupt becomes a
     short error message.
     """
-    from leafcut.lab.running import perform_on_executor
+    from leafcut.lab.running import executor_performer
     from leafcut.lab.store import Store
     from leafcut.order.executors import MOST_WORKERS, open_executor
 
@@ -301,7 +309,7 @@ def _open_store_and_executor(
     with Store(results) as store, Reporter() as reporter, ExitStack() as opened:
         performer = None
         if executor != HERE:
-            performer = perform_on_executor(opened.enter_context(open_executor(executor, workers or 0)), ended)
+            performer = executor_performer(opened.enter_context(open_executor(executor, workers or 0)), ended)
         try:
             yield store, {"performer": performer, "progress": reporter, "cancelled": ended}
         except KeyboardInterrupt:

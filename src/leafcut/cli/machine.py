@@ -346,9 +346,9 @@ def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
 
 def _write_signed(output: str, text: str) -> None:
     """Write a profile or library with a digest, so that hand edits are never replaced."""
-    from leafcut.files.digests import DIGEST_LINE, sign_program
+    from leafcut.files.digests import DIGEST_LINE, fill_in_digest
 
-    write_whole(output, sign_program(f"# {DIGEST_LINE}\n{text}"))
+    write_whole(output, fill_in_digest(f"# {DIGEST_LINE}\n{text}"))
 
 
 def _write_or_print(imported: ImportedMachine, output: str | None, *, as_json: bool) -> None:

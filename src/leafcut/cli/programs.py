@@ -19,8 +19,8 @@ from leafcut.cli.several import (
     all_drill_files,
     expand_folders_and_lists,
     expand_inputs,
-    files_beside_inputs,
     output_files,
+    program_files_beside_inputs,
     refuse_foreign_file,
 )
 from leafcut.cli.shared import (
@@ -42,7 +42,7 @@ from leafcut.cli.shared import (
 )
 from leafcut.cli.usage import DASH, refuse_standard_input
 from leafcut.errors import OptionError
-from leafcut.files.user_files import first_time
+from leafcut.files.user_files import record_first_showing
 from leafcut.files.whole_files import StandardInput
 from leafcut.options.option_spec import PLACES, flag_name
 from leafcut.processes import registry
@@ -180,7 +180,7 @@ def _output_file(
     command = ""
     if output is None and inputs != [DASH]:
         name, command = api.program_for(loaded[0], **given)
-        output = files_beside_inputs(inputs[:1], [name], inputs)[0]
+        output = program_files_beside_inputs(inputs[:1], [name], inputs)[0]
         if Path(output).is_file():
             registry.check_process_value(str(given["process"]))
             registry.process_for([read_source_with_format(source) for source in loaded], str(given["process"]))
@@ -209,7 +209,7 @@ def _drop_shown_machine_note(outcome: Outcome) -> Outcome:
         and issue.severity is Severity.NOTE
         and not issue.message.startswith("the part reaches ")
     ]
-    if known and not first_time(f"L403 {outcome.machine.name}"):
+    if known and not record_first_showing(f"L403 {outcome.machine.name}"):
         return replace(outcome, issues=tuple(issue for issue in outcome.issues if issue not in known))
     return outcome
 
@@ -257,7 +257,7 @@ def _optimize_each(
         )
     names, works = zip(*(api.program_for(source, **given) for source in inputs), strict=True)
     if output is None and not dry_run:
-        programs: Sequence[str | None] = files_beside_inputs(inputs, names, inputs)
+        programs: Sequence[str | None] = program_files_beside_inputs(inputs, names, inputs)
         for program, work in zip(programs, works, strict=True):
             refuse_foreign_file(program, inputs, work)
     else:
@@ -325,7 +325,7 @@ def _watch_folder(
 ) -> int:
     from leafcut.cli.watch_folder import FolderWatch
     from leafcut.order.executors import open_executor
-    from leafcut.report.wording import count, time_words
+    from leafcut.report.wording import count_text, time_words
 
     if len(words) != 1 or words == [DASH]:
         raise OptionError(f"--watch takes one folder; {len(words)} inputs were given")
@@ -338,7 +338,7 @@ def _watch_folder(
 
     def written(row: BatchRow) -> None:
         numbers["written"] += 1
-        worst = f"; {count(row.issues, 'issue')}, the worst: {row.worst}" if row.issues else ""
+        worst = f"; {count_text(row.issues, 'issue')}, the worst: {row.worst}" if row.issues else ""
         if not quiet:
             name = "".join(c if c.isprintable() else "?" for c in f"{row.input}: {row.program}")
             print(f"{name}, {time_words(float(row.after_s or 'nan'))}{worst}", flush=True)
@@ -350,12 +350,14 @@ def _watch_folder(
     # An input that is being processed at Ctrl-C is repeated when the folder is watched again.
     with suppress(KeyboardInterrupt), open_executor(executor or "threads", workers or 1) as opened:
         watch = FolderWatch(Path(words[0]), Path(output), given, opened, written, refused)
-        watch.check()
+        watch.check_settings()
         if not quiet:
             print(f"watching {words[0]}; Ctrl-C ends it", flush=True)
-        watch.run(seconds)
+        watch.run_until_interrupted(seconds)
     if not quiet:
-        print(f"ended; {count(numbers['written'], 'program')} written, {count(numbers['refused'], 'refusal')}")
+        print(
+            f"ended; {count_text(numbers['written'], 'program')} written, {count_text(numbers['refused'], 'refusal')}"
+        )
     return DONE
 
 
@@ -399,7 +401,7 @@ def _default_sheet_file(parts: Sequence[str]) -> str | None:
     inputs = _files_without_quantities(parts)
     if not inputs or (":" not in inputs[0] and not Path(inputs[0]).exists()):
         return None  # the missing part is refused when it is read
-    return files_beside_inputs(inputs[:1], [f"{Path(inputs[0]).stem}.dxf"], inputs)[0]
+    return program_files_beside_inputs(inputs[:1], [f"{Path(inputs[0]).stem}.dxf"], inputs)[0]
 
 
 def _files_without_quantities(parts: Sequence[str]) -> list[str]:

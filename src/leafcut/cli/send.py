@@ -164,15 +164,15 @@ def _check_flags(
 
 def _prepare_job(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> tuple[Facts, SendJob]:
     from leafcut.sender.job import issues_except_notes
-    from leafcut.sender.job_checks import check_program, check_ready
+    from leafcut.sender.job_checks import check_machine_ready, check_program
 
-    facts = talk.facts()
-    check_ready(facts, unhomed=unhomed, restarted=talk.restarted, family=talk.family)
+    facts = talk.read_facts_at_rest()
+    check_machine_ready(facts, unhomed=unhomed, restarted=talk.restarted, family=talk.family)
     differences = check_program(job, facts, unhomed=unhomed)
     for issue in issues_except_notes([*job.issues, *differences]):
         print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)
-    if not quiet and facts.soft_limits_off:
-        print(f"leafcut: {facts.soft_limits_off}", file=sys.stderr)
+    if not quiet and facts.soft_limits_warning:
+        print(f"leafcut: {facts.soft_limits_warning}", file=sys.stderr)
     return facts, job.for_machine(facts.machine_with_settings(job.machine))
 
 
@@ -184,7 +184,7 @@ def _steps_to_send(
     line, steps, tool = steps_to_send(job, facts, from_hole, from_line)
     put = "" if tool is None else f"; tool T{tool} must be in the spindle"
     if line:
-        _print_unless_quiet(f"continues from line {line} '{job.text(line)}'{put}", quiet=quiet)
+        _print_unless_quiet(f"continues from line {line} '{job.line_text(line)}'{put}", quiet=quiet)
     return steps
 
 
@@ -206,9 +206,9 @@ def _run_program(
     run.observe = shown.show
     keys = Keys(lambda key: _handle_key(run, key))
     if keys.terminal and not check:
-        run.prompt = lambda pause, messages: shown.ask(keys, pause, messages)
+        run.prompt = lambda pause, messages: shown.ask_operator(keys, pause, messages)
     if not check and not yes:
-        feed_s, other_s = job.seconds
+        feed_s, other_s = job.seconds_by_line
 
         print(f"{job.file}: {format_time(float(feed_s.sum() + other_s.sum()))} on {job.machine.name}", file=sys.stderr)
         print("Enter starts, q ends: ", end="", file=sys.stderr, flush=True)
@@ -239,7 +239,7 @@ def _handle_key(run: SendRun, key: str) -> None:
         "=": Request.NORMAL,
     }
     if key in requests:
-        run.ask(requests[key])
+        run.queue_request(requests[key])
 
 
 class _ProgressLine:
@@ -262,7 +262,7 @@ class _ProgressLine:
             print(file=sys.stderr)
             self.width = 0
 
-    def ask(self, keys: Keys, pause: Pause, messages: Sequence[str]) -> str | None:
+    def ask_operator(self, keys: Keys, pause: Pause, messages: Sequence[str]) -> str | None:
         self.clear()
         for line in messages:
             print(line, file=sys.stderr)

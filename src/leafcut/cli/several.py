@@ -8,7 +8,7 @@ from collections.abc import Container, Iterable, Sequence
 from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, count_of
-from leafcut.files.digests import command_of, is_unchanged
+from leafcut.files.digests import command_in_header, is_unchanged
 from leafcut.files.whole_files import OutputError, check_output, decode_text, same_file
 from leafcut.units import FACTORS
 
@@ -116,7 +116,7 @@ def all_drill_files(inputs: Iterable[str]) -> bool:
     return all(detect_format_name(source) == "excellon" for source in inputs)
 
 
-def files_beside_inputs(inputs: Sequence[str], names: Sequence[str], all_inputs: Iterable[str]) -> list[str]:
+def program_files_beside_inputs(inputs: Sequence[str], names: Sequence[str], all_inputs: Iterable[str]) -> list[str]:
     """Return the program file of each input, in the folder of the input or in the working folder for a built-in input.
 
     A program that would replace one of `all_inputs` gets ``.leafcut`` in its name. Raises OptionError if two inputs
@@ -156,7 +156,7 @@ def refuse_foreign_file(
             f"{target}: the file exists and its header does not show an unchanged file of leafcut; name another file "
             "with -o, or move this one away"
         )
-    other = command_of(text)
+    other = command_in_header(text)
     if command and other and other != command:
         raise OutputError(
             f"{target}: the file exists and was written by `leafcut {other}`; name another file with -o to keep both"

@@ -47,7 +47,7 @@ def solve(
     from leafcut import api
     from leafcut.read.csvmap import holes_as_csv
     from leafcut.read.tsplib import tour_text
-    from leafcut.report.wording import count, tour_quality_lines
+    from leafcut.report.wording import count_text, tour_quality_lines
 
     refuse_standard_output("--tour", tour)
     refuse_standard_output("--save-map", save_map)
@@ -72,9 +72,9 @@ def solve(
 
         print_json(tour_as_json(solved))
         return DONE
-    sets = "" if part.grouping is None else f" in {count(part.grouping.n_clusters, 'set')}"
-    print(f"{part.name}: {count(len(part.holes), 'point')}{sets}, {solution.algorithm}, seed {solution.seed}")
-    print(f"length {solution.cost:,.10g}, {count(solution.iterations, 'iteration')} in {solution.seconds:.2f} s")
+    sets = "" if part.grouping is None else f" in {count_text(part.grouping.n_clusters, 'set')}"
+    print(f"{part.name}: {count_text(len(part.holes), 'point')}{sets}, {solution.algorithm}, seed {solution.seed}")
+    print(f"length {solution.cost:,.10g}, {count_text(solution.iterations, 'iteration')} in {solution.seconds:.2f} s")
     if solution.stopped_early and options.get("time_limit") is None:
         print("stopped early; this is the best tour so far")
     for line in tour_quality_lines(solution.cost, part.optimum, solution.lower_bound):

@@ -51,7 +51,7 @@ class FolderPoll:
 
     def complete_files(self) -> list[Path]:
         """Poll once, and return the complete files in a new state. Raises OSError if the folder cannot be read."""
-        signatures = dict(self._files())
+        signatures = dict(self._files_with_signatures())
         self.seen = {path: known for path, known in self.seen.items() if path in signatures}
         ready = []
         for path, signature in sorted(signatures.items()):
@@ -73,7 +73,7 @@ class FolderPoll:
         if path in self.seen:
             self.seen[path].done = None
 
-    def _files(self) -> Iterator[tuple[Path, _Signature]]:
+    def _files_with_signatures(self) -> Iterator[tuple[Path, _Signature]]:
         for path in self.folder.iterdir():
             name = path.name
             if name.startswith((".", "~")) or name.endswith("~") or path.suffix.lower() in _PASSING:
@@ -121,7 +121,7 @@ class FolderWatch:
     earlier: dict[str, BatchRow] = field(default_factory=dict)
     hindered: str = ""
 
-    def check(self) -> None:
+    def check_settings(self) -> None:
         """Raise OptionError or OutputError for invalid folders and options before any file is processed."""
         for role, folder in (("the folder to watch", self.folder), ("-o", self.output)):
             if not folder.is_dir():
@@ -132,14 +132,14 @@ class FolderWatch:
         api.output_name("drawing.dxf", **self.given)
         self.earlier = read_table(self.output / TABLE)
 
-    def run(self, seconds: float, sleep: Callable[[float], None] = time.sleep) -> None:
+    def run_until_interrupted(self, seconds: float, sleep: Callable[[float], None] = time.sleep) -> None:
         """Poll the folder every `seconds` until Ctrl-C. Raises ExecutorError if a cluster is lost."""
         poll = FolderPoll(self.folder)
         while True:
-            self.step(poll)
+            self.process_ready_files(poll)
             sleep(seconds)
 
-    def step(self, poll: FolderPoll) -> None:
+    def process_ready_files(self, poll: FolderPoll) -> None:
         """Poll once, and process the files that are ready."""
         if not self.output.is_dir():
             self._report_failure(f"{self.output}: the folder for programs is missing; trying again")

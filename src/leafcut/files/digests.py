@@ -14,7 +14,7 @@ _PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
 _HEADER = 20_000
 
 
-def sign_program(text: str) -> str:
+def fill_in_digest(text: str) -> str:
     """Fill in the digest of a program. A text without a digest line is returned unchanged."""
     place = _PLACE.search(text, 0, _HEADER)
     if place is None:
@@ -26,15 +26,15 @@ def sign_program(text: str) -> str:
 
 def is_unchanged(text: str) -> bool:
     """Return whether the text has a digest that matches its content."""
-    return _PLACE.search(text, 0, _HEADER) is not None and sign_program(text) == text
+    return _PLACE.search(text, 0, _HEADER) is not None and fill_in_digest(text) == text
 
 
-def first_line(version: str, command: str) -> str:
+def header_line(version: str, command: str) -> str:
     """Return the first line of a header."""
     return f"leafcut {version} {command}"
 
 
-def command_of(text: str) -> str:
+def command_in_header(text: str) -> str:
     """Return the command in the header, in lower case, or "" if the header has no command."""
     place = _FIRST_LINE.search(text, 0, _HEADER)
     return place[1].lower() if place else ""

@@ -89,7 +89,7 @@ class PluginKind(Generic[T]):
         OptionError
             The name is unknown, or the plug-in cannot be used.
         """
-        for plugin in self._named(name):
+        for plugin in self._plugins_named(name):
             if plugin.adds is not None:
                 return plugin.adds
             raise OptionError("the {} '{}' is a {}", self.noun, name, plugin.refusal)
@@ -97,16 +97,16 @@ class PluginKind(Generic[T]):
 
     def plugins(self) -> list[Plugin[T]]:
         """Return all plug-ins of this kind, sorted by name. Plug-ins that cannot be used are included."""
-        return [plugin for name in entry_names(self.group) for plugin in self._named(name)]
+        return [plugin for name in entry_names(self.group) for plugin in self._plugins_named(name)]
 
-    def listed(self) -> list[tuple[str, str]]:
+    def names_and_descriptions(self) -> list[tuple[str, str]]:
         """Return the name and description of each plug-in. For an unusable plug-in, the description is the reason."""
         return [
             (plugin.name, plugin.refusal if plugin.adds is None else f"{self.line(plugin.adds)} (of {plugin.package})")
             for plugin in self.plugins()
         ]
 
-    def _named(self, name: str) -> tuple[Plugin[T], ...]:
+    def _plugins_named(self, name: str) -> tuple[Plugin[T], ...]:
         return _checked_plugins(self, name, tuple(sys.path))
 
 
@@ -160,7 +160,7 @@ def _load_entry(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
     try:
         return Plugin(entry.name, _package_name(entry), kind.take(entry.name, entry.load()))
     except (Exception, SystemExit) as problem:  # a module of another package may raise anything
-        return Plugin(entry.name, _package_name(entry), None, reason(problem))
+        return Plugin(entry.name, _package_name(entry), None, exception_line(problem))
 
 
 def entry_names(group: str) -> tuple[str, ...]:
@@ -169,7 +169,7 @@ def entry_names(group: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(entry.name for entry in entries if entry.group == group))
 
 
-def reason(problem: BaseException) -> str:
+def exception_line(problem: BaseException) -> str:
     """Format an exception as a single line. The line includes the type, except for leafcut's own errors."""
     if isinstance(problem, LeafcutError):
         return str(problem)
@@ -177,7 +177,7 @@ def reason(problem: BaseException) -> str:
     return f"{type(problem).__name__}: {words}" if words else type(problem).__name__
 
 
-def file_of(name: str, loaded: Any) -> Path:
+def entry_point_file(name: str, loaded: Any) -> Path:
     """Return the path of the TOML file that an entry point refers to.
 
     The entry point may be a package or module (its folder contains ``NAME.toml``), a path, or a function that returns a

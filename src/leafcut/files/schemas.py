@@ -39,7 +39,7 @@ class Schema:
     key: str = "schema"
 
     @property
-    def line(self) -> str:
+    def toml_line(self) -> str:
         """The TOML line that states the current schema."""
         return f"{self.key} = {self.current}"
 

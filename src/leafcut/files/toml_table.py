@@ -41,7 +41,7 @@ class TomlTable:
     def __contains__(self, key: str) -> bool:
         return key in self.values
 
-    def problem(self, key: str, reason: str, *values: object) -> DataError:
+    def value_error(self, key: str, reason: str, *values: object) -> DataError:
         """Create the error for the value of `key`. `reason` is a template, which `values` fill."""
         return self._error(key, Message(f"'{{}}' {reason}", self._prefix + key, *values))
 
@@ -57,50 +57,50 @@ class TomlTable:
         """Return a single-line string. The key is required unless the caller passes a `default`."""
         value = self._get(key, default)
         if not isinstance(value, str) or not value.isprintable():
-            raise self.problem(key, "is {}, but must be a string without line breaks", _printable_value(value))
+            raise self.value_error(key, "is {}, but must be a string without line breaks", _printable_value(value))
         known = tuple(choices)
         if known and value not in known:
             suggestion = name_suggestion(value[:80], [choice for choice in known if choice])
-            raise self.problem(key, "is '{}'{}", _printable_value(value), suggestion)
+            raise self.value_error(key, "is '{}'{}", _printable_value(value), suggestion)
         return value
 
     def texts(self, key: str, choices: Iterable[str] = ()) -> tuple[str, ...]:
         """Return a list of single-line strings. Blank strings raise an error."""
         value, known = self._get(key, None), tuple(choices)
         if not isinstance(value, list):
-            raise self.problem(key, "is {}, but must be a list of strings", _printable_value(value))
+            raise self.value_error(key, "is {}, but must be a list of strings", _printable_value(value))
         for item in value:
             if not isinstance(item, str) or not item.isprintable() or not item.strip():
-                raise self.problem(
+                raise self.value_error(
                     key, "has {}, but must be a list of strings without line breaks", _printable_value(item)
                 )
             if known and item not in known:
-                raise self.problem(key, "has '{}'{}", _printable_value(item), name_suggestion(item[:80], known))
+                raise self.value_error(key, "has '{}'{}", _printable_value(item), name_suggestion(item[:80], known))
         return tuple(value)
 
     def flag(self, key: str, default: bool | None = None) -> bool:
         """Return a bool."""
         value = self._get(key, default)
         if not isinstance(value, bool):
-            raise self.problem(key, "is {}, but must be true or false", _printable_value(value))
+            raise self.value_error(key, "is {}, but must be true or false", _printable_value(value))
         return value
 
-    def whole(self, key: str, lowest: int = 0, highest: int = 9999) -> int:
+    def integer(self, key: str, lowest: int = 0, highest: int = 9999) -> int:
         """Return an integer, and check that it is within bounds."""
-        return self._whole(key, self._get(key, None), lowest, highest)
+        return self._checked_integer(key, self._get(key, None), lowest, highest)
 
-    def wholes(self, key: str, lowest: int, highest: int) -> tuple[int, ...]:
+    def integers(self, key: str, lowest: int, highest: int) -> tuple[int, ...]:
         """Return a list of one or more integers, and check that they are within bounds."""
         value = self._get(key, None)
         if not isinstance(value, list) or not value:
-            raise self.problem(key, "is {}, but must be a list such as [1, 2]", _printable_value(value))
-        return tuple(self._whole(key, item, lowest, highest) for item in value)
+            raise self.value_error(key, "is {}, but must be a list such as [1, 2]", _printable_value(value))
+        return tuple(self._checked_integer(key, item, lowest, highest) for item in value)
 
     def number(self, key: str, default: float) -> float:
         """Return a number without a unit."""
         value = self._get(key, default)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self.problem(key, "is {}, but must be a number", _printable_value(value))
+            raise self.value_error(key, "is {}, but must be a number", _printable_value(value))
         return float(value)
 
     def quantity(self, key: str, unit: str, default: float | None = None) -> float:
@@ -123,10 +123,12 @@ class TomlTable:
         if isinstance(value, str):
             value = [value] * size
         if not isinstance(value, list) or len(value) != size:
-            raise self.problem(key, "is {}, but must be {} strings, one for each axis", _printable_value(value), size)
+            raise self.value_error(
+                key, "is {}, but must be {} strings, one for each axis", _printable_value(value), size
+            )
         return tuple(self._quantity(key, unit, item) for item in value)
 
-    def typed(self, key: str, axis: int = 0) -> str:
+    def as_written(self, key: str, axis: int = 0) -> str:
         """Return a value as the user wrote it in the file, with its unit. In a list, `axis` selects the value."""
         value = self.values.get(key, "")
         return _printable_value(value[axis] if isinstance(value, list) else value)
@@ -138,22 +140,22 @@ class TomlTable:
             raise self._error(key, Message("the key '{}' is missing", self._prefix + key))
         return default
 
-    def _whole(self, key: str, value: Any, lowest: int, highest: int) -> int:
+    def _checked_integer(self, key: str, value: Any, lowest: int, highest: int) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
-            raise self.problem(
+            raise self.value_error(
                 key, "is {}, but must be a whole number from {} to {}", _printable_value(value), lowest, highest
             )
         return value
 
     def _quantity(self, key: str, unit: str, value: Any) -> float:
         if not isinstance(value, str):
-            raise self.problem(
+            raise self.value_error(
                 key, "is {}, but must be a string with a unit, such as '1 {}'", _printable_value(value), BARE_UNIT[unit]
             )
         try:
             return parse_quantity(value[:80], unit)
         except OptionError as problem:
-            raise self.problem(
+            raise self.value_error(
                 key, "is wrong: {}", map_text(str(problem), lambda text: " ".join(text.split()))
             ) from None
 

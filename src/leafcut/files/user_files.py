@@ -59,7 +59,7 @@ def has_defaults() -> bool:
         return True
 
 
-def first_time(hint: str) -> bool:
+def record_first_showing(hint: str) -> bool:
     """Record a hint, and return whether it is shown for the first time.
 
     If leafcut cannot write the record, it treats every call as the first.

@@ -154,21 +154,21 @@ def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
     DataError
         The file cannot be read, is too large, is not TOML, or has a schema that this version of leafcut cannot read.
     """
-    return parse_toml(toml_text(path), str(path), schema)
+    return parse_toml(read_toml_text(path), str(path), schema)
 
 
-def toml_text(path: Path) -> str:
+def read_toml_text(path: Path) -> str:
     """Read the text of a TOML file, without a byte order mark.
 
     Raises the same errors as `toml_bytes`, and `DataError` if the text is not UTF-8.
     """
     try:
-        return toml_bytes(path).decode("utf-8-sig")
+        return read_toml_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise DataError("{}: not a TOML file (not UTF-8 text)", path) from None
 
 
-def toml_bytes(path: Path) -> bytes:
+def read_toml_bytes(path: Path) -> bytes:
     """Read the bytes of a TOML file.
 
     Raises
@@ -224,7 +224,7 @@ def _line_of_syntax_error(message: str, toml: str) -> int | None:
     return int(match[1]) if match else None
 
 
-def line_of(toml: str, section: str, name: str = "", entry: int = 0) -> int | None:
+def key_line_number(toml: str, section: str, name: str = "", entry: int = 0) -> int | None:
     """Return the line number of a key in a section of TOML text, or None if the key is missing.
 
     If `name` is empty, the function returns the line number of the section header. To look up a table as a key of the
@@ -246,9 +246,9 @@ def line_of(toml: str, section: str, name: str = "", entry: int = 0) -> int | No
     return None
 
 
-def place_in(source: str | Path, toml: str, section: str, name: str = "") -> str:
+def key_place(source: str | Path, toml: str, section: str, name: str = "") -> str:
     """Return ``source:line`` for a key or a section of TOML text. Return only the source if `line_of` returns None."""
-    line = line_of(toml, section, name)
+    line = key_line_number(toml, section, name)
     return Message("{}:{}", source, line) if line else Message("{}", source)
 
 

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion, printable
-from leafcut.files.plugins import PluginKind, file_of
+from leafcut.files.plugins import PluginKind, entry_point_file
 from leafcut.files.schemas import DIALECT
 from leafcut.files.toml_table import TomlTable
-from leafcut.files.whole_files import parse_toml, place_in, toml_text
+from leafcut.files.whole_files import key_place, parse_toml, read_toml_text
 from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
 from leafcut.message import Message
 from leafcut.model.kinds import CutMethod
@@ -378,7 +378,7 @@ def load_dialect(name: str) -> Dialect:
 
 
 def _read_dialect(path: Path, name: str) -> Dialect:
-    return parse_dialect(toml_text(path), name, str(path))
+    return parse_dialect(read_toml_text(path), name, str(path))
 
 
 @cache
@@ -393,7 +393,7 @@ DIALECTS = PluginKind(
     "dialect",
     "leafcut.dialects",
     _shipped_names,
-    lambda name, found: _read_dialect(file_of(name, found), name),
+    lambda name, found: _read_dialect(entry_point_file(name, found), name),
     lambda one: one.description,
 )
 
@@ -416,7 +416,7 @@ def parse_dialect(text: str, name: str, place: str = "") -> Dialect:
     try:
         return _dialect_from_table(given, name)
     except DataError as problem:
-        place = place_in(place, text, problem.table, problem.key)
+        place = key_place(place, text, problem.table, problem.key)
         raise DataError("{}: {}", place, problem) from None
 
 
@@ -456,7 +456,7 @@ def _table_values(table: TomlTable, kind: type[Dialect | Torch], base: Dialect |
     read: dict[str, Callable[..., Any]] = {
         "str": table.text,
         "bool": table.flag,
-        "int": table.whole,
+        "int": table.integer,
         "tuple[str, ...]": table.texts,
     }
     values: dict[str, Any] = {}

@@ -45,7 +45,7 @@ _PLACES = 100
 def comparison_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     """Compare the levels of a factor by their ranks over all instances, and by their savings over the base level."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
-    by_cell = results.groups(response.name, factor.name)
+    by_cell = results.values_by_level(response.name, factor.name)
     complete = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
     blocks = [{level.name: median(groups[level.name]) for level in factor.levels} for groups in complete.values()]
     sentences = []
@@ -112,7 +112,7 @@ def _table_of_differences(
     levels = [level.name for level in results.description.factor(analysis.factors[0]).levels]
     compared_levels = [name for name in levels if name != analysis.base]
     rows, saved = [], {name: list[float]() for name in compared_levels}
-    for rest, groups in results.groups(response.name, analysis.factors[0]).items():
+    for rest, groups in results.values_by_level(response.name, analysis.factors[0]).items():
         base = known[rest[0]] if analysis.fact else fmean(groups.get(analysis.base, [0.0]))
         cells = []
         for name in compared_levels:
@@ -189,7 +189,7 @@ def _one_way_anova_block(results: Results, analysis: Analysis, response: Respons
     sentences: list[str] = []
     tables: list[Table] = []
     drawn: list[tuple[str, str]] = []
-    for rest, groups in results.groups(response.name, factor.name).items():
+    for rest, groups in results.values_by_level(response.name, factor.name).items():
         name = ", ".join(rest)
         anova = one_way_anova(groups, analysis.alpha)
         sentences += _anova_sentences(name, factor.title, anova)
@@ -198,7 +198,7 @@ def _one_way_anova_block(results: Results, analysis: Analysis, response: Respons
             (
                 level,
                 str(anova.counts[level]),
-                str(results.missing(anova.counts[level])),
+                str(results.missing_count(anova.counts[level])),
                 five_digits(anova.means[level]),
                 five_digits(anova.deviations[level]),
                 anova.fisher_letters[level],
@@ -254,7 +254,7 @@ def _anova_sentences(name: str, factor: str, anova: OneWay) -> list[str]:
 def _two_way_anova_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     first, second = (results.description.factor(name) for name in analysis.factors)
     places = [1 + [f.name for f in results.description.factors].index(f.name) for f in (first, second)]
-    figures = results.figures(response.name)
+    figures = results.values_by_cell(response.name)
     deterministic = all(max(values) - min(values) <= _EQUAL_SHARE * abs(max(values)) for values in figures.values())
     blocked = deterministic and len({cell[0] for cell in figures}) > 1
     by_name: dict[str, list[tuple[str, str, float]]] = {}
@@ -356,7 +356,7 @@ def _speedup_block(results: Results, analysis: Analysis, response: Response) -> 
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     numbers = {level.name: level.value or 0.0 for level in factor.levels}
     rows, series = [], {}
-    for rest, groups in results.groups(response.name, factor.name).items():
+    for rest, groups in results.values_by_level(response.name, factor.name).items():
         single = next((values for name, values in groups.items() if numbers[name] == 1.0), None)
         if single is None:
             raise OptionError("a speed-up needs runs on one thread")
@@ -371,7 +371,7 @@ def _speedup_block(results: Results, analysis: Analysis, response: Response) -> 
             )
         series[", ".join(rest)] = points
     max_threads = max(
-        numbers[name] for groups in results.groups(response.name, factor.name).values() for name in groups
+        numbers[name] for groups in results.values_by_level(response.name, factor.name).values() for name in groups
     )
     others = [item.title for item in results.description.factors if item.name != factor.name]
     columns = ("Instance", *others, factor.title, f"{response.heading}: mean", "Speed-up S", "Efficiency E")
@@ -404,7 +404,7 @@ def _trend_block(results: Results, analysis: Analysis, response: Response) -> Re
     factor = description.factor(analysis.factors[0])
     rows = []
     gains: dict[str, list[tuple[str, float, float]]] = {}
-    for rest, groups in results.groups(response.name, factor.name).items():
+    for rest, groups in results.values_by_level(response.name, factor.name).items():
         if analysis.base not in groups or rest[0] not in sizes:
             continue
         base = fmean(groups[analysis.base])
@@ -473,7 +473,7 @@ def _batch_projection_block(results: Results, analysis: Analysis, response: Resp
     """Report how much each level saves over the base level for batches of identical workpieces."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []
-    for rest, groups in results.groups(response.name, factor.name).items():
+    for rest, groups in results.values_by_level(response.name, factor.name).items():
         for name, values in groups.items():
             if name == analysis.base or analysis.base not in groups:
                 continue
@@ -519,7 +519,7 @@ def _pareto_block(results: Results, analysis: Analysis, response: Response) -> R
         analysis.against or next(figure.name for figure in description.responses if figure.name != response.name)
     )
     drawn, sentences = [], []
-    x_all, y_all = results.figures(second.name), results.figures(response.name)
+    x_all, y_all = results.values_by_cell(second.name), results.values_by_cell(response.name)
     for instance in results.description.instances[:MAX_CHARTS]:
         points = {
             variant_name(results.description, cell): (fmean(x_all[cell]), fmean(values))

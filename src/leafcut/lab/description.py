@@ -198,7 +198,7 @@ class Description:
     short: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     @property
-    def key(self) -> str:
+    def storage_key(self) -> str:
         """Name under which the runs are stored. The short form has a different name."""
         return f"{self.name} (reduced)" if self.reduced else self.name
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from leafcut.errors import DataError, LeafcutError, OptionError, name_suggestion
 from leafcut.files.schemas import EXPERIMENT
-from leafcut.files.whole_files import parse_toml, toml_text
+from leafcut.files.whole_files import parse_toml, read_toml_text
 from leafcut.lab.description import (
     ANALYSES,
     MAX_SEEDS,
@@ -60,70 +60,71 @@ class DescriptionTable:
         """Last part of the path of the table."""
         return self.place.rpartition(".")[2]
 
-    def wrong(self, words: str) -> OptionError:
+    def error(self, words: str) -> OptionError:
         """Create an error whose message mentions the experiment and the table."""
         return OptionError(f"experiment '{self.experiment}'{f', [{self.place}]' if self.place else ''}: {words}")
 
-    def check(self, known: set[str]) -> None:
+    def check_keys(self, known: set[str]) -> None:
         """Raise an error if the table has a key that is not in `known`."""
         for key in self.content:
             if key not in known:
-                raise self.wrong(Message("unknown key '{}'{}", key, name_suggestion(key, sorted(known))))
+                raise self.error(Message("unknown key '{}'{}", key, name_suggestion(key, sorted(known))))
 
     def text(self, key: str, default: str | None = None) -> str:
         """Return the text of a key. The key is required if there is no default."""
         value = self.content.get(key, default)
         if not isinstance(value, str):
-            raise self.wrong(f"{key}: a text is needed" + ("" if value is None else f", not {value!r}"))
+            raise self.error(f"{key}: a text is needed" + ("" if value is None else f", not {value!r}"))
         return value
 
     def flag(self, key: str) -> bool:
         """Return the boolean value of a key, or False if the key is missing."""
         value = self.content.get(key, False)
         if not isinstance(value, bool):
-            raise self.wrong(f"{key}: give true or false, not {value!r}")
+            raise self.error(f"{key}: give true or false, not {value!r}")
         return value
 
     def as_number(self, key: str, value: Any) -> float:
         """Convert a value to a float. Raises an error that mentions `key` if the value is not a number."""
         number = float_or_none(value)
         if number is None:
-            raise self.wrong(f"{key}: a number is needed, not {value!r}")
+            raise self.error(f"{key}: a number is needed, not {value!r}")
         return number
 
     def texts(self, key: str) -> list[str]:
         """Return the list of a key as strings. Numbers are converted."""
         value = self.content.get(key, [])
         if not isinstance(value, list) or any(isinstance(item, dict | list) for item in value):
-            raise self.wrong(f"{key}: a list of texts is needed")
+            raise self.error(f"{key}: a list of texts is needed")
         return [value_text(item) for item in value]
 
     def table(self, key: str) -> dict[str, Any]:
         """Return the table of a key, or an empty table if the key is missing."""
         value = self.content.get(key, {})
         if not isinstance(value, dict):
-            raise self.wrong(f"{key}: a table is needed")
+            raise self.error(f"{key}: a table is needed")
         return value
 
-    def dicts(self, key: str) -> dict[str, dict[str, Any]]:
+    def tables_by_name(self, key: str) -> dict[str, dict[str, Any]]:
         """Return a table that contains only tables."""
         tables = self.table(key)
         for name, entry in tables.items():
             if not isinstance(entry, dict):
-                raise self.wrong(f"{key}.{name}: a table is needed")
+                raise self.error(f"{key}.{name}: a table is needed")
         return tables
 
     def tables(self, key: str) -> list[DescriptionTable]:
         """Return the tables inside a table, in the order of the file."""
         return [
-            DescriptionTable(content, self.experiment, f"{key}.{name}") for name, content in self.dicts(key).items()
+            DescriptionTable(content, self.experiment, f"{key}.{name}")
+            for name, content in self.tables_by_name(key).items()
         ]
 
     def list_of_tables(self, key: str) -> list[DescriptionTable]:
         """Return the tables of an array ([[key]])."""
         value = self.content.get(key, [])
         if not isinstance(value, list) or any(not isinstance(item, dict) for item in value):
-            raise self.wrong(f"{key}: tables [[{key}]] are needed")
+            raise self.error(f"{key}: tables [[{key}]] are needed")
         return [DescriptionTable(item, self.experiment, f"{key} {k}") for k, item in enumerate(value, 1)]
 
 
@@ -149,7 +150,7 @@ def load_experiment(name: str | Path) -> Description:
     """
     if str(name).lower().endswith(".toml"):
         path = Path(name)
-        text = toml_text(path)
+        text = read_toml_text(path)
         try:
             return experiment_from_toml(parse_toml(text, str(path), EXPERIMENT), path.stem, path.parent)
         except DataError:
@@ -179,14 +180,14 @@ def experiment_from_toml(content: Mapping[str, Any], name: str, folder: Path | N
     """
     folder = folder if folder is not None else Path(str(resources.files("leafcut.lab") / "parts"))
     table = DescriptionTable(content, name, "")
-    table.check(
+    table.check_keys(
         {"title", "about", "source", "command", "new_process", "cores", "seeds", "options", "instance", "factor"}
         | {"response", "analysis", "notes", "reduced"}
     )
     command = table.text("command", OPTIMIZE)
     commands = [SOLVE, OPTIMIZE, "nest", *(process.command for process in registry.processes())]
     if command not in commands:
-        raise table.wrong(Message("unknown command '{}'{}", command, name_suggestion(command, commands)))
+        raise table.error(Message("unknown command '{}'{}", command, name_suggestion(command, commands)))
     factors = tuple(_parse_factor(entry, folder) for entry in table.tables("factor"))
     description = Description(
         name=name,
@@ -206,16 +207,16 @@ def experiment_from_toml(content: Mapping[str, Any], name: str, folder: Path | N
         short=_resolve_short_form(table.table("reduced"), folder),
     )
     if not description.responses:
-        raise table.wrong('no table [response.NAME]: say what is measured, such as path = "after.time_s"')
+        raise table.error('no table [response.NAME]: say what is measured, such as path = "after.time_s"')
     for kind, names in (("instance", [i.name for i in description.instances]), ("factor", [f.name for f in factors])):
         if double := next((entry for entry in names if names.count(entry) > 1), None):
-            raise table.wrong(f"two {kind}s are called '{double}'")
+            raise table.error(f"two {kind}s are called '{double}'")
     if description.new_process:
         for response in description.responses:
             if re.search(rf"\b(?:{SEARCH}\.|{RAPID}\b)", response.path):
-                raise table.wrong(f"response '{response.path}' is unknown in runs with new_process = true")
+                raise table.error(f"response '{response.path}' is unknown in runs with new_process = true")
     if description.cores and description.cores not in [factor.name for factor in factors if factor.numeric]:
-        raise table.wrong(f"cores = '{description.cores}' is no factor whose levels are numbers")
+        raise table.error(f"cores = '{description.cores}' is no factor whose levels are numbers")
     description = replace(
         description, analyses=tuple(_parse_analysis(entry, description) for entry in table.list_of_tables("analysis"))
     )
@@ -226,7 +227,7 @@ def experiment_from_toml(content: Mapping[str, Any], name: str, folder: Path | N
 
 
 def _parse_instance(table: DescriptionTable, folder: Path) -> LabInstance:
-    table.check({"name", "input", "options", "facts"})
+    table.check_keys({"name", "input", "options", "facts"})
     source = table.text("input")
     if not re.match(r"[a-z]+:", source):
         source = str(folder / source)
@@ -237,20 +238,20 @@ def _parse_instance(table: DescriptionTable, folder: Path) -> LabInstance:
 
 
 def _parse_factor(table: DescriptionTable, folder: Path) -> Factor:
-    table.check({"title", "option", "levels", "level"})
+    table.check_keys({"title", "option", "levels", "level"})
     option, levels = table.text("option", ""), table.content.get("levels", [])
     named_levels = [
         _parse_level(name, DescriptionTable(content, table.experiment, f"{table.place}.{name}"), folder)
-        for name, content in table.dicts("level").items()
+        for name, content in table.tables_by_name("level").items()
     ]
     if bool(option) != bool(levels) or bool(levels) == bool(named_levels) or not isinstance(levels, list):
-        raise table.wrong("give option = and levels = [...], or tables level.NAME of options")
+        raise table.error("give option = and levels = [...], or tables level.NAME of options")
     simple = [
         Level(value_text(value), _resolve_files(folder, {option: value}), float_or_none(value)) for value in levels
     ]
     all_levels = tuple(named_levels or simple)
     if len({level.name for level in all_levels}) < len(all_levels):
-        raise table.wrong("two levels are the same")
+        raise table.error("two levels are the same")
     return Factor(table.name, table.text("title", table.name.replace("_", " ").capitalize()), all_levels)
 
 
@@ -262,7 +263,7 @@ def _parse_level(name: str, table: DescriptionTable, folder: Path) -> Level:
 
 
 def _parse_response(table: DescriptionTable) -> Response:
-    table.check({"title", "unit", "path", "scale", "more_is_better"})
+    table.check_keys({"title", "unit", "path", "scale", "more_is_better"})
     return Response(
         table.name,
         table.text("title", table.name.replace("_", " ").capitalize()),
@@ -274,7 +275,7 @@ def _parse_response(table: DescriptionTable) -> Response:
 
 
 def _parse_analysis(table: DescriptionTable, description: Description) -> Analysis:
-    table.check({"kind", "response", "factors", "alpha", "base", "without", "boards", "against", "fact"})
+    table.check_keys({"kind", "response", "factors", "alpha", "base", "without", "boards", "against", "fact"})
     kind, response = table.text("kind"), table.text("response", description.responses[0].name)
     factors = table.texts("factors") or [factor.name for factor in description.factors]
     alpha = table.as_number("alpha", table.content.get("alpha", 0.05))
@@ -285,38 +286,38 @@ def _parse_analysis(table: DescriptionTable, description: Description) -> Analys
     }
     for kind_of_name, (word, words) in known.items():
         if word not in words:
-            raise table.wrong(Message("unknown {} '{}'{}", kind_of_name.split()[0], word, name_suggestion(word, words)))
+            raise table.error(Message("unknown {} '{}'{}", kind_of_name.split()[0], word, name_suggestion(word, words)))
     if not 0.0 < alpha < 0.5:
-        raise table.wrong(f"alpha = {alpha:g} is out of range; choose a number between 0 and 0.5")
+        raise table.error(f"alpha = {alpha:g} is out of range; choose a number between 0 and 0.5")
     needed = {"anova": 1, "compare": 1, "crossed": 2, "speedup": 1, "messages": 2, "trend": 1, "projection": 1}.get(
         kind
     )
     if needed is not None and len(factors) != needed:
-        raise table.wrong(f"'{kind}' is of {needed} factor{'s' * (needed > 1)}; {len(factors)} given")
+        raise table.error(f"'{kind}' is of {needed} factor{'s' * (needed > 1)}; {len(factors)} given")
     base = table.text("base", "")
     if base and base not in [level.name for f in factors for level in description.factor(f).levels]:
-        raise table.wrong(f"base '{base}' is no level of {', '.join(factors)}")
+        raise table.error(f"base '{base}' is no level of {', '.join(factors)}")
     without = tuple(table.texts("without"))
     for item in without:
         if item not in [instance.name for instance in description.instances]:
-            raise table.wrong(
+            raise table.error(
                 f"unknown instance '{item}'{name_suggestion(item, [i.name for i in description.instances])}"
             )
     if kind == "pareto" and len(description.responses) < 2:
-        raise table.wrong("'pareto' needs two responses")
+        raise table.error("'pareto' needs two responses")
     against = table.text("against", "")
     if against and (against == response or against not in [item.name for item in description.responses]):
-        raise table.wrong(
+        raise table.error(
             f"against '{against}': name another response"
             f"{name_suggestion(against, [r.name for r in description.responses])}"
         )
     boards = table.content.get("boards", [])
     if not isinstance(boards, list) or any(type(count) is not int or count < 1 for count in boards):
-        raise table.wrong("boards: a list of whole numbers from 1 on is needed")
+        raise table.error("boards: a list of whole numbers from 1 on is needed")
     if kind == "messages" and not against:
-        raise table.wrong("'messages' needs against = the response with the rest of an iteration without its ants")
+        raise table.error("'messages' needs against = the response with the rest of an iteration without its ants")
     if kind in ("trend", "projection", "messages") and not base:
-        raise table.wrong(f"'{kind}' needs base = a level of {factors[0]}, which the others are compared with")
+        raise table.error(f"'{kind}' needs base = a level of {factors[0]}, which the others are compared with")
     return Analysis(
         kind,
         response,
@@ -334,9 +335,9 @@ def _parse_reference_fact(table: DescriptionTable, description: Description) -> 
     """Return the name of the known value that a comparison uses as its reference, or an empty string."""
     fact, known = table.text("fact", ""), {name for instance in description.instances for name in instance.facts}
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
-        raise table.wrong("fact: a comparison takes it, in place of a base")
+        raise table.error("fact: a comparison takes it, in place of a base")
     if fact and fact not in known:
-        raise table.wrong(f"unknown fact '{fact}'{name_suggestion(fact, known)}")
+        raise table.error(f"unknown fact '{fact}'{name_suggestion(fact, known)}")
     return fact
 
 
@@ -345,9 +346,9 @@ def _parse_seeds(table: DescriptionTable) -> tuple[int, ...]:
     given = table.content.get("seeds", 1)
     listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MAX_SEEDS else given
     if not isinstance(listed, list) or not listed or any(type(seed) is not int or seed < 0 for seed in listed):
-        raise table.wrong(f"seeds: give how many, 1 to {MAX_SEEDS}, or a list of whole numbers from 0 on")
+        raise table.error(f"seeds: give how many, 1 to {MAX_SEEDS}, or a list of whole numbers from 0 on")
     if len(set(listed)) < len(listed) or len(listed) > MAX_SEEDS:
-        raise table.wrong(f"seeds: each once, and at most {MAX_SEEDS} of them")
+        raise table.error(f"seeds: each once, and at most {MAX_SEEDS} of them")
     return tuple(listed)
 
 
@@ -356,7 +357,7 @@ def _select_by_name(items: Sequence[Any], names: Sequence[str], table: Descripti
     known = [item.name for item in items]
     for name in names:
         if name not in known:
-            raise table.wrong(f"{kind}: unknown '{name}'{name_suggestion(name, known)}")
+            raise table.error(f"{kind}: unknown '{name}'{name_suggestion(name, known)}")
     return tuple(item for item in items if not names or item.name in names)
 
 
@@ -436,10 +437,10 @@ def reduced_experiment(description: Description) -> Description:
             ),
         )
     for unknown in set(table.table("levels")) - {factor.name for factor in description.factors}:
-        raise table.wrong(
+        raise table.error(
             f"levels of '{unknown}', which is no factor"
             f"{name_suggestion(unknown, [f.name for f in description.factors])}"
         )
-    table.check({"options", "seeds", "instances", "levels", "instance_options"})
+    table.check_keys({"options", "seeds", "instances", "levels", "instance_options"})
     _check_options(reduced_description)
     return reduced_description

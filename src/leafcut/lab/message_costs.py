@@ -52,7 +52,7 @@ def message_costs_block(results: Results, analysis: Analysis, response: Response
     model, workers = (description.factor(name) for name in analysis.factors)
     if description.factors != (model, workers) or not workers.numeric:
         raise OptionError("the factors of the experiment must be a model and a number of workers")
-    instances = _instances(results, analysis, response, model, workers)
+    instances = _measured_instances(results, analysis, response, model, workers)
     if not instances:
         raise OptionError(f"needs facts.size of the instances, and runs of '{analysis.base}' with one worker")
     sentences = (
@@ -118,11 +118,11 @@ def _break_even_table(instances: Sequence[_Instance], models: Sequence[str], wor
     return Table(("Model", workers.title, "Measured", "Simulated"), tuple(rows), 2, "Break-even sizes")
 
 
-def _instances(
+def _measured_instances(
     results: Results, analysis: Analysis, response: Response, model: Factor, workers: Factor
 ) -> list[_Instance]:
     """Return the instances that have a size and were measured with one thread, smallest first."""
-    figures, rests = results.figures(response.name), results.figures(analysis.against)
+    figures, rests = results.values_by_cell(response.name), results.values_by_cell(analysis.against)
     numbers = _worker_counts(workers)
     one = next((name for name, value in numbers.items() if value == 1.0), "")
     instances = []

@@ -16,7 +16,7 @@ from leafcut.errors import LeafcutError, count_of
 from leafcut.lab import charts
 from leafcut.lab.analysis_blocks import blocks_of_all_analyses
 from leafcut.lab.description import Description, Response
-from leafcut.lab.published import Runs, command_options, published_blocks, words
+from leafcut.lab.published import Runs, command_options, page_texts, published_blocks
 from leafcut.lab.published import run_environment_sentence as own_circumstances
 from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, five_digits, five_digits_or_dash, variant_name
 from leafcut.lab.statistics import bootstrap_interval
@@ -57,16 +57,16 @@ def experiment_page_html(
         The extra ``lab`` is not installed.
     """
     _check_packages()
-    results = Results.of(description, rows)
-    measured = [*before, *_blocks(results)]
+    results = Results.from_rows(description, rows)
+    measured = [*before, *_report_blocks(results)]
     runs = {description.name: Runs(description, description, rows)} if description.shipped else {}
     return _render_template(
         "page.html.jinja",
         title=description.title,
         language="en",
         of=description,
-        done=len(results.finished),
-        state=_state_sentences(description, results, rows, n_runs, n_left_out),
+        done=len(results.finished_rows),
+        state=_run_count_sentences(description, results, rows, n_runs, n_left_out),
         measured=bool(measured),
         blocks=[*measured, *published_blocks(runs, "en", command_options(description.reduced))],
         failed=[
@@ -98,9 +98,9 @@ def published_page_html(runs: Mapping[str, Runs], language: str, options: str = 
     _check_packages()
     return _render_template(
         "published.html.jinja",
-        title=words(language)["title"],
+        title=page_texts(language)["title"],
         language=language,
-        words=words(language),
+        words=page_texts(language),
         reduced=any(item.description.reduced for item in runs.values()),
         circumstances=own_circumstances(runs, language),
         blocks=published_blocks(runs, language, options),
@@ -161,17 +161,17 @@ def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
-def _blocks(results: Results) -> list[ReportBlock]:
+def _report_blocks(results: Results) -> list[ReportBlock]:
     if not results.rows:
         return []
     search_charts = searches_block(results)
     return [*blocks_of_all_analyses(results), *([search_charts] if search_charts else []), overview_block(results)]
 
 
-def _state_sentences(
+def _run_count_sentences(
     description: Description, results: Results, rows: Sequence[Row], n_runs: int, n_left_out: int
 ) -> list[str]:
-    sentences = [f"{len(results.finished)} of {count_of(n_runs, 'run')} done"]
+    sentences = [f"{len(results.finished_rows)} of {count_of(n_runs, 'run')} done"]
     if n_left_out:
         sentences.append(f"{count_of(n_left_out, 'run')} left out, because this machine has fewer cores")
     if failed := sum(bool(row.failed) for row in rows):
@@ -212,13 +212,13 @@ def overview_block(results: Results) -> ReportBlock:
     columns = ["Instance", *(factor.title for factor in description.factors), "Runs", "Missing"]
     for response in description.responses:
         columns += [f"{response.heading}: mean", "± 95 %", "s", "best", "worst"]
-    by_measure = {response.name: results.figures(response.name) for response in description.responses}
+    by_measure = {response.name: results.values_by_cell(response.name) for response in description.responses}
     rows = []
     for cell in results.cells():
         runs = max((len(figures.get(cell, ())) for figures in by_measure.values()), default=0)
         if not runs:
             continue
-        row = [*cell, str(runs), str(results.missing(runs))]
+        row = [*cell, str(runs), str(results.missing_count(runs))]
         for response in description.responses:
             row += _statistics_cells(by_measure[response.name].get(cell, []), response)
         rows.append(tuple(row))

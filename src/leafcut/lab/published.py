@@ -81,7 +81,7 @@ class Runs:
     @cached_property
     def results(self) -> Results:
         """The runs that have results, grouped by cell."""
-        return Results.of(self.description, self.rows)
+        return Results.from_rows(self.description, self.rows)
 
     @cached_property
     def cells(self) -> tuple[DesignCell, ...]:
@@ -89,7 +89,7 @@ class Runs:
         return tuple(self.results.cells())
 
     @cached_property
-    def possible(self) -> frozenset[DesignCell]:
+    def possible_cells(self) -> frozenset[DesignCell]:
         """The cells that this machine has enough cores to run."""
         description = self.description
         return frozenset(
@@ -99,31 +99,31 @@ class Runs:
         )
 
     @cached_property
-    def stored(self) -> frozenset[DesignCell]:
+    def stored_cells(self) -> frozenset[DesignCell]:
         """The cells that have a stored run, even if the run was refused."""
         return frozenset(self.results.cell(row) for row in self.rows)
 
     @cached_property
-    def figures(self) -> Mapping[str, Mapping[DesignCell, list[float]]]:
+    def values_by_response(self) -> Mapping[str, Mapping[DesignCell, list[float]]]:
         """Values of each response by cell."""
-        return {response.name: self.results.figures(response.name) for response in self.description.responses}
+        return {response.name: self.results.values_by_cell(response.name) for response in self.description.responses}
 
-    def place(self, factor: str) -> int:
+    def factor_index(self, factor: str) -> int:
         """Return the index of a factor in a cell."""
         return 1 + [item.name for item in self.description.factors].index(factor)
 
-    def chosen(self, figure: Figure) -> list[DesignCell]:
+    def matching_cells(self, figure: Figure) -> list[DesignCell]:
         """Return the cells that belong to a published result."""
-        wanted = {self.place(name): names for name, names in figure.levels.items()}
+        wanted = {self.factor_index(name): names for name, names in figure.levels.items()}
         return [
             cell
             for cell in self.cells
             if figure.instance in ("", cell[0]) and all(cell[k] in names for k, names in wanted.items())
         ]
 
-    def base(self, cell: DesignCell, figure: Figure) -> DesignCell:
+    def base_cell(self, cell: DesignCell, figure: Figure) -> DesignCell:
         """Return the cell that a saving is compared with."""
-        changed = {self.place(name): names[0] for name, names in figure.base.items()}
+        changed = {self.factor_index(name): names[0] for name, names in figure.base.items()}
         return tuple(changed.get(k, name) for k, name in enumerate(cell))
 
 
@@ -144,7 +144,7 @@ FigurePair = tuple[Figure, Ours]
 
 
 @cache
-def words(language: str) -> Texts:
+def page_texts(language: str) -> Texts:
     """Return the texts of the page in one language."""
     texts: Texts = _read_sources()["words"][language]
     return texts
@@ -195,11 +195,11 @@ def pair_with_ours(table: PublishedTable, runs: Mapping[str, Runs]) -> list[Figu
 
 def our_counterpart(figure: Figure, runs: Runs) -> Ours:
     """Return our counterpart to a published result."""
-    cells = runs.chosen(figure)
+    cells = runs.matching_cells(figure)
     if not cells:
         return Ours(None, missing="not_here")
-    needed = list(dict.fromkeys([*cells, *(runs.base(cell, figure) for cell in cells)]))
-    values = runs.figures[figure.response]
+    needed = list(dict.fromkeys([*cells, *(runs.base_cell(cell, figure) for cell in cells)]))
+    values = runs.values_by_response[figure.response]
     done = sum(len(values.get(cell, ())) for cell in needed)
     planned = len(needed) * len(runs.description.seeds)
     if all(cell in values for cell in needed):
@@ -208,14 +208,14 @@ def our_counterpart(figure: Figure, runs: Runs) -> Ours:
         except OptionError:  # too few results for an analysis of variance
             return Ours(None, done, planned, "not_run" if done < planned else "no_figure")
     lacking = {cell for cell in needed if cell not in values}
-    missing = "cores" if lacking - runs.possible else "not_run" if lacking - runs.stored else "no_figure"
+    missing = "cores" if lacking - runs.possible_cells else "not_run" if lacking - runs.stored_cells else "no_figure"
     return Ours(None, done, planned, missing)
 
 
 def _table_block(
     table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str, Runs], language: str, options: str
 ) -> ReportBlock:
-    texts = words(language)
+    texts = page_texts(language)
     several = len({figure.quantity.get(language, "") for figure, _ in pairs}) > 1
     columns = [table.row[language], *(texts[key] for key in ("quantity", "published", "ours", "change", "runs"))]
     rows = []
@@ -295,7 +295,7 @@ def run_environment_sentence(runs: Mapping[str, Runs], language: str) -> list[st
         return []
     versions, machines = (", ".join(sorted({getattr(row, name) for row in rows})) for name in ("leafcut", "machine"))
     first, last = (pick(row.began for row in rows) for pick in (min, max))
-    return [words(language)["circumstances"].format(versions=versions, machines=machines, first=first, last=last)]
+    return [page_texts(language)["circumstances"].format(versions=versions, machines=machines, first=first, last=last)]
 
 
 def command_options(reduced: bool, results: str = "") -> str:
@@ -304,15 +304,15 @@ def command_options(reduced: bool, results: str = "") -> str:
 
 
 def _our_value(figure: Figure, runs: Runs, cells: Sequence[DesignCell]) -> float | str:
-    values = runs.figures[figure.response]
+    values = runs.values_by_response[figure.response]
     if figure.statistic in ("mean", "max"):
         pool = [value for cell in cells for value in values[cell]]
         return figure.scale * (fmean(pool) if figure.statistic == "mean" else max(pool))
     if figure.statistic in ("saving", "saved"):
-        means = [(fmean(values[runs.base(cell, figure)]), fmean(values[cell])) for cell in cells]
+        means = [(fmean(values[runs.base_cell(cell, figure)]), fmean(values[cell])) for cell in cells]
         base, own = max(means, key=lambda pair: 1.0 - pair[1] / pair[0])
         return figure.scale * (base - own if figure.statistic == "saved" else 100.0 * (1.0 - own / base))
-    place = runs.place(figure.factor)
+    place = runs.factor_index(figure.factor)
     anova = one_way_anova({cell[place]: values[cell] for cell in cells})
     if figure.statistic == "F":
         return anova.f

@@ -43,7 +43,7 @@ class Results:
     rows: tuple[Row, ...]
 
     @classmethod
-    def of(cls, description: Description, rows: Iterable[Row]) -> Results:
+    def from_rows(cls, description: Description, rows: Iterable[Row]) -> Results:
         """Select the rows that have results and match the current description.
 
         Programs that were refused also count if their search has a result.
@@ -62,15 +62,15 @@ class Results:
         return cls(description, tuple(kept))
 
     @property
-    def finished(self) -> tuple[Row, ...]:
+    def finished_rows(self) -> tuple[Row, ...]:
         """Runs that did not fail."""
         return tuple(row for row in self.rows if not row.failed)
 
-    def missing(self, count: int) -> int:
+    def missing_count(self, count: int) -> int:
         """Return how many runs are missing in a cell that has `count` results."""
         return len(self.description.seeds) - count
 
-    def figures(self, response: str) -> dict[DesignCell, list[float]]:
+    def values_by_cell(self, response: str) -> dict[DesignCell, list[float]]:
         """Return the values of a response for each cell.
 
         The cells are in the order of the description. The values of each cell are sorted by seed.
@@ -92,13 +92,13 @@ class Results:
         """Return the cell that a run belongs to."""
         return (row.instance, *(row.levels[factor.name] for factor in self.description.factors))
 
-    def groups(self, response: str, factor: str) -> dict[DesignCell, dict[str, list[float]]]:
+    def values_by_level(self, response: str, factor: str) -> dict[DesignCell, dict[str, list[float]]]:
         """Group the values of a response by the level of a factor, for each combination of the instance and all other
         factors.
         """
         position = 1 + [item.name for item in self.description.factors].index(factor)
         by_rest: dict[DesignCell, dict[str, list[float]]] = {}
-        for cell, values in self.figures(response).items():
+        for cell, values in self.values_by_cell(response).items():
             by_rest.setdefault(cell[:position] + cell[position + 1 :], {})[cell[position]] = values
         return by_rest
 

@@ -155,11 +155,11 @@ def execute_experiment(
         raise OptionError(
             "experiment '{}': no run fits this machine, which has {} cores", description.name, _core_count()
         )
-    rows = {row.key: row for row in store.rows(description.key) if not row.failed}
+    rows = {row.key: row for row in store.rows(description.storage_key) if not row.failed}
     inputs = _inputs_with_hashes(description)
     todo = [
         (plan, task)
-        for plan in shuffled_by_seed(plans, description.key)
+        for plan in shuffled_by_seed(plans, description.storage_key)
         if (task := task_for_plan(description, plan, inputs)).key not in rows
     ]
     stored_keys = {task_for_plan(description, plan, inputs).key for plan in plans} & rows.keys()
@@ -169,7 +169,7 @@ def execute_experiment(
             "{} has runs of '{}' by leafcut {}, but this version is {}; give another --results, or --mixed to "
             "combine both in one table",
             store.path,
-            description.key,
+            description.storage_key,
             ", ".join(versions),
             __version__,
         )
@@ -177,9 +177,11 @@ def execute_experiment(
     plans_by_key = {task.key: plan for plan, task in todo}
     failed: list[str] = []
     done = 0
-    report_progress = _run_counter(progress, len(todo), [plan.label for plan, _ in todo])
+    report_progress = _progress_reporter(progress, len(todo), [plan.label for plan, _ in todo])
     report_progress(0)
-    for task, answer in (performer or (lambda tasks: _run_in_process(tasks, cancel_event)))([task for _, task in todo]):
+    for task, answer in (performer or (lambda tasks: _execute_one_by_one(tasks, cancel_event)))(
+        [task for _, task in todo]
+    ):
         plan = plans_by_key[task.key]
         store.add(_result_row(description, plan, task, inputs[plan.input][1], answer))
         done += 1
@@ -211,7 +213,7 @@ def stored_rows(description: Description, store: Store) -> list[Row]:
     ReadError
         An input cannot be read.
     """
-    by_key = {row.key: row for row in store.rows(description.key)}
+    by_key = {row.key: row for row in store.rows(description.storage_key)}
     inputs = _inputs_with_hashes(description)
     keys = [task_for_plan(description, plan, inputs).key for plan in description.runs()]
     return [by_key[key] for key in keys if key in by_key]
@@ -231,7 +233,7 @@ def task_for_plan(description: Description, plan: RunPlan, inputs: Mapping[str, 
     options = {name: _hash_if_file(value) for name, value in plan.options.items()}
     content: dict[str, Any] = {"input": sha, "instance": plan.instance.name, "levels": levels, "options": options}
     content |= {"responses": responses, "new_process": description.new_process}
-    key = run_key(description.key, description.command, content)
+    key = run_key(description.storage_key, description.command, content)
     return RunTask(key, description.command, source, dict(plan.options), responses, description.new_process)
 
 
@@ -244,9 +246,7 @@ def execute_run(task: RunTask, cancelled: threading.Event | None = None) -> Answ
         if not task.new_process and any(path in TIMES for path, _ in task.responses.values()):
             _run_once_untimed(task)
         wall, processor = time.perf_counter(), _processor_seconds()
-        answer, curve = (
-            (_run_in_new_process(task), ()) if task.new_process else _answer_of_command(task, study, cancelled)
-        )
+        answer, curve = (_run_in_new_process(task), ()) if task.new_process else _run_command(task, study, cancelled)
     except LeafcutError as problem:
         figures = _response_values({SEARCH: _figures_of_study(study)}, task)
         return replace(environment, failed=str(problem), responses=figures, curve=_curve_of_study(study))
@@ -258,7 +258,7 @@ def execute_run(task: RunTask, cancelled: threading.Event | None = None) -> Answ
     return replace(environment, responses=_response_values(answer, task), curve=curve)
 
 
-def perform_on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
+def executor_performer(executor: WatchedExecutor, ended: threading.Event) -> Performer:
     """Return a performer that uses an executor for each run.
 
     If a worker dies, its run is repeated. If this happens repeatedly, the run fails.
@@ -281,7 +281,7 @@ def perform_on_executor(executor: WatchedExecutor, ended: threading.Event) -> Pe
     return performs
 
 
-def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
+def _execute_one_by_one(tasks: Iterable[RunTask], cancel_event: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
     """Execute tasks one after the other. A cancelled task does not yield an answer."""
     for task in tasks:
         answer = execute_run(task, cancel_event)
@@ -393,7 +393,7 @@ def solution_curve(solution: Solution, study: Study, max_points: int) -> Iterato
     yield (solution.iterations, solution.seconds, solution.cost)
 
 
-def _answer_of_command(
+def _run_command(
     task: RunTask, study: Study | None, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
     """Run the command. Return its ``--json`` answer, and the convergence curve if the search was observed."""
@@ -415,7 +415,7 @@ def _run_once_untimed(task: RunTask) -> None:
     if variant not in _warmed_variants():
         _warmed_variants().add(variant)
         with suppress(LeafcutError):  # the run itself reports the error
-            _answer_of_command(task, _study_if_needed(task), None)
+            _run_command(task, _study_if_needed(task), None)
 
 
 @cache
@@ -503,12 +503,12 @@ def _hash_if_file(value: Any) -> Any:
 def _result_row(description: Description, plan: RunPlan, task: RunTask, sha: str, answer: Answer) -> Row:
     levels = {name: level.name for name, level in plan.levels.items()}
     return Row(
-        task.key, description.key, plan.instance.name, levels, plan.seed, task.options, sha, answer.failed,
+        task.key, description.storage_key, plan.instance.name, levels, plan.seed, task.options, sha, answer.failed,
         answer.responses, answer.curve, answer.began, __version__, answer.versions, answer.machine, answer.load,
     )  # fmt: skip
 
 
-def _run_counter(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
+def _progress_reporter(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
     def report(done: int) -> None:
         if progress is not None and done < todo:
             progress(Progress(Message("{} ({} of {})", labels[done], done + 1, count_of(todo, "run")), done / todo))

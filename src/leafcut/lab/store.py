@@ -169,7 +169,7 @@ class Store:
             ).fetchall()
             return [_row_from_record(record) for record in records]
 
-    def counts(self) -> dict[str, int]:
+    def successful_run_counts(self) -> dict[str, int]:
         """Count the successful runs of each experiment."""
         with self._convert_errors():
             return dict(
@@ -186,9 +186,9 @@ class Store:
                 with suppress(AttributeError, sqlite3.Error):
                     self._data.rollback()
                 raise
-            raise self._line(problem) from None
+            raise self._one_line_error(problem) from None
 
-    def _line(self, problem: Exception) -> LeafcutError:
+    def _one_line_error(self, problem: Exception) -> LeafcutError:
         words = printable(str(problem), 120)
         if isinstance(problem, OSError):
             return OutputError("{}: cannot be opened ({})", self.path, problem.strerror)

@@ -140,7 +140,7 @@ class TuningTask:
         """The response to minimise."""
         return command_responses(self.command)[0]
 
-    def split(self) -> tuple[list[LabInstance], list[LabInstance]]:
+    def split_inputs(self) -> tuple[list[LabInstance], list[LabInstance]]:
         """Split the inputs at random into training and evaluation inputs. Both lists keep the given order."""
         n_held_out = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
         held_out = set(random.Random(self.seed).sample(range(len(self.inputs)), n_held_out))
@@ -181,9 +181,9 @@ class TuningResult:
     change: float | None
     finished: bool = True
 
-    def words(self) -> str:
+    def summary_sentence(self) -> str:
         """Describe the result in one sentence."""
-        trained, unseen = (count_of(len(instances), "input") for instances in self.task.split())
+        trained, unseen = (count_of(len(instances), "input") for instances in self.task.split_inputs())
         if self.change is None:
             return f"no set of {count_of(len(self.trials), 'trial')} was better than the defaults on {trained}"
         better = "less" if self.change < 0.0 else "more"
@@ -227,31 +227,31 @@ def tune(
         raise LeafcutError("tuning needs the package optuna: pip install 'leafcut[lab]'")
     cancel_event = cancelled or threading.Event()
 
-    def runs_of(description: Description, share: float, width: float) -> list[Row]:
+    def execute_and_load(description: Description, share: float, width: float) -> list[Row]:
         on_progress = None if progress is None else _scaled_progress(progress, share, width)
         execute_experiment(
             description, store, performer=performer, progress=on_progress, cancelled=cancel_event, mixed=mixed
         )
         return stored_rows(description, store)
 
-    training, held_out = task.split()
+    training, held_out = task.split_inputs()
     # Share of the progress per trial. The base runs and the evaluation together count as three trials.
     width = 1.0 / (task.trials + 3)
     base = _costs_by_instance_and_seed(
-        runs_of(_experiment_with_sets(task, training, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True
+        execute_and_load(_experiment_with_sets(task, training, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True
     )
     trials: list[TrialResult] = []
 
-    def tried(parameters: Mapping[str, float | int]) -> float | None:
+    def measure_trial(parameters: Mapping[str, float | int]) -> float | None:
         trial_description = _experiment_with_sets(task, training, {f"trial {len(trials) + 1}": parameters}, 1)
-        costs = _costs_by_instance_and_seed(runs_of(trial_description, (len(trials) + 1) * width, width), task)
+        costs = _costs_by_instance_and_seed(execute_and_load(trial_description, (len(trials) + 1) * width, width), task)
         cost = None if costs.keys() != base.keys() else fmean(costs[key] / base[key] for key in base)
         if not cancel_event.is_set():
             trials.append(TrialResult(dict(parameters), cost))
         return cost
 
     if not cancel_event.is_set():
-        _search_parameters(task, tried, cancel_event)
+        _search_parameters(task, measure_trial, cancel_event)
     best = min((trial for trial in trials if trial.cost is not None), key=lambda trial: trial.cost or 0.0, default=None)
     better = best is not None and best.cost is not None and best.cost < 1.0
     parameters = best.parameters if best is not None and better else {}
@@ -263,7 +263,7 @@ def tune(
             "seeds.",
         ),
     )
-    rows = runs_of(judging, 1.0 - 2.0 * width, 2.0 * width) if better and not cancel_event.is_set() else []
+    rows = execute_and_load(judging, 1.0 - 2.0 * width, 2.0 * width) if better and not cancel_event.is_set() else []
     return TuningResult(
         task,
         tuple(trials),
@@ -381,12 +381,15 @@ def tuning_block(tuned: TuningResult) -> ReportBlock:
     )
     names = tuple(trial.name.replace("_", " ") for trial in task.ranges)
     trial_table = Table(("Trial", "Cost", *names), rows, 1, "Every trial")
-    return ReportBlock("The search", (f"In short: {tuned.words()}.",), (parameter_table, trial_table), drawn)
+    return ReportBlock("The search", (f"In short: {tuned.summary_sentence()}.",), (parameter_table, trial_table), drawn)
 
 
 def options_file_text(tuned: TuningResult) -> str:
     """Write the best set as an ``--options`` file. A comment states the measured gain."""
-    lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}.", OPTIONS.line]
+    lines = [
+        f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.summary_sentence()}.",
+        OPTIONS.toml_line,
+    ]
     tables: dict[str, list[str]] = {"solve": [f'algorithm = "{tuned.task.algorithm}"']}
     for name, value in tuned.parameters.items():
         tables.setdefault(group_of(name).section, []).append(f"{name} = {value:g}")

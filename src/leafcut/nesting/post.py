@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from leafcut.files.digests import DIGEST_LINE, sign_program
+from leafcut.files.digests import DIGEST_LINE, fill_in_digest
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 
@@ -95,7 +95,7 @@ def _drawing_text(drawing: Any) -> str:
     """Return a drawing as text. A comment (group code 999) contains its digest."""
     stream = io.StringIO()
     drawing.write(stream)
-    return sign_program(f"999\n{DIGEST_LINE}\n{stream.getvalue()}")
+    return fill_in_digest(f"999\n{DIGEST_LINE}\n{stream.getvalue()}")
 
 
 @contextmanager

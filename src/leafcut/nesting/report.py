@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.model.issue import Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, Stock
 from leafcut.report.json_answer import issues_as_json, missing_as_json
-from leafcut.report.wording import count, replace_unprintable
+from leafcut.report.wording import count_text, replace_unprintable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -100,7 +100,7 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
     from rich.text import Text
 
     first = outcome.nests[0]
-    parts = count(sum(part.quantity for part in first.parts), "part")
+    parts = count_text(sum(part.quantity for part in first.parts), "part")
     for issue in outcome.issues:
         if issue.missing is not None:
             console.print(Text(replace_unprintable(f"missing: {issue}"), "bold red"), soft_wrap=True)
@@ -151,11 +151,11 @@ def _file_lines(outcome: NestOutcome) -> Iterator[str]:
     for nest, files in _nests_with_files(outcome):
         for layout, file in zip(nest.layouts, files, strict=False):
             kind = f" of {nest.stock_of(layout).name}" if len(nest.stocks) > 1 else ""
-            parts = count(len(layout.placements), "part")
-            yield f"{file}: {parts}, cut {count(layout.count, 'sheet')}{kind} like this"
+            parts = count_text(len(layout.placements), "part")
+            yield f"{file}: {parts}, cut {count_text(layout.count, 'sheet')}{kind} like this"
     for remnant in outcome.remnants:
         size = f"{remnant.stock.length:.0f} × {remnant.stock.width:.0f} mm, {remnant.stock.area / 1e6:.3f} m²"
-        yield f"{remnant.file}: {count(remnant.count, 'remnant')} of {size}"
+        yield f"{remnant.file}: {count_text(remnant.count, 'remnant')} of {size}"
     if not any(outcome.files):
         yield "not written"
     if outcome.defaults:

@@ -115,7 +115,7 @@ class Settings:
             if group.specs()[name].changes_program
         )
 
-    def from_defaults(self) -> tuple[str, ...]:
+    def options_from_defaults(self) -> tuple[str, ...]:
         """Return the used options that come from the user's own defaults, as typed."""
         names = self.defaults & self.given
         return tuple(
@@ -131,7 +131,7 @@ def _as_typed(group: OptionGroup, name: str) -> tuple[str, str]:
     return flag_name(name if value is not False else f"no_{name}"), typed_text(group.specs()[name], value)
 
 
-def without(settings: Settings, names: Iterable[str]) -> Settings:
+def without_options(settings: Settings, names: Iterable[str]) -> Settings:
     """Return the settings with some options reset to their defaults and marked as not given."""
     removed = frozenset(names)
     groups = [

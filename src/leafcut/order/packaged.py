@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, SolveError
-from leafcut.files.plugins import PluginKind, reason
+from leafcut.files.plugins import PluginKind, exception_line
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.options import ALGORITHM_GROUP, ALGORITHM_TITLES
 from leafcut.order.search import AlgorithmRun, SearchResult, set_visit_budget
@@ -72,7 +72,9 @@ def run_plugin_algorithm(name: str, instance: Instance, run: AlgorithmRun) -> Se
     except Exception as problem:
         if problem is ends.raised:
             raise
-        raise SolveError("algorithm '{}' failed ({}); it is not part of leafcut", name, reason(problem)) from problem
+        raise SolveError(
+            "algorithm '{}' failed ({}); it is not part of leafcut", name, exception_line(problem)
+        ) from problem
     finally:
         best.progress = ends.progress
     tours = [found.tour, best.tour] if len(best.tour) else [found.tour]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from leafcut.errors import PostError
-from leafcut.files.digests import sign_program
+from leafcut.files.digests import fill_in_digest
 from leafcut.gcode.dialects import Dialect
 from leafcut.message import Message
 from leafcut.model.cycles import expand_cycle
@@ -139,7 +139,7 @@ class Writer:
             write[motion.kind](motion)
         if not self.ended:
             raise PostError("the toolpath has no end (Kind.END)")
-        return sign_program(self._join_lines())
+        return fill_in_digest(self._join_lines())
 
     def _unsupported_message(self, kind: Kind) -> Message:
         return Message("{} programs cannot state {}", self.dialect.name, kind.name)

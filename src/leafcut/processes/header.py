@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut._version import __version__
-from leafcut.files.digests import DIGEST_LINE, first_line
+from leafcut.files.digests import DIGEST_LINE, header_line
 from leafcut.processes.placing import negative_axes
 from leafcut.units import MM_PER_INCH, format_time
 
@@ -24,7 +24,7 @@ def header_lines(plan: Plan, given: Candidate, best: Candidate, command: str) ->
     part, machine, settings = plan.part, plan.job.machine, plan.job.settings
     inches = settings.post.output_units == "inch"
     scale, unit = (MM_PER_INCH, "in") if inches else (1.0, "mm")
-    lines = [first_line(__version__, command), f"source: {Path(part.source or part.name).name}"]
+    lines = [header_line(__version__, command), f"source: {Path(part.source or part.name).name}"]
     if plan.made_for:
         lines.append(f"part: {plan.made_for}")
     lines.append(f"machine: {machine.name}")

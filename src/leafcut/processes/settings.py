@@ -12,11 +12,11 @@ from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import OPTIONS
-from leafcut.files.whole_files import check_file_exists, line_of, parse_toml, place_in, toml_text
+from leafcut.files.whole_files import check_file_exists, key_line_number, key_place, parse_toml, read_toml_text
 from leafcut.message import Message
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name
 from leafcut.options.removed import removal_message
-from leafcut.options.settings import Settings, without
+from leafcut.options.settings import Settings, without_options
 from leafcut.processes import registry
 from leafcut.processes.base import Work
 
@@ -125,7 +125,7 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
     for name, reason in unused.items():
         if name in settings.asked:
             raise OptionError("{}: {}", flag_name(name), reason)
-    used = without(settings, unused) if unused else settings
+    used = without_options(settings, unused) if unused else settings
     _check_input_files_exist(used)
     return used
 
@@ -233,13 +233,13 @@ def read_options_with_lines(file: Path) -> list[PlacedOption]:
     the line.
     """
     try:
-        text = toml_text(file)
+        text = read_toml_text(file)
         data = parse_toml(text, str(file), OPTIONS)
     except DataError as problem:  # an error in a file of options is reported like one on the command line
         raise OptionError(str(problem)) from None
 
     def refused(message: str, section: str, name: str = "") -> OptionError:
-        return OptionError("{}: {}", place_in(file, text, section, name), message)
+        return OptionError("{}: {}", key_place(file, text, section, name), message)
 
     sections = _groups_by_table()
     # Options may also be outside of tables: `machine = "haas-vf2"`.
@@ -257,7 +257,7 @@ def read_options_with_lines(file: Path) -> list[PlacedOption]:
             group.check(name, value)
         except OptionError as problem:
             raise refused(str(problem), section, name) from None
-        options.append(PlacedOption(group, name, value, line_of(text, section, name)))
+        options.append(PlacedOption(group, name, value, key_line_number(text, section, name)))
 
     for name in [key for key, value in data.items() if key in names and not isinstance(value, dict)]:
         take(names[name], name, data.pop(name), "")

@@ -66,13 +66,13 @@ class _Stages(NamedTuple):
     offset: NDArray[np.int64]
 
     @classmethod
-    def of(cls, path: Toolpath) -> _Stages:
+    def from_path(cls, path: Toolpath) -> _Stages:
         stop = (path.kind == Kind.PAUSE) | (path.kind == Kind.FOREIGN)
         frame, shift = path.latest(Kind.FRAME, path.ref, 540), path.latest(Kind.SHIFT, path.ref)
         stage = np.cumsum(stop | (path.kind == Kind.TOOL))
         return cls(np.column_stack([frame, shift, np.cumsum(stop)]), stage, path.offset)
 
-    def comparable(self, earlier: NDArray[np.int64], row: NDArray[np.int64]) -> Mask:
+    def comparable_mask(self, earlier: NDArray[np.int64], row: NDArray[np.int64]) -> Mask:
         """Return a mask of the earlier rows whose positions and heights can be compared with `row`."""
         other_height = (self.stage[earlier] == self.stage[row]) & (self.offset[earlier] != self.offset[row])
         result: Mask = (self.setup[earlier] == self.setup[row]).all(axis=1) & ~other_height
@@ -103,7 +103,7 @@ def find_cleared_descents(
         Masks of the cleared rapids and of the unchecked rapids, bool[len(descents)].
     """
     unchecked = np.zeros(len(descents), dtype=bool)
-    stages = _Stages.of(path)
+    stages = _Stages.from_path(path)
     cuts = _collect_cuts(path)
     if not len(cuts.row):
         return unchecked.copy(), unchecked
@@ -127,7 +127,7 @@ def find_cleared_descents(
             & (cuts.row[cuts_near] < row)
             & (cuts.z[cuts_near] <= path.end[row, 2] + _TOLERANCE)
         ]
-        cuts_near = cuts_near[stages.comparable(cuts.row[cuts_near], np.full(len(cuts_near), row))]
+        cuts_near = cuts_near[stages.comparable_mask(cuts.row[cuts_near], np.full(len(cuts_near), row))]
         if not len(cuts_near):
             continue
         if n_checked >= _MOST_RAPIDS:
@@ -155,7 +155,7 @@ def _ends_on_earlier_cut(
             & (stages.stage[cut] == stages.stage[row])
         )
         batch_index, row, cut = batch_index[valid], row[valid], cut[valid]
-        result[start + batch_index[stages.comparable(cut, row)]] = True
+        result[start + batch_index[stages.comparable_mask(cut, row)]] = True
     return result
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion, printable
-from leafcut.files.plugins import PluginKind, file_of
+from leafcut.files.plugins import PluginKind, entry_point_file
 from leafcut.files.schemas import MACHINE
 from leafcut.files.toml_table import TomlTable
 from leafcut.files.whole_files import parse_toml, read_toml
@@ -55,7 +55,7 @@ def _machine_folder() -> Any:
 
 def _plugin_profile_path(name: str, entry: Any) -> Path:
     """Return the path of the profile that an entry point refers to, after checking that the profile can be loaded."""
-    path = file_of(name, entry)
+    path = entry_point_file(name, entry)
     load_machine(str(path))
     return path
 
@@ -218,19 +218,19 @@ def _controller_dialect(top: TomlTable, place: str) -> tuple[str, str]:
     if name.lower().endswith(".toml"):
         file = Path(name)
         if file.is_absolute() or file.drive or ".." in file.parts:
-            raise top.problem(
+            raise top.value_error(
                 "controller", "names '{}', but a dialect file must be in the folder of the profile", printable(name)
             )
         name = str(Path(place).parent / file)
         if not Path(name).is_file():
-            raise top.problem(
+            raise top.value_error(
                 "controller", "names '{}', which does not exist in the folder of the profile", printable(str(file))
             )
         return name, load_dialect(name).family
     if name in DIALECTS.names():
         return name, DIALECTS.load(name).family
     if name and name not in dialect_names():
-        raise top.problem(
+        raise top.value_error(
             "controller", "is '{}', which is not a dialect{}", printable(name), name_suggestion(name, dialect_names())
         )
     return name, ""
@@ -286,7 +286,7 @@ def _check_values(machine: Machine, place: str, top: TomlTable) -> None:
             ("rapid.acceleration", machine.acceleration[i]),
         ):
             if not value > 0:
-                typed = top.table("rapid", KEYS["rapid"]).typed(key.removeprefix("rapid."), i)
+                typed = top.table("rapid", KEYS["rapid"]).as_written(key.removeprefix("rapid."), i)
                 raise refusal(key, Message("of {} is {}, but must be above 0", axis, typed))
         if not high > low:
             raise refusal(
@@ -343,10 +343,10 @@ def _check_probe(probe: Probe, max_feed: float, refusal: Callable[[str, Message]
 
 def _check_positive(machine: Machine, top: TomlTable, refusal: Callable[[str, Message], DataError]) -> None:
     if not machine.corner_deviation > 0:
-        shown = top.table("corners", KEYS["corners"]).typed("deviation")
+        shown = top.table("corners", KEYS["corners"]).as_written("deviation")
         raise refusal("corners.deviation", Message("is {}, but must be above 0", shown))
     if not machine.arc_tolerance > 0:
-        shown = top.table("corners", KEYS["corners"]).typed("arc_tolerance")
+        shown = top.table("corners", KEYS["corners"]).as_written("arc_tolerance")
         raise refusal("corners.arc_tolerance", Message("is {}, but must be above 0", shown))
     motors = top.table("motors", KEYS["motors"])
     for axis, steps in zip("xyz", machine.steps_per_mm, strict=True):
@@ -356,10 +356,13 @@ def _check_positive(machine: Machine, top: TomlTable, refusal: Callable[[str, Me
                 Message("of {} is {:g}, but must be above 0, {:g} at most", axis, steps, _MAX_STEPS),
             )
     if not 0 <= machine.motor_lock_s < 1:
-        raise refusal("motors.lock_time", Message("is {}, but must be 0 or more, below 1 s", motors.typed("lock_time")))
+        raise refusal(
+            "motors.lock_time", Message("is {}, but must be 0 or more, below 1 s", motors.as_written("lock_time"))
+        )
     if not 0 <= machine.nozzle_diameter <= _WIDEST_NOZZLE:
         raise refusal(
-            "nozzle_diameter", Message("is {}, but must be 0 to {:g} mm", top.typed("nozzle_diameter"), _WIDEST_NOZZLE)
+            "nozzle_diameter",
+            Message("is {}, but must be 0 to {:g} mm", top.as_written("nozzle_diameter"), _WIDEST_NOZZLE),
         )
     if not machine.max_feed > 0:
-        raise refusal("max_feed", Message("is {}, but must be above 0", top.typed("max_feed")))
+        raise refusal("max_feed", Message("is {}, but must be above 0", top.as_written("max_feed")))

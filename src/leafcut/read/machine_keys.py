@@ -379,7 +379,7 @@ def profile_template(data: Mapping[str, Any], name: str) -> str:
         f"# Machine profile {name}: save it as my.toml, change it, and run with --machine my.toml.",
         "# Lengths, speeds, accelerations and times are texts with a unit; lists are x, y and z.",
         "# A line such as '# key = value' is a key that is not set: the value is its default, or an example.",
-        MACHINE.line,
+        MACHINE.toml_line,
     ]
     for table, keys in _keys_by_table().items():
         values = data.get(table, {}) if table else data

@@ -38,7 +38,7 @@ def convert_library_to_toml(file: str, units: str = "", material: str = "") -> t
     ]
     if library.without_feeds:
         lines.append("# The file has no feeds and speeds: add 'feed' and 'spindle_speed', else leafcut assumes them.")
-    lines.append(TOOLS.line)
+    lines.append(TOOLS.toml_line)
     for row in rows:
         lines += ["", "[[tool]]", *_toml_lines(row)]
     return "\n".join(lines) + "\n", library

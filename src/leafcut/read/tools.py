@@ -66,7 +66,7 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
         table = TomlTable(values, f"{place}: [[tool]] {count}", _TOOL_KEYS, ("tool", count))
         tool = _parse_tool(table)
         if tool.number in tools:
-            raise table.problem("number", "{} is used twice; every tool needs its own", tool.number)
+            raise table.value_error("number", "{} is used twice; every tool needs its own", tool.number)
         tools[tool.number] = tool
     if not tools:
         raise DataError("{}: this library has no [[tool]]", place)
@@ -75,7 +75,9 @@ def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolL
         table = TomlTable(values, f"{place}: [[hole]] {count}", _HOLE_KEYS, ("hole", count))
         recipe = _parse_recipe(table, tools)
         if (recipe.diameter, recipe.layer) in recipes:
-            raise table.problem("diameter", "{:g} mm on layer '{}' already has a recipe", recipe.diameter, recipe.layer)
+            raise table.value_error(
+                "diameter", "{:g} mm on layer '{}' already has a recipe", recipe.diameter, recipe.layer
+            )
         recipes[recipe.diameter, recipe.layer] = recipe
     return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
 
@@ -130,9 +132,9 @@ def _parse_tool(table: TomlTable) -> Tool:
     kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind if k not in NO_TOOLS]))
     angle = table.quantity("point_angle", "rad", _POINT_ANGLE.get(kind, math.pi))
     if not 0 < angle <= math.pi + 1e-9:
-        raise table.problem("point_angle", "must be above 0° and at most 180°")
+        raise table.value_error("point_angle", "must be above 0° and at most 180°")
     tool = Tool(
-        number=table.whole("number", 1, _HIGHEST_NUMBER),
+        number=table.integer("number", 1, _HIGHEST_NUMBER),
         diameter=_parse_positive_quantity(table, "diameter", "mm"),
         kind=kind,
         name=table.text("name", ""),
@@ -146,7 +148,7 @@ def _parse_tool(table: TomlTable) -> Tool:
         flute_length=table.optional("flute_length", lambda key: _parse_positive_quantity(table, key, "mm")),
         depth=table.optional("depth", lambda key: _parse_positive_quantity(table, key, "mm")),
         plunge_feed=_parse_positive_quantity(table, "plunge_feed", "mm/s") if "plunge_feed" in table else 0.0,
-        teeth=table.optional("teeth", lambda key: table.whole(key, 1, _MOST_TEETH)),
+        teeth=table.optional("teeth", lambda key: table.integer(key, 1, _MOST_TEETH)),
         corner_radius=_parse_positive_quantity(table, "corner_radius", "mm") if "corner_radius" in table else 0.0,
         tip_diameter=_parse_positive_quantity(table, "tip_diameter", "mm") if "tip_diameter" in table else 0.0,
         material=table.optional("material", lambda key: ToolMaterial(table.text(key, choices=tuple(ToolMaterial)))),
@@ -159,7 +161,7 @@ def _parse_tool(table: TomlTable) -> Tool:
     _check_mill(tool, table)
     for key, needs in (("shank_diameter", "flute_length"), ("shaft", "flute_length"), ("holder", "stickout")):
         if key in table and needs not in table:
-            raise table.problem(key, "needs '{}': its start above the tip", needs)
+            raise table.value_error(key, "needs '{}': its start above the tip", needs)
     _check_cycle(tool, table)
     return _with_tapping_cycle(tool, table) if kind is ToolKind.TAP else tool
 
@@ -168,7 +170,7 @@ def _parse_body_segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
     """Parse the segments of a tool body, such as ``20-28 x 5, 28 x 40``."""
     pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
     if len(pieces) > _MOST_SEGMENTS:
-        raise table.problem(key, "has {} sections; the limit is {}", len(pieces), _MOST_SEGMENTS)
+        raise table.value_error(key, "has {} sections; the limit is {}", len(pieces), _MOST_SEGMENTS)
     segments = []
     for piece in pieces:
         diameters, separator, length = piece.lower().partition("x")
@@ -178,7 +180,7 @@ def _parse_body_segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
         except OptionError:
             lengths = []
         if not separator or not lengths or not all(0.0 < value <= _LARGEST for value in lengths):
-            raise table.problem(
+            raise table.value_error(
                 key,
                 "has the section '{}', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
                 printable(piece, 40),
@@ -191,21 +193,21 @@ def _parse_positive_quantity(table: TomlTable, key: str, unit: str) -> float:
     value = table.quantity(key, unit)
     if not value > 0 or (unit == "mm" and value > _LARGEST):
         limit = Message(" and at most {:g} mm", _LARGEST) if unit == "mm" else ""
-        raise table.problem(key, "is {}, but must be above 0{}", table.typed(key), limit)
+        raise table.value_error(key, "is {}, but must be above 0{}", table.as_written(key), limit)
     return value
 
 
 def _parse_seconds(table: TomlTable, key: str) -> float:
     value = table.quantity(key, "s")
     if not 0 <= value <= 100:
-        raise table.problem(key, "is {}, but must be from 0 to 100 s", table.typed(key))
+        raise table.value_error(key, "is {}, but must be from 0 to 100 s", table.as_written(key))
     return value
 
 
 def _parse_cost(table: TomlTable, key: str) -> float:
     value = table.number(key, 0.0)
     if not 0 <= value <= 1e6:
-        raise table.problem(key, "is {:g}, but must be from 0 to 1000000", value)
+        raise table.value_error(key, "is {:g}, but must be from 0 to 1000000", value)
     return value
 
 
@@ -215,34 +217,36 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
     wrong = next((key for key in without if key in table), None)
     if wrong is not None:
         if mill:
-            raise table.problem(wrong, "is not for kind '{}', only for drilling tools", tool.kind)
-        raise table.problem(wrong, "is for mills only")
+            raise table.value_error(wrong, "is not for kind '{}', only for drilling tools", tool.kind)
+        raise table.value_error(wrong, "is for mills only")
     for key, kinds in _SOME_MILLS.items():
         if key in table and tool.kind not in kinds:
-            raise table.problem(key, "is not for kind '{}', only for {}", tool.kind, ", ".join(kinds))
+            raise table.value_error(key, "is not for kind '{}', only for {}", tool.kind, ", ".join(kinds))
     if tool.corner_radius > 0.5 * tool.diameter:
-        raise table.problem("corner_radius", "is {:g} mm, more than half of the diameter", tool.corner_radius)
+        raise table.value_error("corner_radius", "is {:g} mm, more than half of the diameter", tool.corner_radius)
     if tool.kind in CONES:
         if not 0.0 < tool.point_angle < math.pi:
             raise DataError("{}: a {} needs 'point_angle', the full angle of its cone", table.place, tool.kind).at(
                 *table.section, "point_angle"
             )
         if tool.tip_diameter >= tool.diameter:
-            raise table.problem("tip_diameter", "is {:g} mm, not below the diameter", tool.tip_diameter)
+            raise table.value_error("tip_diameter", "is {:g} mm, not below the diameter", tool.tip_diameter)
 
 
 def _check_cycle(tool: Tool, table: TomlTable) -> None:
     """Raise an error for a cycle that would break the tool."""
     if tool.cycle in ("G83", "G73") and tool.peck is None:
-        raise table.problem("cycle", "is {}, which needs 'peck', the peck depth", tool.cycle)
+        raise table.value_error("cycle", "is {}, which needs 'peck', the peck depth", tool.cycle)
     if tool.cycle == "G82" and tool.dwell is None:
-        raise table.problem("cycle", "is G82, which needs 'dwell', the dwell at the bottom")
+        raise table.value_error("cycle", "is G82, which needs 'dwell', the dwell at the bottom")
     if tool.cycle is not None and (tool.cycle == "G84") is not (tool.kind is ToolKind.TAP):
-        raise table.problem(
+        raise table.value_error(
             "cycle", "is {} for a {}; G84 requires a tap, and a tap requires G84", tool.cycle, tool.kind.value
         )
     if tool.depth is not None and tool.kind is not ToolKind.CENTRE_DRILL:
-        raise table.problem("depth", "is for centre drills only; set the depth of holes with --depth or --thickness")
+        raise table.value_error(
+            "depth", "is for centre drills only; set the depth of holes with --depth or --thickness"
+        )
 
 
 def _with_tapping_cycle(tool: Tool, table: TomlTable) -> Tool:
@@ -252,10 +256,10 @@ def _with_tapping_cycle(tool: Tool, table: TomlTable) -> Tool:
             *table.section, "pitch"
         )
     if tool.pitch >= tool.diameter:
-        raise table.problem("pitch", "is {:g} mm, not below the diameter {:g} mm", tool.pitch, tool.diameter)
+        raise table.value_error("pitch", "is {:g} mm, not below the diameter {:g} mm", tool.pitch, tool.diameter)
     feed = tool.pitch * tool.spindle_rpm / 60.0
     if tool.feed and feed and abs(tool.feed - feed) > _TAP_FEED * feed:
-        raise table.problem(
+        raise table.value_error(
             "feed",
             "is {:g} mm/min, but pitch × speed is {:g} mm/min; leave it out",
             tool.feed * 60,
@@ -265,12 +269,12 @@ def _with_tapping_cycle(tool: Tool, table: TomlTable) -> Tool:
 
 
 def _parse_recipe(table: TomlTable, tools: dict[int, Tool]) -> Recipe:
-    steps = table.wholes("steps", 1, _HIGHEST_NUMBER)
+    steps = table.integers("steps", 1, _HIGHEST_NUMBER)
     for number in steps:
         if number not in tools:
-            raise table.problem("steps", "names tool {}, which is not in this library", number)
+            raise table.value_error("steps", "names tool {}, which is not in this library", number)
         if tools[number].kind in MILLS:
-            raise table.problem("steps", "names tool {}, a mill; a step needs a drilling tool", number)
+            raise table.value_error("steps", "names tool {}, a mill; a step needs a drilling tool", number)
     if len(set(steps)) < len(steps):
-        raise table.problem("steps", "names a tool twice")
+        raise table.value_error("steps", "names a tool twice")
     return Recipe(_parse_positive_quantity(table, "diameter", "mm"), steps, table.text("layer", "*"))

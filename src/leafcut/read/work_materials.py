@@ -12,7 +12,7 @@ from typing import Any
 from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import MATERIAL
 from leafcut.files.toml_table import TomlTable
-from leafcut.files.whole_files import parse_toml, read_toml, toml_text
+from leafcut.files.whole_files import parse_toml, read_toml, read_toml_text
 from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
@@ -79,7 +79,7 @@ def material_file_text(name_or_path: str) -> str:
     """
     material = load_material(name_or_path)
     if name_or_path.lower().endswith(".toml"):
-        return toml_text(Path(name_or_path))
+        return read_toml_text(Path(name_or_path))
     return (resources.files("leafcut.materials") / f"{material.name}.toml").read_text(encoding="utf-8")
 
 
@@ -95,9 +95,9 @@ def _material_from_values(data: dict[str, Any], place: str) -> WorkMaterial:
     kc11 = force.quantity("kc11", "N/mm²")
     mc = _parse_exponent(force, "mc")
     if not 0 < kc11 < 100_000:
-        raise force.problem("kc11", "is {}, but must be above 0 and below 100000 N/mm²", force.typed("kc11"))
+        raise force.value_error("kc11", "is {}, but must be above 0 and below 100000 N/mm²", force.as_written("kc11"))
     if not mc < 1:
-        raise force.problem("mc", "is {:g}, but must be below 1", mc)
+        raise force.value_error("mc", "is {:g}, but must be below 1", mc)
     return WorkMaterial(
         name=top.text("name", Path(place).stem),
         kc11=kc11,
@@ -118,21 +118,21 @@ def _material_from_values(data: dict[str, Any], place: str) -> WorkMaterial:
 def _parse_synonyms(top: TomlTable) -> tuple[str, ...]:
     value = top.values.get("also", [])
     if not isinstance(value, list) or not all(isinstance(name, str) and name.isprintable() for name in value):
-        raise top.problem("also", 'must be a list of other names, such as ["1045", "ck45"]')
+        raise top.value_error("also", 'must be a list of other names, such as ["1045", "ck45"]')
     return tuple(value)
 
 
 def _parse_non_negative(table: TomlTable, key: str, unit: str) -> float:
     value = table.quantity(key, unit, 0.0)
     if value < 0:
-        raise table.problem(key, "is {}, but must not be negative", table.typed(key))
+        raise table.value_error(key, "is {}, but must not be negative", table.as_written(key))
     return value
 
 
 def _parse_number_up_to(table: TomlTable, key: str, limit: float) -> float:
     value = table.number(key, 0.0)
     if not 0 <= value <= limit:
-        raise table.problem(key, "is {:g}, but must be from 0 to {:g}", value, limit)
+        raise table.value_error(key, "is {:g}, but must be from 0 to {:g}", value, limit)
     return value
 
 
@@ -141,7 +141,7 @@ def _parse_positive_number(table: TomlTable, key: str, default: float | None = N
         raise DataError("{}: the key '{}' is missing", table.place, key)
     value = table.number(key, default or 0.0)
     if not value > 0:
-        raise table.problem(key, "is {:g}, but must be above 0", value)
+        raise table.value_error(key, "is {:g}, but must be above 0", value)
     return value
 
 
@@ -150,7 +150,7 @@ def _parse_exponent(table: TomlTable, key: str, default: float | None = None) ->
         raise DataError("{}: the key '{}' is missing", table.place, key)
     value = table.number(key, default or 0.0)
     if not 0 <= value <= _STEEPEST:
-        raise table.problem(key, "is {:g}, but an exponent must be from 0 to {:g}", value, _STEEPEST)
+        raise table.value_error(key, "is {:g}, but an exponent must be from 0 to {:g}", value, _STEEPEST)
     return value
 
 
@@ -166,7 +166,7 @@ def _parse_tool_lives(top: TomlTable) -> tuple[ToolLife, ...]:
             (other_life.work, other_life.tool_material, other_life.least_feed) == _tool_life_key(life)
             for other_life in lives
         ):
-            raise table.problem(
+            raise table.value_error(
                 "work",
                 "is given twice for the same work and tool material; such entries need different 'least_feed' values",
             )
@@ -181,20 +181,22 @@ def _tool_life_key(life: ToolLife) -> tuple[CuttingWork, ToolMaterial, float]:
 def _parse_tool_life(table: TomlTable) -> ToolLife:
     exponent = _parse_exponent(table, "life")
     if not 0 < exponent < 1:
-        raise table.problem("life", "is {:g}, but Taylor's exponent must be above 0 and below 1", exponent)
+        raise table.value_error("life", "is {:g}, but Taylor's exponent must be above 0 and below 1", exponent)
     exponents = {key: _parse_exponent(table, key, 0.0) for key in _EXPONENTS}
     if "constant" in table and "speed" in table:
-        raise table.problem("speed", "and 'constant' have the same meaning; leave one out")
+        raise table.value_error("speed", "and 'constant' have the same meaning; leave one out")
     if "speed" in table:
         if any(exponents.values()):
-            raise table.problem("speed", "is for a single tool and feed: exponents other than 'life' need 'constant'")
+            raise table.value_error(
+                "speed", "is for a single tool and feed: exponents other than 'life' need 'constant'"
+            )
         speed, life = table.quantity("speed", "mm/s"), table.quantity("at_life", "s")
         if not (speed > 0 and life > 0):
-            raise table.problem("speed", "and 'at_life' must be above 0")
+            raise table.value_error("speed", "and 'at_life' must be above 0")
         constant = speed * life**exponent
     else:
         if "at_life" in table:
-            raise table.problem("at_life", "is used only with 'speed'")
+            raise table.value_error("at_life", "is used only with 'speed'")
         constant = _parse_positive_number(table, "constant") * _MM_PER_S * SECONDS_PER_MINUTE**exponent
     return ToolLife(
         work=CuttingWork(table.text("work", choices=tuple(CuttingWork))),

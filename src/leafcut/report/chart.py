@@ -11,10 +11,10 @@ from leafcut.model.kinds import CutMethod
 from leafcut.report.svg import (
     centred_text_element,
     element,
-    nice_step,
     svg_number,
     text_element,
     tick_label,
+    tick_step,
     ticks,
     title_element,
 )
@@ -131,7 +131,7 @@ def _scale_and_unit(unit: str, largest: float) -> tuple[float, str]:
 def _grid_svg(axes: _Axes, factor: float, unit: str) -> str:
     bottom = HEIGHT - _BOTTOM
     low, high = (c * factor for c in axes.costs)
-    step = nice_step(high - low, 4)
+    step = tick_step(high - low, 4)
     lines, numbers = [], []
     for value in ticks(low, high, step):
         y = axes.y(value / factor)
@@ -159,7 +159,7 @@ def _grid_svg(axes: _Axes, factor: float, unit: str) -> str:
 def _second_ticks(axes: _Axes) -> list[tuple[float, str]]:
     low, high = axes.seconds
     if not axes.log:
-        step = nice_step(high - low, 5)
+        step = tick_step(high - low, 5)
         return [(v, tick_label(v, step)) for v in ticks(low, high, step)]
     powers = range(math.ceil(math.log10(low) - _EMPTY), math.floor(math.log10(high) + _EMPTY) + 1)
     marks = [(10.0**p, f"{10.0**p:.{max(0, -p)}f}") for p in powers]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from leafcut.report.json_answer import issues_as_json
-from leafcut.report.wording import NO_VALUE, count, replace_unprintable
+from leafcut.report.wording import NO_VALUE, count_text, replace_unprintable
 from leafcut.units import SECONDS_PER_MINUTE, format_time
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
 
     print_styled(f"{data.material.name} on {data.machine.name}, chosen for {data.objective}", "bold")
     for front in data.tools:
-        work = count(front.holes, "hole") if front.holes else "1 m of cut"
+        work = count_text(front.holes, "hole") if front.holes else "1 m of cut"
         print_styled("")
         print_styled(f"{front.tool.label}, {front.tool_material.value}: {work}")
         rows = _points_to_show(front)
@@ -96,7 +96,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
             table.add_row(name, *cells)
         console.print(table)
         print_styled(
-            f"{count(len(front.points), 'point')} on the front, of {front.allowed:,} within the limits and "
+            f"{count_text(len(front.points), 'point')} on the front, of {front.allowed:,} within the limits and "
             f"{front.candidates:,} tried",
             "dim",
         )

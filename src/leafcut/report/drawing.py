@@ -168,7 +168,7 @@ def _fit_frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
     near = np.clip(rapids, low - beyond, high + beyond)
     every = np.concatenate([work, near])
     (x0, y0), (x1, y1) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
-    return Frame.around((x0, y0), (x1, y1))
+    return Frame.around_corners((x0, y0), (x1, y1))
 
 
 def _dot_size_without_diameter(frame: Frame, holes: int, smallest: float) -> float:

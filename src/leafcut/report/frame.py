@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from leafcut.report.svg import (
     centred_text_element,
     element,
-    nice_step,
     svg_number,
     text_element,
     tick_label,
+    tick_step,
     ticks,
     title_element,
 )
@@ -55,7 +55,9 @@ class Frame:
     height: float
 
     @classmethod
-    def around(cls, low: tuple[float, float], high: tuple[float, float], wide_from: float = _WIDE_FROM) -> Frame:
+    def around_corners(
+        cls, low: tuple[float, float], high: tuple[float, float], wide_from: float = _WIDE_FROM
+    ) -> Frame:
         """Create the frame around two corners, in mm, with a margin.
 
         If the frame is more than `wide_from` times as wide as high, it spans both columns of the page.
@@ -64,7 +66,7 @@ class Frame:
         margin = _MARGIN * span if span > 0 else 10.0
         spans = [high[i] - low[i] + 2 * margin for i in range(2)]
         middle = [(high[i] + low[i]) / 2 for i in range(2)]
-        step = nice_step(max(spans), 6)
+        step = tick_step(max(spans), 6)
         numbers = (tick_label(middle[1] + s * spans[1] / 2, step) for s in (-1, 1))
         left = min(28.0 + _CHARACTER * max(len(n) for n in numbers), _WIDEST_NUMBERS)
         width = (WIDE if spans[0] > wide_from * spans[1] else WIDTH) - left - _RIGHT
@@ -129,7 +131,7 @@ class Frame:
 
     def axes_svg(self) -> str:
         """Draw the edge of the frame, ticks in mm on the left and at the bottom, and a scale bar."""
-        step = nice_step(max(self.high[0] - self.low[0], self.high[1] - self.low[1]), 6)
+        step = tick_step(max(self.high[0] - self.low[0], self.high[1] - self.low[1]), 6)
         marks, numbers = [], []
         x0, y0 = self.upper_left
         bottom = y0 + self.height

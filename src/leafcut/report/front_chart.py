@@ -14,10 +14,10 @@ from leafcut.report.styles import drawing_css
 from leafcut.report.svg import (
     centred_text_element,
     element,
-    nice_step,
     svg_number,
     text_element,
     tick_label,
+    tick_step,
     ticks,
     title_element,
 )
@@ -99,7 +99,7 @@ class _Axis:
         return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
     def ticks(self) -> list[tuple[float, str]]:
-        step = nice_step(self.high - self.low, 5)
+        step = tick_step(self.high - self.low, 5)
         return [(value, tick_label(value, step)) for value in ticks(self.low, self.high, step)]
 
 

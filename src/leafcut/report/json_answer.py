@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.kinds import BEAMS
-from leafcut.report.set_up import moved_axes
+from leafcut.report.set_up import axis_ranges
 from leafcut.report.wording import (
     algorithm_names,
     fact_value_text,
@@ -109,7 +109,7 @@ def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
 
     An axis without a known position is None.
     """
-    known = {axis.lower(): [low, high] for axis, low, high in moved_axes(simulation.path)}
+    known = {axis.lower(): [low, high] for axis, low, high in axis_ranges(simulation.path)}
     return {
         "program": simulation.program,
         "machine": simulation.machine.name,

@@ -15,7 +15,7 @@ from leafcut.report.set_up import range_facts, time_facts
 from leafcut.report.wording import (
     NO_VALUE,
     OURS,
-    count,
+    count_text,
     fact_heading,
     gap_words,
     length_words,
@@ -119,9 +119,9 @@ class PathReport(Generic[D]):
         outcome, tools = self.outcome, tool_count(self.outcome)
         holes, slots = len(outcome.part.holes), len(outcome.part.slots)
         return [
-            Fact("counts.holes", holes, "", count(holes, "hole")),
-            Fact("counts.slots", slots, "", count(slots, "slot") if slots else ""),
-            Fact("counts.tools", tools, "", count(tools, "tool")),
+            Fact("counts.holes", holes, "", count_text(holes, "hole")),
+            Fact("counts.slots", slots, "", count_text(slots, "slot") if slots else ""),
+            Fact("counts.tools", tools, "", count_text(tools, "tool")),
             Fact("counts.operations", len(outcome.operations)),
         ]
 

@@ -26,7 +26,7 @@ from leafcut.report.svg import (
     svg_number,
     title_element,
 )
-from leafcut.report.wording import count, replace_unprintable
+from leafcut.report.wording import count_text, replace_unprintable
 
 if TYPE_CHECKING:
     from leafcut.material.stock_cut import StockCut
@@ -60,7 +60,7 @@ def nest_picture(outcome: NestOutcome) -> str:
         edges += [path_segments(path.moved(0.0, y)) for path in sheet.paths]
         parts += [path_segments(contour.path.moved(0.0, y)) for contour in best.contours(layout)]
         y += (1.0 + _APART) * sheet.width
-    shown, every = len(best.layouts[:MAX_SHEETS]), count(len(best.layouts), "layout")
+    shown, every = len(best.layouts[:MAX_SHEETS]), count_text(len(best.layouts), "layout")
     words = f"Nest: {every}" if shown == len(best.layouts) else f"Nest: the first {shown} of {every}"
     return _segments_svg(words, {"plate": np.concatenate(edges), "cut": np.concatenate(parts)})
 
@@ -88,7 +88,7 @@ def _segments_svg(words: str, lines: dict[str, NDArray[np.float64]]) -> str:
     """Draw segments as a stand-alone SVG. `lines` maps a CSS class to segments, float64[n, 2, 2], mm."""
     points = np.concatenate([segments.reshape(-1, 2) for segments in lines.values()])
     (x0, y0), (x1, y1) = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 2))
-    frame = Frame.around((float(x0), float(y0)), (float(x1), float(y1)))
+    frame = Frame.around_corners((float(x0), float(y0)), (float(x1), float(y1)))
     paths = [
         element("path", d=segments_path_data(frame.to_user_units(segments)), class_=name, stroke_width=float(STEPS))
         for name, segments in lines.items()

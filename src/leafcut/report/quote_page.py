@@ -13,7 +13,7 @@ from leafcut.model.fact import Fact
 from leafcut.model.quote import PartCost, Quote, QuoteLine
 from leafcut.report.styles import css_hash, page_templates, style_sheet
 from leafcut.report.svg import STEPS, element, scaled_group_element, segments_path_data, svg_number, title_element
-from leafcut.report.wording import count, replace_unprintable, time_words
+from leafcut.report.wording import count_text, replace_unprintable, time_words
 
 #: Width and height of the picture of a part, user units.
 _WIDTH, _HEIGHT = 150.0, 96.0
@@ -55,7 +55,7 @@ def quote_fact(quote: Quote) -> Fact:
         "{} {} for {}, valid until {}",
         price_words(quote.total),
         replace_unprintable(quote.currency),
-        count(quote.quantity, "part"),
+        count_text(quote.quantity, "part"),
         quote.valid_until.isoformat(),
     )
     return Fact("quote", quote_as_json(quote), "", words, Message("Quote"))

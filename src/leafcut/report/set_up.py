@@ -22,7 +22,7 @@ def coordinate_words(mm: float, scale: float = 1.0) -> str:
     return f"{round(mm / scale, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
 
 
-def moved_axes(path: Toolpath) -> list[tuple[str, float, float]]:
+def axis_ranges(path: Toolpath) -> list[tuple[str, float, float]]:
     """Return the axes that the program moves, with their names and their lowest and highest positions, mm."""
     moving = np.isin(path.kind, [int(kind) for kind in MOTIONS])
     known = [bool(np.isfinite(path.end[moving, axis]).any()) for axis in range(3)]
@@ -36,7 +36,7 @@ def range_facts(outcome: Outcome) -> list[Fact]:
     scale, unit = (MM_PER_INCH, "in") if outcome.options.get("--output-units") == "inch" else (1.0, "mm")
     axes = [
         f"{name} {coordinate_words(low, scale)} to {coordinate_words(high, scale)}"
-        for name, low, high in moved_axes(path)
+        for name, low, high in axis_ranges(path)
     ]
     facts = [Fact(sentence=f"{', '.join(axes)} {unit}", name=Message("Range"))] if axes else []
     offset = outcome.work_offset

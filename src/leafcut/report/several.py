@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from leafcut.report.wording import NO_VALUE, count, length_words, percent_words, replace_unprintable, time_words
+from leafcut.report.wording import NO_VALUE, count_text, length_words, percent_words, replace_unprintable, time_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,9 +54,9 @@ def print_batch(rows: Sequence[tuple[Mapping[str, Any], dict[str, Any]]], folder
     lines = _defaults_lines([answer for _, answer in done])
     written = [row["program"] for row, _ in done if row["state"] == "written"]
     if folder:
-        lines.append(f"programs  {count(len(written), 'file')} in {folder}, with batch.csv and batch.html")
+        lines.append(f"programs  {count_text(len(written), 'file')} in {folder}, with batch.csv and batch.html")
     elif written:
-        lines.append(f"programs  {count(len(written), 'file')} beside the inputs")
+        lines.append(f"programs  {count_text(len(written), 'file')} beside the inputs")
     elif done:
         lines.append("programs  not written (--dry-run)")
     answers = [answer for _, answer in rows]
@@ -110,7 +110,7 @@ def _worst_issues(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
     worst = next((kind for kind in _SEVERITIES if kind in kinds), "")
     if worst == "missing":
         return f"{missing} missing"
-    return count(kinds.count(worst), worst) if worst else ""
+    return count_text(kinds.count(worst), worst) if worst else ""
 
 
 def _print_table_and_lines(
@@ -134,7 +134,7 @@ def _print_table_and_lines(
     console.print(table)
     console.print("")
     failed = sum("error" in row for row in rows)
-    footer = [f"refused   {count(failed, 'input')}, listed above", *lines] if failed else lines
+    footer = [f"refused   {count_text(failed, 'input')}, listed above", *lines] if failed else lines
     for line in footer:
         console.print(Text(replace_unprintable(line), overflow="fold"))
     if footer:
@@ -149,7 +149,7 @@ def batch_page_html(rows: Sequence[Mapping[str, Any]], version: str) -> str:
     timed = [row for row in done if row["before_s"] and row["after_s"]]
     before, after = (sum(float(row[name]) for row in timed) for name in ("before_s", "after_s"))
     saved = 100.0 * (1.0 - after / before) if before else None
-    state = [f"{count(len(done), 'program')} written"]
+    state = [f"{count_text(len(done), 'program')} written"]
     if len(done) < len(rows):
         state.append(f"{len(rows) - len(done)} refused")
     return (
@@ -173,5 +173,5 @@ def batch_page_html(rows: Sequence[Mapping[str, Any]], version: str) -> str:
 def _batch_cells(row: Mapping[str, Any]) -> tuple[str, str, str, str, str]:
     times = [time_words(float(row[name])) if row[name] else NO_VALUE for name in ("before_s", "after_s")]
     saved = percent_words(float(row["saved_percent"])) if row["saved_percent"] else NO_VALUE
-    issues = f"{count(int(row['issues']), 'issue')}, worst: {row['worst']}" if row["worst"] else "none"
+    issues = f"{count_text(int(row['issues']), 'issue')}, worst: {row['worst']}" if row["worst"] else "none"
     return (str(row["input"]), *times, saved, issues)  # type: ignore[return-value]

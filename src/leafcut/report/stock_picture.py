@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.svg import nice_step, tick_label, ticks
+from leafcut.report.svg import tick_label, tick_step, ticks
 from leafcut.units import to_fixed
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) 
     width, height = size
     rows, columns = field.heights.shape
     low_x, low_y = field.x - 0.5 * field.cell, field.y - 0.5 * field.cell
-    step = nice_step(max(rows, columns) * field.cell, 8)
+    step = tick_step(max(rows, columns) * field.cell, 8)
     for value in ticks(low_x, low_x + columns * field.cell, step):
         x = LEFT + (value - low_x) / (columns * field.cell) * width
         draw.line((x, TOP + height + 1, x, TOP + height + _TICK), fill=_INK)
@@ -202,7 +202,7 @@ def _tick_text(value: float, step: float) -> str:
 def _colour_scale_heights(top: float, bottom: float, length: int) -> list[float]:
     """Return round heights for a scale of `length` pixels, from the top down. They keep a distance from its ends."""
     keeps = _APART * (top - bottom) / length
-    rounded = ticks(bottom + keeps, top - keeps, nice_step(top - bottom, max(length // _NUMBER, 1)))
+    rounded = ticks(bottom + keeps, top - keeps, tick_step(top - bottom, max(length // _NUMBER, 1)))
     return sorted((float(height) for height in rounded), reverse=True)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.report.json_answer import issues_as_json
 from leafcut.report.stock_picture import stock_png
-from leafcut.report.wording import NO_VALUE, count
+from leafcut.report.wording import NO_VALUE, count_text
 from leafcut.units import format_time, to_fixed
 
 if TYPE_CHECKING:
@@ -138,14 +138,14 @@ def _comparison_lines(stock_cut: StockCut) -> list[str]:
     lines = [
         f"at X{to_fixed(difference.x, 2)} Y{to_fixed(difference.y, 2)}: Z{to_fixed(difference.before, 3)} there, "
         f"Z{to_fixed(difference.after, 3)} here "
-        f"({count(difference.cells, 'cell')})"
+        f"({count_text(difference.cells, 'cell')})"
         for difference in stock_cut.differences[:_MAX_PLACES]
     ]
     n_more = len(stock_cut.differences) - _MAX_PLACES
     return [
         f"{stock_cut.same_as} leaves different stock:",
         *lines,
-        *([f"and {count(n_more, 'more place')}"] if n_more > 0 else []),
+        *([f"and {count_text(n_more, 'more place')}"] if n_more > 0 else []),
     ]
 
 

@@ -96,7 +96,7 @@ def scaled_group_element(*children: str) -> str:
     return element("g", *children, transform=f"scale({1 / STEPS:g})")
 
 
-def nice_step(span: float, count: int) -> float:
+def tick_step(span: float, count: int) -> float:
     """Return a tick spacing that gives about `count` ticks over `span`. It is 1, 2 or 5 times a power of ten."""
     if not span > 0:
         return 1.0

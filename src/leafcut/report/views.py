@@ -15,7 +15,7 @@ from leafcut.report.wording import (
     SEVERITIES,
     SPARED,
     cost_words,
-    count,
+    count_text,
     ended_without_payoff,
     gap_words,
     group_issues,
@@ -144,7 +144,7 @@ def search_rows(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: f
         solution = operation.solution
         facts = [replace_unprintable(solution.algorithm), cost_words(solution.cost, solution.unit)]
         if solution.iterations:
-            facts.append(count(solution.iterations, "iteration"))
+            facts.append(count_text(solution.iterations, "iteration"))
         if solution.gap is not None:
             facts.append(gap_words(solution.gap, solution.unit))
         if solution.stopped_early and (solution.gap is None or solution.gap > MIN_GAP):
@@ -217,7 +217,7 @@ def program_excerpt(outcome: Outcome) -> PageRow:
     shown = lines if whole else lines[:HEAD_LINES]
     return {
         "text": "\n".join(shown),
-        "words": count(len(lines), "line") + ("" if whole else f", the first {HEAD_LINES} shown"),
+        "words": count_text(len(lines), "line") + ("" if whole else f", the first {HEAD_LINES} shown"),
     }
 
 

@@ -50,7 +50,7 @@ def finite_or_none(value: float | None) -> float | None:
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-def count(number: int, noun: str) -> Message:
+def count_text(number: int, noun: str) -> Message:
     """Format a number with its noun: ``1 hole``, ``10,000 holes``."""
     return count_of(number, noun, ",")
 
@@ -62,7 +62,7 @@ def time_words(seconds: float) -> str:
     return (MINUS if seconds < 0 else "") + format_time(abs(seconds))
 
 
-def clock(seconds: float) -> str:
+def clock_text(seconds: float) -> str:
     """Format a time in hours, minutes and whole seconds: ``1:02:07``."""
     hours, minutes, rest = clock_parts(seconds)
     return f"{hours}:{minutes:02d}:{rest:02d}"
@@ -302,7 +302,7 @@ def tool_words(tool: Tool) -> str:
 def operation_work_words(operation: OperationOutcome) -> str:
     """Describe the work of an operation: ``70 holes``, ``3 holes, 12 cuts`` or ``121 holes, 1 in its place``."""
     work = [(len(operation.holes), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
-    words = [count(number, noun) for number, noun in work if number] or [count(0, "hole")]
+    words = [count_text(number, noun) for number, noun in work if number] or [count_text(0, "hole")]
     staying = len(operation.staying)
     if staying:
         words.insert(1, Message("{:,} in its place" if staying == 1 else "{:,} in their places", staying))

@@ -103,7 +103,7 @@ class Result:
         return found
 
 
-def public_result(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
+def as_public_result(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
     """Convert a result from `model` to a result of the library.
 
     `inputs` are the files that were read, or None.

@@ -46,14 +46,14 @@ class CharacterCounter:
         full = self.max_lines is not None and len(self.waiting) >= self.max_lines
         return not full and self.bytes + len(line.data) <= self.capacity
 
-    def send(self, line: SentLine) -> None:
+    def record_sent(self, line: SentLine) -> None:
         """Record that a line was sent. Raises `ValueError` if the line does not fit into the buffer."""
         if not self.fits(line):
             raise ValueError(f"a line of {len(line.data)} bytes does not fit beside {self.bytes} of {self.capacity}")
         self.waiting.append(line)
         self.bytes += len(line.data)
 
-    def take_answer(self) -> SentLine | None:
+    def record_answer(self) -> SentLine | None:
         """Record an answer, and return the line that it belongs to.
 
         This is always the oldest unanswered line. Returns None if all lines have been answered.

@@ -27,7 +27,7 @@ class SettingNames:
 
 
 @dataclass(frozen=True)
-class Clock:
+class TimingSettings:
     """Board settings that affect the cycle time. A setting is None if the board does not report it.
 
     Attributes
@@ -97,7 +97,7 @@ class Facts:
     laser_mode: bool = False
     fastest: float = float("inf")
     arcs: bool = True
-    clock: Clock = Clock()
+    clock: TimingSettings = TimingSettings()
     places: dict[str, XYZ] = field(default_factory=dict)
     modes: tuple[str, ...] = ()
 
@@ -107,7 +107,7 @@ class Facts:
         return self.homing and self.homed is True
 
     @property
-    def soft_limits_off(self) -> str:
+    def soft_limits_warning(self) -> str:
         """A message that the soft limits are off, or an empty string if they are on."""
         return (
             ""
@@ -117,11 +117,11 @@ class Facts:
             )
         )
 
-    def travel(self) -> tuple[XYZ, XYZ]:
+    def travel_limits(self) -> tuple[XYZ, XYZ]:
         """Return the lower and upper limits of the machine coordinates, mm."""
         return self.low, self.high
 
-    def origin(self, frame: int) -> XYZ:
+    def work_zero(self, frame: int) -> XYZ:
         """Return the zero point of a work coordinate system in machine coordinates, mm.
 
         The result includes G92 and the tool length. `frame` is ten times the number of the G word, such as 540 for G54.
@@ -131,11 +131,11 @@ class Facts:
         return (offset[0] + shift[0], offset[1] + shift[1], offset[2] + shift[2] + length[2])
 
     @property
-    def frame(self) -> int:
+    def active_work_offset(self) -> int:
         """The active work coordinate system, as ten times the number of its G word. For example, G54 is 540."""
         return next((int(word[1:]) * 10 for word in self.modes if word in self.places and word != "G92"), 540)
 
-    def machine_place(self, status: Status | None = None) -> XYZ | None:
+    def machine_position(self, status: Status | None = None) -> XYZ | None:
         """Return the tool position in machine coordinates, mm, or None if the controller does not report it."""
         status = status or self.status
         if status.machine is not None:
@@ -143,10 +143,14 @@ class Facts:
         if status.work is None:
             return None
         x, y, z = position_in_mm(status.work, self.unit)
-        zero = self.origin(self.frame) if status.offset is None else position_in_mm(status.offset, self.unit)
+        zero = (
+            self.work_zero(self.active_work_offset)
+            if status.offset is None
+            else position_in_mm(status.offset, self.unit)
+        )
         return (x + zero[0], y + zero[1], z + zero[2])
 
-    def work_place(self, status: Status, offset: XYZ | None) -> XYZ | None:
+    def work_position(self, status: Status, offset: XYZ | None) -> XYZ | None:
         """Return the tool position in work coordinates, mm.
 
         `offset` is the last offset between machine and work coordinates that the controller has reported. It is in
@@ -154,10 +158,10 @@ class Facts:
         """
         if status.work is not None:
             return position_in_mm(status.work, self.unit)
-        place = self.machine_place(status)
+        place = self.machine_position(status)
         if place is None:
             return None
-        zero = self.origin(self.frame) if offset is None else position_in_mm(offset, self.unit)
+        zero = self.work_zero(self.active_work_offset) if offset is None else position_in_mm(offset, self.unit)
         return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
 
     def machine_with_settings(self, machine: Machine) -> Machine:

@@ -107,7 +107,7 @@ class Conversation(ABC):
         """
 
     @abstractmethod
-    def ask_status(self, *, more: bool = False) -> None:
+    def request_status(self, *, more: bool = False) -> None:
         """Request a status report. The report arrives like any other answer.
 
         Set `more` if more lines are about to be sent.
@@ -137,15 +137,15 @@ class Conversation(ABC):
         """Continue after a hold."""
 
     @abstractmethod
-    def step_feed(self, current: int, target: int) -> None:
+    def step_feed_override(self, current: int, target: int) -> None:
         """Change the feed override by one step from `current` toward `target`, percent."""
 
     @abstractmethod
-    def home_lines(self) -> str:
+    def homing_command(self) -> str:
         """Return the homing command."""
 
     @abstractmethod
-    def zero_line(self, axes: str) -> str:
+    def zeroing_command(self, axes: str) -> str:
         """Return the command that sets the zero of the given axes to the current position."""
 
     @abstractmethod
@@ -161,7 +161,7 @@ class Conversation(ABC):
         """Reset the controller as far as the firmware allows, and return the status."""
 
     @abstractmethod
-    def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
+    def clean_up_after_alarm(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Clean up after the machine has stopped with an alarm, and return the status."""
 
     @abstractmethod
@@ -169,11 +169,11 @@ class Conversation(ABC):
         """Send a stop to a machine that no longer responds. Return the names of the commands that were sent."""
 
     @abstractmethod
-    def prepare(self) -> None:
+    def prepare_for_program(self) -> None:
         """Prepare the controller for running a program."""
 
     @property
-    def takes_lines(self) -> bool:
+    def can_send_line(self) -> bool:
         """Whether a line may be sent now, if it fits into the buffer."""
         return True
 
@@ -187,7 +187,7 @@ class Conversation(ABC):
         self.log(">", data.decode("ascii", "backslashreplace").rstrip("\n"))
         self.port.write(data)
 
-    def interrupt(self) -> None:
+    def interrupt_wait(self) -> None:
         """Interrupt the current wait, which then raises `Interrupted`. This method may be called from any thread."""
         self._interrupted = True
 
@@ -214,7 +214,7 @@ class Conversation(ABC):
         self.status, self.offset = status, status.offset or self.offset
         self.on_status(status)
 
-    def receive(
+    def receive_answers(
         self, seconds: float, every: float | None = None, ask: Callable[[], None] | None = None, *, later: bool = False
     ) -> Iterator[ControllerAnswer]:
         """Yield the answers that arrive within the next `seconds`.
@@ -233,30 +233,30 @@ class Conversation(ABC):
         until, next_query = self._deadline(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:
             if every is not None and self.clock() >= next_query:
-                (ask or self.ask_status)()
+                (ask or self.request_status)()
                 next_query = self.clock() + every
             yield from self.listen()
 
-    def facts(self) -> Facts:
+    def read_facts_at_rest(self) -> Facts:
         """Read the settings and the state of the controller.
 
         Raises `SendError` if the machine is moving, or if the controller does not report a required value.
         """
-        if movement := self._moving_state():
+        if movement := self._moving_state_words():
             raise SendError("the machine is {}; wait until it has stopped, or use --unlock", movement)
         return self.read_facts()
 
-    def settings(self) -> tuple[str, str]:
+    def read_settings_at_rest(self) -> tuple[str, str]:
         """Read the settings of the controller. Return their kind (see `importing.KINDS`) and their text.
 
         Raises `SendError` if the settings cannot be read at the moment.
         """
-        if movement := self._moving_state():
+        if movement := self._moving_state_words():
             raise SendError("the machine is {}; wait until it has stopped", movement)
         return self.read_settings_text()
 
-    def _moving_state(self) -> str:
-        status = self.fresh_status()
+    def _moving_state_words(self) -> str:
+        status = self.query_status()
         return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)
 
     def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
@@ -267,14 +267,14 @@ class Conversation(ABC):
         """
         self.send(text)
         answers: list[ControllerAnswer] = []
-        for answer in self.receive(seconds, 2 * POLL_SECONDS if seconds > ANSWER_SECONDS else None, later=True):
+        for answer in self.receive_answers(seconds, 2 * POLL_SECONDS if seconds > ANSWER_SECONDS else None, later=True):
             match answer:
                 case Accepted():
                     return answers
                 case Refused():
-                    raise SendError("'{}' was refused: {}", text, self.meaning_of(answer))
+                    raise SendError("'{}' was refused: {}", text, self.error_meaning(answer))
                 case Alarm():
-                    raise SendError("'{}': {}", text, self.meaning_of(answer))
+                    raise SendError("'{}': {}", text, self.error_meaning(answer))
                 case Greeting():
                     raise SendError("the controller was reset at '{}'", text)
                 case Status():
@@ -285,14 +285,14 @@ class Conversation(ABC):
                     answers.append(answer)
         raise SendError("the controller does not respond to '{}'", text)
 
-    def fresh_status(self, seconds: float = ANSWER_SECONDS) -> Status:
+    def query_status(self, seconds: float = ANSWER_SECONDS) -> Status:
         """Query the status and wait for the answer. Raises `SendError` if the controller does not answer."""
-        for answer in self.receive(seconds, SLOW_POLL_SECONDS):
+        for answer in self.receive_answers(seconds, SLOW_POLL_SECONDS):
             if isinstance(answer, Status):
                 return answer
         raise SendError("{} no longer responds", self.port.name)
 
-    def meaning_of(self, answer: Refused | Alarm) -> str:
+    def error_meaning(self, answer: Refused | Alarm) -> str:
         """Explain an error or an alarm in words. The explanation depends on the firmware."""
         if isinstance(answer.why, str):
             return answer.why
@@ -310,26 +310,26 @@ class Conversation(ABC):
         fails.
         """
         try:
-            self.ask(self.home_lines(), HOMING_SECONDS)
+            self.ask(self.homing_command(), HOMING_SECONDS)
         except (KeyboardInterrupt, Interrupted, SendError):
-            self._give_up_homing()
+            self._abort_homing()
             raise
         self.homed = True
 
     @abstractmethod
-    def _give_up_homing(self) -> None:
+    def _abort_homing(self) -> None:
         """Stop a machine that is homing, even if it no longer answers."""
 
     def zero_here(self, axes: str = "XYZ") -> None:
         """Set the program zero to the current tool position. Raises `SendError` if the controller refuses."""
-        self.ask(self.zero_line(axes))
+        self.ask(self.zeroing_command(axes))
         self._zeroed |= set(axes)
         if self._zeroed >= set("XYZ"):
             self.restarted = False
 
     def wait_for_alarm_report(self, seconds: float) -> bool:
         """Wait for the message or greeting that follows an alarm. Return whether it arrived in time."""
-        return any(isinstance(answer, Report | Greeting) for answer in self.receive(seconds))
+        return any(isinstance(answer, Report | Greeting) for answer in self.receive_answers(seconds))
 
     def discard_answers(self, seconds: float) -> None:
         """Ignore all answers that arrive within the next `seconds`."""

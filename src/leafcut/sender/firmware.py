@@ -77,7 +77,7 @@ def query_settings(port: Port, kind: str | None = None, clock: Callable[[], floa
         except NotThisFirmware as problem:
             problems.append(problem)
             continue
-        return talk.settings()
+        return talk.read_settings_at_rest()
     answers = next((problem.answers for problem in problems if problem.answers), [])
     raise (
         problems[0]

@@ -103,7 +103,7 @@ class GrblConversation(Conversation):
                 self.act = _GRBLHAL
         return answer
 
-    def ask_status(self, *, more: bool = False) -> None:
+    def request_status(self, *, more: bool = False) -> None:
         """Query the status with a realtime byte. The report arrives like any other answer."""
         self.port.write(self.act.ask)
 
@@ -113,25 +113,25 @@ class GrblConversation(Conversation):
         Raises `SendError` if the controller does not answer, or if it has a different firmware.
         """
         replies: list[str] = []
-        for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._query_board):
+        for answer in self.receive_answers(START_SECONDS, SLOW_POLL_SECONDS, self._query_board):
             if isinstance(answer, Status):
                 if self._knocks > 1:
                     self._detect_realtime_bytes()
                 return answer
             if isinstance(answer, Greeting):
                 self.restarted = True
-                self.ask_status()
+                self.request_status()
             else:
                 replies.append(answer_text(answer))
         if not replies and not self._rest:
-            replies = self._answers_to_line()
+            replies = self._answers_to_empty_line()
         replies += [printable(self._rest.decode("ascii", "replace"))] * bool(self._rest)
         raise wrong_firmware_error(self.port.name, replies, "GRBL")
 
-    def _answers_to_line(self) -> list[str]:
+    def _answers_to_empty_line(self) -> list[str]:
         """Send an empty line and return the answers. Some firmwares respond only to lines."""
         self.write(b"\n")
-        return [answer_text(answer) for answer in self.receive(_LINE_SECONDS)]
+        return [answer_text(answer) for answer in self.receive_answers(_LINE_SECONDS)]
 
     def _query_board(self) -> None:
         """Query the status of an unknown board.
@@ -142,13 +142,13 @@ class GrblConversation(Conversation):
         self._knocks += 1
         if self._knocks > 1 and not self.family:
             self.port.write(_GRBLHAL.ask)
-        self.ask_status()
+        self.request_status()
 
     def _detect_realtime_bytes(self) -> None:
         """Switch to grblHAL's realtime bytes if the board answers grblHAL's status query. GRBL ignores that byte."""
         self.discard_answers(SLOW_POLL_SECONDS)
         self.port.write(_GRBLHAL.ask)
-        if any(isinstance(answer, Status) for answer in self.receive(SLOW_POLL_SECONDS)):
+        if any(isinstance(answer, Status) for answer in self.receive_answers(SLOW_POLL_SECONDS)):
             self.act = _GRBLHAL
 
     def read_facts(self) -> Facts:
@@ -161,7 +161,7 @@ class GrblConversation(Conversation):
         for question in ("$I", "$$", "$#", "$G"):
             answers += self.ask(question)
         configuration = self._query_fluidnc_configuration() if self.family == "FluidNC" else ""
-        return facts_from_answers(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
+        return facts_from_answers(answers, self.query_status(), homed=self.homed, configuration=configuration)
 
     def read_settings_text(self) -> tuple[str, str]:
         """Read the settings, or the configuration in the case of FluidNC. Return their kind and their text.
@@ -181,7 +181,7 @@ class GrblConversation(Conversation):
     def _end_partial_line(self) -> None:
         """Complete a partial line that may still be in the controller's buffer, and wait for the answer."""
         self.write(b"\n")
-        if not any(isinstance(answer, Accepted | Refused) for answer in self.receive(ANSWER_SECONDS)):
+        if not any(isinstance(answer, Accepted | Refused) for answer in self.receive_answers(ANSWER_SECONDS)):
             raise SendError(
                 "the device on {} reports its state, but accepts no line; reset it, and check the cable", self.port.name
             )
@@ -215,7 +215,7 @@ class GrblConversation(Conversation):
         """Continue after a hold."""
         self.write(self.act.resume)
 
-    def step_feed(self, current: int, target: int) -> None:
+    def step_feed_override(self, current: int, target: int) -> None:
         """Change the feed override by 10 or 1 percent.
 
         The method sends a single step, because the board merges steps that arrive together.
@@ -224,19 +224,19 @@ class GrblConversation(Conversation):
         step = (10 if abs(change) >= 10 else 1) * (1 if change > 0 else -1)
         self.write(_FEED_NORMAL if target == 100 else _FEED_STEPS[step])
 
-    def prepare(self) -> None:
+    def prepare_for_program(self) -> None:
         """Do nothing, because the controller needs no preparation."""
 
-    def home_lines(self) -> str:
+    def homing_command(self) -> str:
         """Return the homing command."""
         return "$H"
 
-    def _give_up_homing(self) -> None:
+    def _abort_homing(self) -> None:
         # A homing machine ignores a hold.
         with suppress(SendError):
             self.reset()
 
-    def zero_line(self, axes: str) -> str:
+    def zeroing_command(self, axes: str) -> str:
         """Return the command that sets the zero of G54 to the current tool position."""
         return "G10 L20 P1 " + " ".join(f"{axis}0" for axis in axes)
 
@@ -245,7 +245,7 @@ class GrblConversation(Conversation):
 
         Raises `SendError` if the machine stays locked.
         """
-        status = self.fresh_status()
+        status = self.query_status()
         if status.state not in _AT_REST or status.state in ("Check", "Sleep"):
             status = self.stop()
         locked = status.state in LOCKED
@@ -267,7 +267,7 @@ class GrblConversation(Conversation):
         return self.reset(on_answer)
 
     def _wait_for_rest(self, on_answer: OnAnswer) -> None:
-        for answer in self.receive(REST_SECONDS, POLL_SECONDS):
+        for answer in self.receive_answers(REST_SECONDS, POLL_SECONDS):
             on_answer(answer)
             if isinstance(answer, Greeting):
                 return
@@ -291,15 +291,15 @@ class GrblConversation(Conversation):
             self.write(RESET)
             sent += 1
 
-        for answer in self.receive(ANSWER_SECONDS, RESET_SECONDS, send_reset):
+        for answer in self.receive_answers(ANSWER_SECONDS, RESET_SECONDS, send_reset):
             on_answer(answer)
             if isinstance(answer, Greeting):
                 break
         if sent > 1:
             self.discard_answers(RESET_SECONDS)  # repeated resets may be answered as well
-        return self.fresh_status()
+        return self.query_status()
 
-    def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
+    def clean_up_after_alarm(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Wait until GRBL has reported the alarm, then reset the controller.
 
         GRBL takes half a second to report an alarm and ignores resets during this time.
@@ -344,18 +344,18 @@ def parse_grbl_line(line: str) -> ControllerAnswer:
         return _parse_status(line[1:-1]) or InvalidAnswer(printable(line))
     if line.startswith("[") and line.endswith("]"):
         name, colon, rest = line[1:-1].partition(":")
-        return Report(name, _printable_start(rest)) if colon else Report("", printable(name, 120))
+        return Report(name, _shorten_to_printable(rest)) if colon else Report("", printable(name, 120))
     if match := _GREETING.match(line):
         return Greeting(match[1], match[2] or "")
     if match := _SETTING.match(line):
-        return Report(f"${match[1]}", _printable_start(_REMARK.sub("", match[2]).strip()))
+        return Report(f"${match[1]}", _shorten_to_printable(_REMARK.sub("", match[2]).strip()))
     # Start-up lines, which are echoed when they are executed, and additional output of grblHAL and FluidNC.
     if line.startswith((">", "$N")):
         return Report("", printable(line))
     return InvalidAnswer(printable(line))
 
 
-def _printable_start(text: str) -> str:
+def _shorten_to_printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text[:200])
 
 

@@ -20,7 +20,7 @@ from leafcut.model.machine import XYZ
 from leafcut.read.controllers.fluidnc import FluidConfiguration, parse_board_configuration
 from leafcut.sender.answers import ControllerAnswer, Report, Status
 from leafcut.sender.character_counting import GRBL_BUFFER
-from leafcut.sender.controller_facts import Clock, Facts, SettingNames, position_in_mm, require_positive_values
+from leafcut.sender.controller_facts import Facts, SettingNames, TimingSettings, position_in_mm, require_positive_values
 from leafcut.units import MM_PER_INCH
 
 _LOCK, _DEVIATION, _ARC_TOLERANCE, _INCHES = 1, 11, 12, 13
@@ -120,10 +120,10 @@ class _Settings(dict[str, str]):
                 "the controller has ${}={}, which is not a number; check its settings", setting, text
             ) from None
 
-    def known(self, setting: int) -> float | None:
+    def number_or_none(self, setting: int) -> float | None:
         return self.number(setting) if self.get(f"${setting}") else None
 
-    def axes(self, first: int, factor: float = 1.0) -> XYZ | None:
+    def axis_values(self, first: int, factor: float = 1.0) -> XYZ | None:
         if not all(self.get(name) for name in _three_setting_names(first)):
             return None
         x, y, z = (self.number(first + axis) * factor for axis in range(3))
@@ -138,7 +138,7 @@ def _add_numbered_settings(settings: _Settings, letters: str, facts: Facts) -> F
         up = _ZERO_AT_HOME in letters and to_min >> axis & 1
         low.append(0.0 if up else -length)
         high.append(length if up else 0.0)
-    lock = settings.known(_LOCK)
+    lock = settings.number_or_none(_LOCK)
     return replace(
         facts,
         low=(low[0], low[1], low[2]),
@@ -148,12 +148,12 @@ def _add_numbered_settings(settings: _Settings, letters: str, facts: Facts) -> F
         soft_limits=settings.number(_SOFT_LIMITS) >= 1.0,
         laser_mode=settings.number(_LASER) == 1.0,
         fastest=settings.number(_FASTEST, 1000.0),
-        clock=Clock(
-            settings.axes(_RATES, 1.0 / 60.0),
-            settings.axes(_ACCELERATIONS),
-            settings.axes(_STEPS),
-            settings.known(_DEVIATION),
-            settings.known(_ARC_TOLERANCE),
+        clock=TimingSettings(
+            settings.axis_values(_RATES, 1.0 / 60.0),
+            settings.axis_values(_ACCELERATIONS),
+            settings.axis_values(_STEPS),
+            settings.number_or_none(_DEVIATION),
+            settings.number_or_none(_ARC_TOLERANCE),
             None if lock is None else 0.0 if lock == _ALWAYS_ON else lock / 1000.0,
         ),
     )
@@ -186,7 +186,7 @@ def _add_fluidnc_configuration(facts: Facts, text: str, *, homed: bool) -> Facts
         homed=True if homed or configuration.must_home else None,
         soft_limits=configuration.soft_limits,
         fastest=configuration.fastest,
-        clock=Clock(
+        clock=TimingSettings(
             require_positive_values(configuration.rates, _FLUIDNC_NAMES.rates),
             require_positive_values(configuration.accelerations, _FLUIDNC_NAMES.accelerations),
             require_positive_values(configuration.steps, _keys_by_axis("steps_per_mm")),

@@ -70,7 +70,7 @@ class SendJob:
     accept: tuple[str, ...] = ()
 
     @property
-    def laser(self) -> bool:
+    def is_laser(self) -> bool:
         """Whether the machine is a laser."""
         return self.machine.head is Head.LASER
 
@@ -83,7 +83,7 @@ class SendJob:
         return tuple(_find_holes(self.program))
 
     @cached_property
-    def seconds(self) -> tuple[Floats, Floats]:
+    def seconds_by_line(self) -> tuple[Floats, Floats]:
         """Cutting time and other time of each line, s. Both are float64[lines + 1], indexed by line number."""
         timed = time_rows(self.program.path, self.machine, count_line_bytes_and_words(self.program.lines))
         at_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
@@ -99,7 +99,7 @@ class SendJob:
         """Return the same program for a different machine. The cycle times change accordingly."""
         return replace(self, machine=machine)
 
-    def hole_at(self, line: int) -> DrilledHole | None:
+    def hole_at_line(self, line: int) -> DrilledHole | None:
         """Return the last hole that starts at or before a line, or None if the line is before the first hole."""
         latest = None
         for hole in self.holes:
@@ -108,7 +108,7 @@ class SendJob:
             latest = hole
         return latest
 
-    def text(self, line: int) -> str:
+    def line_text(self, line: int) -> str:
         """Return a line of the program, shortened to fit into a message."""
         lines = self.program.lines
         return printable(lines[line - 1].strip()) if 0 < line <= len(lines) else ""

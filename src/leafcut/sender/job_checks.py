@@ -35,7 +35,7 @@ _STANDING = ("Check", "Hold", "Door")
 _UNSURE = Message("the controller does not report whether it was homed, and does not require homing")
 
 
-def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
+def check_machine_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
     """Check that the machine is idle and its position is known.
 
     Parameters
@@ -91,11 +91,11 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
     Set `begun` if the program is at a pause. Its first move was already checked in this case. Raises `SendError`, which
     mentions the line, if the machine cannot run the program.
     """
-    if job.laser != facts.laser_mode:
+    if job.is_laser != facts.laser_mode:
         name = facts.names.laser
         raise SendError(
             "laser mode is off ({}=0), but the program is for a laser; set {}, or name the right --machine"
-            if job.laser
+            if job.is_laser
             else "laser mode is on ({}=1), but the program is for a spindle; set {}, or name the right --machine",
             name,
             name,
@@ -106,9 +106,9 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
         raise SendError(
             "the firmware has no arcs (ARC_SUPPORT), but line {} is an arc; post the program without arcs", line
         )
-    _check_speeds(job, facts)
+    _check_spindle_speeds(job, facts)
     _check_travel(job, facts, unhomed=unhomed and not facts.has_valid_coordinates)
-    if not job.laser:
+    if not job.is_laser:
         path = replace_machine_moves(job, facts)
         if not begun and "L805" not in job.accept:
             _check_start_height(job, facts, path)
@@ -116,7 +116,7 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
     return _profile_difference_issues(job, facts)
 
 
-def _check_speeds(job: SendJob, facts: Facts) -> None:
+def _check_spindle_speeds(job: SendJob, facts: Facts) -> None:
     path = job.program.path
     rows = np.flatnonzero((path.kind == Kind.SPINDLE) & (np.abs(path.value) > facts.fastest + 0.5))
     if len(rows):
@@ -126,11 +126,11 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
             "S{:g} in line {} is above the controller's {}", abs(path.value[row]), int(path.line[row]), limit
         )
         raise SendError("{}; is this program for another machine?", problem)
-    if not job.laser and _current_speed(facts) == 0.0:
+    if not job.is_laser and _current_spindle_speed(facts) == 0.0:
         _check_spindle(job)
 
 
-def _current_speed(facts: Facts) -> float | None:
+def _current_spindle_speed(facts: Facts) -> float | None:
     return next((float(word[1:]) for word in facts.modes if word.startswith("S")), None)
 
 
@@ -167,13 +167,13 @@ def positions_on_machine(job: SendJob, facts: Facts, *, fed: bool = False) -> tu
     frames = path.latest(Kind.FRAME, path.ref, 540)
     places, lines = [np.zeros((0, 3))], [np.zeros(0)]
     for frame in np.unique(frames).tolist():
-        zero = np.array(facts.origin(int(frame)))
+        zero = np.array(facts.work_zero(int(frame)))
         moving = (frames == frame) & np.isin(path.kind, [int(k) for k in MOTIONS if not (fed and k is Kind.RAPID)])
         for ends in (path.end, path.before) if fed else (path.end,):
             places.append(ends[moving] + zero)
             lines.append(path.line[moving].astype(np.float64))
         for row in np.flatnonzero((frames == frame) & np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist():
-            extremes = arc_extremes_or_none(path, row)
+            extremes = known_arc_extremes(path, row)
             if extremes:
                 places.append(np.array(extremes) + zero)
                 lines.append(np.full(len(extremes), float(path.line[row])))
@@ -184,7 +184,7 @@ def positions_on_machine(job: SendJob, facts: Facts, *, fed: bool = False) -> tu
     return np.concatenate(places), np.concatenate(lines)
 
 
-def _g28_or_g30(job: SendJob, line: int) -> str | None:
+def _stored_position_word(job: SendJob, line: int) -> str | None:
     words = parse_words(split_line(job.program.lines[line - 1].strip(), nested=True)[0].removeprefix("/"))
     codes = {round(word.value * 10) for word in words if word.letter == "G"}
     return "G28" if 280 in codes else "G30" if 300 in codes else None
@@ -197,7 +197,7 @@ def _end_in_machine_coordinates(job: SendJob, facts: Facts, path: Toolpath, row:
     """
     place: Floats = path.end[row]
     line = int(path.line[row])
-    name = _g28_or_g30(job, line)
+    name = _stored_position_word(job, line)
     if name is None:
         return place
     if name not in facts.places:
@@ -224,7 +224,7 @@ def replace_machine_moves(job: SendJob, facts: Facts) -> Toolpath:
     frames = path.latest(Kind.FRAME, path.ref, 540)
     zeros = np.zeros((len(path), 3))
     for frame in np.unique(frames).tolist():
-        zeros[frames == frame] = facts.origin(int(frame))
+        zeros[frames == frame] = facts.work_zero(int(frame))
     placed = np.isin(path.kind, [int(kind) for kind in PLACES]) | in_machine
     ends = np.where(placed[:, None], path.end + zeros, np.nan)
     for row in np.flatnonzero(in_machine).tolist():
@@ -265,7 +265,7 @@ def _check_rapid_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
         raise SendError(
             "line {} '{}' is a rapid at Z{:.3f}, below the surface of the part: {}; if that is right, add --accept {}",
             line,
-            job.text(line),
+            job.line_text(line),
             height,
             _cause_of_low_height(job, facts, original, row),
             code,
@@ -279,8 +279,8 @@ def _cause_of_low_height(job: SendJob, facts: Facts, path: Toolpath, row: int) -
     """
     at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[at])
-    zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
-    name = _g28_or_g30(job, line)
+    zero = facts.work_zero(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
+    name = _stored_position_word(job, line)
     if name is None:
         cause = Message("the work zero is at Z{:.3f} in machine coordinates; choose a higher position", zero)
     else:
@@ -300,7 +300,7 @@ def _stored_position_cause(name: str, facts: Facts, zero: float, line: int) -> M
     )
 
 
-def arc_extremes_or_none(path: Toolpath, row: int) -> list[XYZ]:
+def known_arc_extremes(path: Toolpath, row: int) -> list[XYZ]:
     """Return the extreme points of an arc in program coordinates, mm.
 
     The list is empty if the start of the arc is unknown.
@@ -317,7 +317,7 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
     If the machine was not homed, the program must not be larger than the travel.
     """
     places, lines = positions_on_machine(job, facts)
-    low, high = facts.travel()
+    low, high = facts.travel_limits()
     for axis, name in enumerate("XYZ"):
         values = places[:, axis]
         known = np.isfinite(values)
@@ -339,7 +339,7 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
         outside = known & ((values < low[axis] - _TOLERANCE) | (values > high[axis] + _TOLERANCE))
         if outside.any():
             first = np.flatnonzero(outside)[np.argmin(lines[outside])]
-            zero = facts.origin(540)[axis]
+            zero = facts.work_zero(540)[axis]
             raise SendError(
                 "line {} goes to {} {:.3f} mm in {}, outside "
                 "the travel of {:g} to {:g} mm ({}); the work zero is at "
@@ -360,7 +360,7 @@ def _check_start_height(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
     This is the case if the first move is sideways while the tool is below the greatest Z of the program.
     """
-    place = facts.machine_place()
+    place = facts.machine_position()
     program_path = expand_cycles(job.program.path)
     heights = program_path.end[np.isin(program_path.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
@@ -372,7 +372,7 @@ def _check_start_height(job: SendJob, facts: Facts, path: Toolpath) -> None:
     rows = np.flatnonzero(sideways)
     if not len(rows):
         return
-    z = place[2] - facts.origin(540)[2]
+    z = place[2] - facts.work_zero(540)[2]
     if z < float(known.max()) - _TOLERANCE:
         raise SendError(
             "line {} moves in X or Y before the program sets a height, and the tool is at "
@@ -385,7 +385,7 @@ def _check_start_height(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
 def _profile_difference_issues(job: SendJob, facts: Facts) -> list[Issue]:
     profile, timed = job.machine, facts.machine_with_settings(job.machine)
-    low, high = facts.travel()
+    low, high = facts.travel_limits()
     names = facts.names
     pairs = [(profile.rapid_velocity[k] * 60.0, timed.rapid_velocity[k] * 60.0, names.rates[k]) for k in range(3)]
     pairs += [(profile.acceleration[k], timed.acceleration[k], names.accelerations[k]) for k in range(3)]

@@ -19,8 +19,8 @@ from leafcut.sender.controller_facts import Facts
 from leafcut.sender.error_texts import error_in_words
 from leafcut.sender.grbl import ALARM_SECONDS, GrblConversation
 from leafcut.sender.job import SendJob
-from leafcut.sender.job_checks import arc_extremes_or_none, positions_on_machine
-from leafcut.sender.resuming import number_in_mm
+from leafcut.sender.job_checks import known_arc_extremes, positions_on_machine
+from leafcut.sender.resuming import format_without_trailing_zeros
 
 #: Cancels a jog immediately. The machine keeps its position.
 JOG_CANCEL = b"\x85"
@@ -50,12 +50,16 @@ def jog_command(moves: dict[str, float], feed: float, *, machine: bool = False) 
     OptionError
         An axis, a length or the feed is invalid.
     """
-    words = [f"{axis}{number_in_mm(value)}" for axis, value in moves.items() if axis in _AXES and math.isfinite(value)]
+    words = [
+        f"{axis}{format_without_trailing_zeros(value)}"
+        for axis, value in moves.items()
+        if axis in _AXES and math.isfinite(value)
+    ]
     if not words or len(words) < len(moves):
         raise OptionError("a jog needs distances in X, Y or Z, mm")
     if not (math.isfinite(feed) and feed > 0.0):
         raise OptionError("a jog needs a feed above 0 mm/min")
-    return f"$J={'G53' if machine else 'G91'}G21{''.join(words)}F{number_in_mm(feed)}"
+    return f"$J={'G53' if machine else 'G91'}G21{''.join(words)}F{format_without_trailing_zeros(feed)}"
 
 
 def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
@@ -73,7 +77,7 @@ def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
     """
     if place is None or not facts.has_valid_coordinates:
         return
-    low, high = facts.travel()
+    low, high = facts.travel_limits()
     for axis, move in moves.items():
         k = _AXES.index(axis)
         target = place[k] + move
@@ -113,8 +117,8 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
         raise OptionError("the thickness of the plate must be 0 or more, mm")
     if not (math.isfinite(feed) and math.isfinite(travel) and feed > 0.0 and travel > 0.0):
         raise OptionError("the probe needs a feed and a maximum distance above 0")
-    place = facts.machine_place(talk.fresh_status())
-    lowest = facts.travel()[0][2]
+    place = facts.machine_position(talk.query_status())
+    lowest = facts.travel_limits()[0][2]
     if facts.has_valid_coordinates and place is not None and place[2] - travel < lowest - _TOLERANCE:
         raise SendError(
             "the probe can descend only {:.3f} mm here before the end of the machine's "
@@ -123,7 +127,10 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
             travel,
         )
     try:
-        answers = talk.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)
+        answers = talk.ask(
+            f"G91G21G38.2Z{format_without_trailing_zeros(-travel)}F{format_without_trailing_zeros(feed)}",
+            _PROBE_SECONDS,
+        )
     except SendError:
         talk.wait_for_alarm_report(ALARM_SECONDS)
         raise
@@ -133,12 +140,12 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
     )
     contact_text, _, touched = contact_report.partition(":")
     contact = parse_position(contact_text)
-    place_now = facts.machine_place(talk.fresh_status())
+    place_now = facts.machine_position(talk.query_status())
     if contact is None or touched.strip() != "1" or place_now is None:
         raise SendError("the controller does not report the position of the contact")
     # Z0 is set from the reported point of contact, because the tool comes to rest slightly below it.
     talk.ask("G54")
-    talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + place_now[2] - contact[2] * facts.unit)}")
+    talk.ask(f"G10 L20 P1 Z{format_without_trailing_zeros(plate + place_now[2] - contact[2] * facts.unit)}")
     talk.ask(jog_command({"Z": _RETRACT}, max(feed, 100.0)))
 
 
@@ -150,7 +157,7 @@ class FrameBox:
     high: tuple[float, float]
     height: float
 
-    def lines(self, feed: float) -> list[str]:
+    def tracing_lines(self, feed: float) -> list[str]:
         """Return the jogs that raise the tool, move to a corner and trace the box. The tool stays up."""
         (x0, y0), (x1, y1) = self.low, self.high
         corners = ((x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0))
@@ -169,7 +176,7 @@ def program_frame(job: SendJob, facts: Facts) -> FrameBox:
     every, _ = positions_on_machine(job, facts)
     known = places[np.isfinite(places[:, :2]).all(axis=1)]
     heights = every[np.isfinite(every[:, 2]), 2]
-    place = facts.machine_place()
+    place = facts.machine_position()
     if not len(known) or place is None:
         raise SendError(
             "framing is not possible: the program cuts nothing, or the machine does not report its position"
@@ -185,7 +192,7 @@ def bounding_box_of_cuts(job: SendJob) -> tuple[XYZ, XYZ] | None:
     path = job.program.path
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     arcs = np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist()
-    bulges = [place for row in arcs for place in arc_extremes_or_none(path, row)]
+    bulges = [place for row in arcs for place in known_arc_extremes(path, row)]
     places = np.concatenate([path.before[cuts], path.end[cuts], np.reshape(bulges, (-1, 3))])
     known = places[np.isfinite(places).all(axis=1)]
     if not len(known):

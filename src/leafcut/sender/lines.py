@@ -168,13 +168,13 @@ class _LineReader:
             raise BlockError("{}, {} takes {}", reason, self.dialect.name, LONGEST_LINE)
         steps: list[SentStep] = [SentLine(text, number)] if text else []
         if 6 in codes:
-            steps.insert(0, self._pause(number, change=True))
+            steps.insert(0, self._create_pause(number, change=True))
         if codes & self.stops:
             # A stop directly after a tool selection is a manual tool change.
-            steps.append(self._pause(number, change=number - self.chosen < _REACH))
+            steps.append(self._create_pause(number, change=number - self.chosen < _REACH))
         return steps
 
-    def _pause(self, number: int, *, change: bool) -> Pause:
+    def _create_pause(self, number: int, *, change: bool) -> Pause:
         self.chosen = -_REACH
         remark = self.remark if number - self.remarked <= _REACH else ""
         return Pause(number, change, self.tool if change else None, remark)

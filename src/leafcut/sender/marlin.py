@@ -45,7 +45,7 @@ from leafcut.sender.answers import (
     parse_position,
 )
 from leafcut.sender.character_counting import GRBL_BUFFER
-from leafcut.sender.controller_facts import Clock, Facts, SettingNames
+from leafcut.sender.controller_facts import Facts, SettingNames, TimingSettings
 from leafcut.sender.conversation import (
     ANSWER_SECONDS,
     STOPPED_SHORT,
@@ -231,7 +231,7 @@ class MarlinConversation(Conversation):
             case Accepted():
                 return self._process_ok()
             case Greeting():
-                self._forget()
+                self._restart_numbering()
                 self._anew = True
             case Alarm(why):
                 self._killed |= why is KILLED
@@ -302,7 +302,7 @@ class MarlinConversation(Conversation):
             self._next, self._flying, self._number = flying, last, number
         newest = self._number
         if number not in (newest, newest + 1) or (self._flying is None and number == newest):
-            self._forget()
+            self._restart_numbering()
             # The controller has restarted its line numbers, or has lost lines.
             self._anew = number == 1
             return [Greeting("", "Marlin") if number == 1 else InvalidAnswer(f"Resend: {number}")]
@@ -332,14 +332,14 @@ class MarlinConversation(Conversation):
         self._flying = NumberedLine(self._number, text, is_query)
         self._write_line(self._flying)
 
-    def _forget(self) -> None:
+    def _restart_numbering(self) -> None:
         """Forget all sent lines, and restart the numbering at 1."""
         self._flying, self._wanted, self._number, self._times, self._wrong = None, None, 0, 0, ""
         self._answered_last = self._next = None
         self._queries.clear()
 
     @property
-    def takes_lines(self) -> bool:
+    def can_send_line(self) -> bool:
         """Whether a line may be sent. All lines must be answered, and the machine must not be on hold."""
         return not self._held and self._all_lines_answered
 
@@ -360,7 +360,7 @@ class MarlinConversation(Conversation):
                 raise SendError("{} no longer responds", self.port.name)
         self._send_numbered(text)
 
-    def ask_status(self, *, more: bool = False) -> None:
+    def request_status(self, *, more: bool = False) -> None:
         """Query the position and whether the machine is at rest.
 
         If some lines are unanswered, or more lines are about to be sent, the status is inferred without a query.
@@ -378,7 +378,7 @@ class MarlinConversation(Conversation):
         Raises `SendError` if the controller does not answer, or if it is not Marlin 2.
         """
         replies: list[str] = []
-        for answer in self.receive(START_SECONDS, KNOCK_SECONDS, self._query_board):
+        for answer in self.receive_answers(START_SECONDS, KNOCK_SECONDS, self._query_board):
             match answer:
                 case Accepted():
                     break
@@ -394,14 +394,14 @@ class MarlinConversation(Conversation):
         self._synchronise()
         self._query_firmware()
         self._anew = False
-        return self.fresh_status()
+        return self.query_status()
 
     def _query_board(self) -> None:
         self.write(b"\n" + _FIRST.data)
 
     def _synchronise(self) -> None:
         """Wait until all answers to earlier lines have arrived, then restart the line numbers at 1."""
-        self._forget()
+        self._restart_numbering()
         self._stray = 0
         quiet = self.clock()
         until = self._deadline(ANSWER_SECONDS)
@@ -450,7 +450,7 @@ class MarlinConversation(Conversation):
             homed=True if self.homed else None,
             soft_limits=soft_limits_on,
             arcs=abilities.get("ARCS", True),
-            clock=Clock(machine.rapid_velocity, machine.acceleration, None, machine.corner_deviation),
+            clock=TimingSettings(machine.rapid_velocity, machine.acceleration, None, machine.corner_deviation),
         )
 
     def read_settings_text(self) -> tuple[str, str]:
@@ -479,7 +479,7 @@ class MarlinConversation(Conversation):
             "\n".join(answer.text for answer in answers if isinstance(answer, Report) and answer.name != PLACE) + "\n"
         )
 
-    def prepare(self) -> None:
+    def prepare_for_program(self) -> None:
         """Keep the motors on (M84 S0).
 
         Otherwise the motors could turn off during a tool change, and the position would be lost.
@@ -494,25 +494,25 @@ class MarlinConversation(Conversation):
         """Send lines again."""
         self._held = False
 
-    def step_feed(self, current: int, target: int) -> None:
+    def step_feed_override(self, current: int, target: int) -> None:
         """Set the feed override. It applies to all moves, including rapids, that the board plans from now on."""
         self._queries.append(f"M220 S{target}")
 
-    def home_lines(self) -> str:
+    def homing_command(self) -> str:
         """Return the homing command."""
         return "G28"
 
-    def _give_up_homing(self) -> None:
+    def _abort_homing(self) -> None:
         with suppress(SendError):
             self.stop()
 
-    def zero_line(self, axes: str) -> str:
+    def zeroing_command(self, axes: str) -> str:
         """Return the command that sets the zero of the given axes to the current position."""
         return "G92 " + " ".join(f"{axis}0" for axis in axes)
 
     def unlock(self) -> bool:
         """Bring the machine to rest and clear its stop condition. Raises `SendError` if the machine does not answer."""
-        if self.fresh_status().state == "Run":
+        if self.query_status().state == "Run":
             self.stop()
         self.ask("M999 S1")  # without S1, it would request lines again
         return False
@@ -537,12 +537,13 @@ class MarlinConversation(Conversation):
         # Without a number, because it must act before its turn.
         self.write(b"M410\n")
         self._stray += 1
-        for answer in self.receive(DROPPED_SECONDS / self.patience):
+        for answer in self.receive_answers(DROPPED_SECONDS / self.patience):
             on_answer(answer)
-        self._forget()
+        self._restart_numbering()
         self._stray = 0  # the answer to M410 may have been assigned to another line
         if not any(
-            isinstance(answer, Accepted) for answer in self.receive(ANSWER_SECONDS, KNOCK_SECONDS, self._query_board)
+            isinstance(answer, Accepted)
+            for answer in self.receive_answers(ANSWER_SECONDS, KNOCK_SECONDS, self._query_board)
         ):
             self.write(b"M112\n")
             raise SendError("the board does not respond to M410; M112 (emergency stop) was sent")
@@ -555,16 +556,16 @@ class MarlinConversation(Conversation):
         return self._store_and_return_status(status)
 
     def _wait_for_rest(self) -> Status:
-        status = self.fresh_status(PLANNED_SECONDS)
+        status = self.query_status(PLANNED_SECONDS)
         while status.state == "Run":
-            status = self.fresh_status(PLANNED_SECONDS)
+            status = self.query_status(PLANNED_SECONDS)
         return status
 
     def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Stop the machine. Marlin cannot be reset over the serial line."""
         return self.stop(on_answer)
 
-    def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
+    def clean_up_after_alarm(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Stop any remaining motion after an error. A firmware that has halted itself receives nothing."""
         if self._killed:
             return self._store_and_return_status(Status("Alarm"))

@@ -73,8 +73,8 @@ def steps_to_send(
     line = first_line_of_hole(job, from_hole) if from_hole is not None else int(from_line or 0)
     if line < 1:
         raise OptionError("--from-line {}: lines are counted from 1", line)
-    place = facts.machine_place()
-    steps, tool = resuming_steps(job, line, None if place is None else place[2] - facts.origin(540)[2])
+    place = facts.machine_position()
+    steps, tool = resuming_steps(job, line, None if place is None else place[2] - facts.work_zero(540)[2])
     return line, steps, tool
 
 
@@ -105,8 +105,8 @@ def resuming_steps(job: SendJob, line: int, height: float | None = None) -> tupl
     place = _position_before(job, row, first)
     lead = convert_to_dialect(job.dialect, *_state_restoring_lines(job, modal, path, row, place, height))
     rest = steps_from_lines(program.lines, job.dialect, job.file, first)
-    rest = add_motion_mode(rest, modal.motion)
-    _check_same_moves(job, lead, rest, row, first)
+    rest = add_motion_mode_to_first_move(rest, modal.motion)
+    _check_resumed_moves(job, lead, rest, row, first)
     return (*(SentLine(text) for text in lead), *rest), modal.next_tool if modal.tool is None else modal.tool
 
 
@@ -153,20 +153,22 @@ def _state_restoring_lines(
     lines = ["M5", "M9", "G21 G90 G94 G17 G40 G49", f"G{modal.frame / 10:g}"]
     if len(known):
         top = max(float(known.max()), z if height is None else height)
-        lines.append(f"G0 Z{number_in_mm(top)}{_rapid_feed_word(job, 'Z')}")
-    lines.append(f"G0 X{number_in_mm(x)} Y{number_in_mm(y)}{_rapid_feed_word(job, 'XY')}")
+        lines.append(f"G0 Z{format_without_trailing_zeros(top)}{_rapid_feed_word(job, 'Z')}")
+    lines.append(
+        f"G0 X{format_without_trailing_zeros(x)} Y{format_without_trailing_zeros(y)}{_rapid_feed_word(job, 'XY')}"
+    )
     lines += _COOLANT[modal.coolant]
     spindle = f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}" if modal.spindle else f"S{modal.rpm:g}"
-    if not job.laser:
+    if not job.is_laser:
         lines.append(spindle)
         if modal.spindle and job.machine.spindle_start_s:
             lines.append(dwell_command(job.dialect, job.machine.spindle_start_s))
     if len(known):
         lines.append(_descent_line(job, modal, row, z))
     # From here on, the lines are in the units and modes of the program.
-    lines += _units_and_feed(modal)
+    lines += _units_and_feed_lines(modal)
     lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
-    if job.laser:
+    if job.is_laser:
         lines.append(spindle)
     return [line for line in lines if line]
 
@@ -174,7 +176,9 @@ def _state_restoring_lines(
 def _rapid_feed_word(job: SendJob, axes: str) -> str:
     if not job.dialect.rapid_feed:
         return ""
-    return f" F{number_in_mm(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"
+    return (
+        f" F{format_without_trailing_zeros(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"
+    )
 
 
 def _descent_line(job: SendJob, modal: Modal, row: int, z: float) -> str:
@@ -188,14 +192,14 @@ def _descent_line(job: SendJob, modal: Modal, row: int, z: float) -> str:
         travels = path.kind[first] == Kind.RAPID and (sideways or bool(path.end[first, 2] > z))
         travels &= sideways or _arrived_by_rapid(path, row)
     if travels:
-        return f"G0 Z{number_in_mm(z)}{_rapid_feed_word(job, 'Z')}"
+        return f"G0 Z{format_without_trailing_zeros(z)}{_rapid_feed_word(job, 'Z')}"
     feed = modal.feed * (modal.unit or 1.0)
     if not feed:
         fed = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
         feed = float(fed.min()) * 60.0 if len(fed) else 0.0
     if not feed:
         raise OptionError("the program has no feed rate for the plunge at that line; start from the first line")
-    return f"G1 Z{number_in_mm(z)} F{number_in_mm(feed)}"
+    return f"G1 Z{format_without_trailing_zeros(z)} F{format_without_trailing_zeros(feed)}"
 
 
 def _arrived_by_rapid(path: Toolpath, row: int) -> bool:
@@ -207,7 +211,7 @@ def _arrived_by_rapid(path: Toolpath, row: int) -> bool:
     return bool(path.kind[last] == Kind.RAPID and not path.end[last, 2] < path.before[last, 2])
 
 
-def number_in_mm(value: float) -> str:
+def format_without_trailing_zeros(value: float) -> str:
     """Format a length in mm or a feed in mm/min without trailing zeros."""
     text = f"{value:.{_DECIMALS}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
@@ -217,12 +221,12 @@ def mode_restoring_lines(job: SendJob, line: int) -> tuple[int | None, list[Sent
     """Return the motion mode before a line, and the lines that restore the spindle and all other modes."""
     modal = _modal_state_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
-    words += _units_and_feed(modal)
+    words += _units_and_feed_lines(modal)
     lines = [SentLine(text) for text in convert_to_dialect(job.dialect, *words)]
     return modal.motion, [*lines, *spindle_restoring_lines(job, line)]
 
 
-def _units_and_feed(modal: Modal) -> list[str]:
+def _units_and_feed_lines(modal: Modal) -> list[str]:
     """Return the units and the feed on two lines. On a common line, the unit of F would be ambiguous."""
     if modal.unit is None:
         return []
@@ -245,7 +249,7 @@ def _modal_state_before(job: SendJob, line: int) -> Modal:
     return job.program.modal(min(block, job.program.n_blocks))
 
 
-def add_motion_mode(rest: list[SentStep], motion: int | None) -> list[SentStep]:
+def add_motion_mode_to_first_move(rest: list[SentStep], motion: int | None) -> list[SentStep]:
     """Add the active motion mode (G0 to G3) to the first move that does not have one."""
     done = list(rest)
     for k, step in enumerate(rest):
@@ -267,7 +271,7 @@ def add_motion_mode(rest: list[SentStep], motion: int | None) -> list[SentStep]:
     return done
 
 
-def _check_same_moves(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
+def _check_resumed_moves(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
     """Read the lines to send again.
 
     Raises `OptionError` if their moves differ from the remaining moves of the program.

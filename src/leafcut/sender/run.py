@@ -24,7 +24,12 @@ from leafcut.sender.job_checks import check_program
 from leafcut.sender.line_tracking import LineTracker
 from leafcut.sender.lines import DrilledHole, Pause, SentStep, insert_pauses_at_holes
 from leafcut.sender.port import PortLost
-from leafcut.sender.resuming import add_motion_mode, mode_restoring_lines, resuming_steps, spindle_restoring_lines
+from leafcut.sender.resuming import (
+    add_motion_mode_to_first_move,
+    mode_restoring_lines,
+    resuming_steps,
+    spindle_restoring_lines,
+)
 
 #: Interval between status queries, s. Shorter intervals would slow the program down.
 STATUS_SECONDS = 0.25
@@ -133,7 +138,7 @@ class RunResult:
     coordinates: str = Message("machine coordinates")
 
     @property
-    def go_on(self) -> str:
+    def resume_option(self) -> str:
         """The option that resumes the program at this point, or an empty string if the program has to start over."""
         if self.complete or not self.line or (self.hole is not None and self.hole.number == 1):
             return ""
@@ -196,7 +201,7 @@ class SendRun:
         self.left: deque[SentStep] = deque(self._with_pauses_at_holes(self.steps))
         self.path = self.job.program.path
         self._tracker = LineTracker(self.path)
-        feed_s, other_s = self.job.seconds
+        feed_s, other_s = self.job.seconds_by_line
         self._fed, self._other = np.cumsum(feed_s), np.cumsum(other_s)
         numbers = [step.number for step in self.steps if isinstance(step, SentLine) and step.number]
         self._first = min(numbers, default=1)
@@ -217,27 +222,27 @@ class SendRun:
     def _with_pauses_at_holes(self, steps: Sequence[SentStep], after: int = 0) -> Sequence[SentStep]:
         return insert_pauses_at_holes(steps, self.job.holes[after:]) if self.by_hole else steps
 
-    def go_on_to_the_end(self) -> None:
+    def leave_hole_by_hole_mode(self) -> None:
         """Leave hole-by-hole mode, so that the program runs to its end. The prompt may call this method."""
         self.by_hole = False
         self.left = deque(step for step in self.left if not (isinstance(step, Pause) and step.hole))
 
-    def ask(self, request: Request) -> None:
+    def queue_request(self, request: Request) -> None:
         """Queue a request. This method may be called from any thread."""
         self.requests.append(request)
 
     def run(self) -> RunResult:
         """Send all steps and return the result. If anything fails, stop the machine and report its state."""
         if self.prompt is None and not self.check:
-            self._skip_first_tool()
+            self._assume_first_tool_mounted()
         try:
             if self.check:
                 self.talk.ask(self.talk.check_line)
             else:
-                self.talk.prepare()
+                self.talk.prepare_for_program()
             self._heard_at = self._owed_since = self.talk.clock()
             self._send_all()
-            return self._end_check_mode() if self.check else self._result("", self.talk.status)
+            return self._end_check_mode() if self.check else self._build_result("", self.talk.status)
         except _NoAnswer as silent:
             return self._result_of_lost_machine(f"{silent}; {self._stop_unanswered()}")
         except PortLost as lost:
@@ -247,7 +252,7 @@ class SendRun:
         except LeafcutError as problem:
             return self._stop_and_report(str(problem), at_once=isinstance(problem, _AlarmStop))
 
-    def _skip_first_tool(self) -> None:
+    def _assume_first_tool_mounted(self) -> None:
         """Assume that the first tool is mounted, because no operator can be asked.
 
         Raises `OptionError` if the program has any other pause.
@@ -300,7 +305,7 @@ class SendRun:
         if self._wanted == self._overrides[0]:
             self._wanted = None
             return
-        self.talk.step_feed(self._overrides[0], self._wanted)
+        self.talk.step_feed_override(self._overrides[0], self._wanted)
         self._changing = True
         self._asked_at = 0.0
 
@@ -312,14 +317,14 @@ class SendRun:
                     return
                 self.left.popleft()
                 if not self.check:
-                    self._pause(step)
+                    self._ask_at_pause(step)
                 continue
-            if not (self.talk.takes_lines and self.counter.fits(step)):
+            if not (self.talk.can_send_line and self.counter.fits(step)):
                 return
             self.left.popleft()
             if not self.counter.waiting:
                 self._owed_since = self.talk.clock()
-            self.counter.send(step)
+            self.counter.record_sent(step)
             self.talk.send(step.text)
             self.sent = max(self.sent, step.number)
             self._rests = 0
@@ -328,7 +333,7 @@ class SendRun:
         now = self.talk.clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
-            self.talk.ask_status(more=bool(self.left) and not isinstance(self.left[0], Pause))
+            self.talk.request_status(more=bool(self.left) and not isinstance(self.left[0], Pause))
         if now - self._heard_at > SILENCE_SECONDS * self.talk.patience:
             raise _NoAnswer("{} no longer responds", self.talk.port.name)
         if (
@@ -351,9 +356,9 @@ class SendRun:
             case Accepted():
                 self._process_line_answer()
             case Refused():
-                self._process_line_answer(self.talk.meaning_of(answer))
+                self._process_line_answer(self.talk.error_meaning(answer))
             case Alarm():
-                raise _AlarmStop("{}: {}", self._position_words(), self.talk.meaning_of(answer))
+                raise _AlarmStop("{}: {}", self._position_words(), self.talk.error_meaning(answer))
             case Greeting():
                 # A reset during a move loses the position. GRBL 1.1h does not report its alarm if the reset arrives
                 # between its checks for alarms and for resets (protocol.c: `protocol_exec_rt_system`).
@@ -368,7 +373,7 @@ class SendRun:
 
     def _process_line_answer(self, wrong: str = "") -> None:
         """Handle the answer to the oldest unanswered line. `wrong` contains an error, if there is one."""
-        line = self.counter.take_answer()
+        line = self.counter.record_answer()
         self._owed_since, self._rests = self.talk.clock(), 0
         if line is None:
             raise _RunEnded("the controller answered a line that was not sent: is another program connected to it?")
@@ -377,7 +382,7 @@ class SendRun:
             self._history.append(line.number)
         if not wrong:
             return
-        text = self.job.text(line.number) or line.text
+        text = self.job.line_text(line.number) or line.text
         problem = Message("line {} '{}': {}", line.number, text, wrong) if line.number else f"'{text}': {wrong}"
         if not self.check or not line.number:
             raise _RunEnded(problem)
@@ -407,27 +412,27 @@ class SendRun:
         self._sure = place is not None
         if place is None:
             return last
-        self._passed = self._tracker.line_at(place, min(self._earliest_line, last), last)
+        self._passed = self._tracker.line_at(place, min(self._earliest_possible_line, last), last)
         return self._passed
 
     @property
-    def _earliest_line(self) -> int:
+    def _earliest_possible_line(self) -> int:
         return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
     def _assume_earliest_line(self) -> None:
         """If the position is unknown, assume the earliest possible line, so that resuming skips no line."""
         if not self._sure:
-            self.line = min(self._earliest_line, max(self.taken, self._first))
+            self.line = min(self._earliest_possible_line, max(self.taken, self._first))
 
     def _work_position(self, status: Status) -> XYZ | None:
-        return self.facts.work_place(status, self._offset)
+        return self.facts.work_position(status, self._offset)
 
     def _progress_view(self, status: Status, place: XYZ | None) -> RunView:
         line = self.taken if self.check else max(self.line - 1, 0)
         line = min(line, len(self._fed) - 1)
         feed, rapid = max(self._overrides[0], 1), max(self._overrides[1], 1)
         feed_left, other_left = self._fed[-1] - self._fed[line], self._other[-1] - self._other[line]
-        hole = self.job.hole_at(self.line)
+        hole = self.job.hole_at_line(self.line)
         return RunView(
             state=status.state,
             line=self.line,
@@ -440,14 +445,14 @@ class SendRun:
             left_s=float(100.0 * feed_left / feed + 100.0 * other_left / rapid),
         )
 
-    def _pause(self, pause: Pause) -> None:
+    def _ask_at_pause(self, pause: Pause) -> None:
         """Ask the operator, then continue.
 
         Before the run continues, it undoes every change by the operator except new zeros. A tool change stops the
         spindle. The run restarts the spindle if it should be on at this point of the program.
         """
         assert self.prompt is not None
-        if pause.change and not self.job.laser:
+        if pause.change and not self.job.is_laser:
             self.talk.ask("M5")
         replies: list[str] = []
         changed = False
@@ -465,7 +470,7 @@ class SendRun:
         if changed or self.touched:
             self.touched = False
             self._continue_after_pause(pause, following)
-        elif pause.change and not self.job.laser:
+        elif pause.change and not self.job.is_laser:
             self.left.extendleft(reversed(spindle_restoring_lines(self.job, following)))
         self._heard_at, self._rests = self.talk.clock(), 0
 
@@ -487,28 +492,28 @@ class SendRun:
         Then continue at line `following` with the state that the program has there.
         """
         self._wait_idle()
-        self.facts = self.talk.facts()
+        self.facts = self.talk.read_facts_at_rest()
         check_program(self.job, self.facts, unhomed=self.unhomed, begun=True)
-        place = self.facts.machine_place()
-        height = None if place is None else place[2] - self.facts.origin(540)[2]
+        place = self.facts.machine_position()
+        height = None if place is None else place[2] - self.facts.work_zero(540)[2]
         try:
             steps, _ = resuming_steps(self.job, following, height)
         except OptionError:
             # Before its first move, the program has no position to which the tool could return.
             motion, lines = mode_restoring_lines(self.job, following)
-            steps = (*lines, *add_motion_mode(list(self.left), motion))
+            steps = (*lines, *add_motion_mode_to_first_move(list(self.left), motion))
         self.left = deque(self._with_pauses_at_holes([step for step in steps if step != pause], pause.hole))
 
     def _wait_idle(self) -> None:
         for _ in range(2):
-            while self.talk.fresh_status().state not in ("Idle", *LOCKED):
+            while self.talk.query_status().state not in ("Idle", *LOCKED):
                 pass
 
     def _position_words(self) -> Message:
         if self.taken < self._first:
             return Message("before the program")
         return (
-            Message("line {} '{}'", self.line, self.job.text(self.line))
+            Message("line {} '{}'", self.line, self.job.line_text(self.line))
             if self._sure
             else Message("in or after line {}", self.line)
         )
@@ -521,18 +526,18 @@ class SendRun:
         errors = self._errors
         reason = errors[0][1] if errors else ""
         reason = Message("{}; {} more", reason, len(errors) - 1) if len(errors) > 1 else reason
-        return self._result(reason, status)
+        return self._build_result(reason, status)
 
     def _stop_and_report(self, reason: str, *, at_once: bool = False) -> RunResult:
         """Stop the machine and return the result. Set `at_once` if an alarm has already stopped the machine."""
         try:
-            stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
+            stop = self.talk.clean_up_after_alarm if at_once else self.talk.reset if self.check else self.talk.stop
             status = stop(self._process_late_answer)
         except PortLost as lost:
             return self._result_of_lost_machine(Message("{}; {}", reason, lost))
         except SendError as problem:
             return self._result_of_lost_machine(Message("{}; {}", reason, problem))
-        return self._result(reason, status)
+        return self._build_result(reason, status)
 
     def _stop_unanswered(self) -> str:
         try:
@@ -542,14 +547,14 @@ class SendRun:
 
     def _process_late_answer(self, answer: ControllerAnswer) -> None:
         if isinstance(answer, Accepted | Refused):
-            line = self.counter.take_answer()
+            line = self.counter.record_answer()
             if line is not None and line.number:
                 self.taken = line.number
         if isinstance(answer, Status) and not self.check:
             self._offset = answer.offset or self._offset
             self.line = self._line_at_position(self._work_position(answer))
 
-    def _result(self, reason: str, status: Status | None) -> RunResult:
+    def _build_result(self, reason: str, status: Status | None) -> RunResult:
         self.counter.forget_lines()
         self._assume_earliest_line()
         complete = not reason
@@ -563,7 +568,7 @@ class SendRun:
             hole=self._current_hole(),
             state=state,
             homed=not self._was_reset and (status is None or status.state not in (*LOCKED, STOPPED_SHORT)),
-            place=None if status is None else self.facts.machine_place(status),
+            place=None if status is None else self.facts.machine_position(status),
             errors=tuple(self._errors),
             sure=self._sure,
             coordinates=self.facts.names.coordinates,
@@ -584,7 +589,7 @@ class SendRun:
         if self._spindle_turns():
             state = Message(
                 "{}; its laser may stay on: stop it at the machine"
-                if self.job.laser
+                if self.job.is_laser
                 else "{}; its spindle may stay on: stop it at the machine",
                 state,
             )
@@ -597,14 +602,14 @@ class SendRun:
             hole=self._current_hole(),
             state=state,
             homed=False,
-            place=None if last is None else self.facts.machine_place(last),
+            place=None if last is None else self.facts.machine_position(last),
             lost=True,
             sure=self._sure,
             coordinates=self.facts.names.coordinates,
         )
 
     def _current_hole(self) -> DrilledHole | None:
-        hole = self.job.hole_at(self.line)
+        hole = self.job.hole_at_line(self.line)
         if hole is None:
             return self.job.holes[0] if self.job.holes and self.taken >= self._first else None
         if self.line > hole.last:

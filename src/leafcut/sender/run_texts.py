@@ -48,7 +48,11 @@ def ending_in_words(ending: RunResult, job: SendJob) -> str:
         )
         parts.append(Message("{}, hole {}", line, ending.hole.number) if ending.hole else line)
         parts.append(Message("lines up to {} of {} were accepted", ending.taken, lines))
-        advice = Message("resume with {}", ending.go_on) if ending.go_on else Message("start from the beginning")
+        advice = (
+            Message("resume with {}", ending.resume_option)
+            if ending.resume_option
+            else Message("start from the beginning")
+        )
         parts.append(advice if ending.homed else Message("{} after homing, or after setting the position", advice))
     else:
         parts.append(Message("no line of the program was executed"))
@@ -69,6 +73,6 @@ def ending_as_json(ending: RunResult, job: SendJob) -> dict[str, Any]:
         "state": ending.state,
         "position_kept": ending.homed,
         "place": None if ending.place is None else list(ending.place),
-        "go_on": ending.go_on,
+        "go_on": ending.resume_option,
         "errors": [{"line": line, "error": text} for line, text in ending.errors],
     }

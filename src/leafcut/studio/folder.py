@@ -91,21 +91,21 @@ class Folder:
             raise OptionError("this file is no longer in the studio; open it again")
         return files[0]
 
-    def source(self, word: str) -> str:
+    def resolve_source(self, word: str) -> str:
         """Return the source of a page's input, which is the path of an upload or the name of a built-in source."""
         return word if word.startswith(BUILT_IN) else str(self.input_path(word))
 
-    def drop_inputs(self, ids: Iterable[str]) -> None:
+    def delete_inputs(self, ids: Iterable[str]) -> None:
         """Delete uploads by their ids."""
         for input_id in ids:
             if _ID.fullmatch(input_id):
                 shutil.rmtree(self.inputs / input_id, ignore_errors=True)
 
-    def drop_unused(self, used: Iterable[str]) -> None:
+    def delete_unused_inputs(self, used: Iterable[str]) -> None:
         """Delete uploads that are older than two weeks and no longer in use."""
         keep, now = set(used), time.time()
         old = [p.name for p in self.inputs.iterdir() if now - p.stat().st_mtime > _UNUSED_SECONDS]
-        self.drop_inputs(name for name in old if name not in keep)
+        self.delete_inputs(name for name in old if name not in keep)
 
     def own_names(self, kind: str) -> list[str]:
         """Return the sorted names of the user's own ``machines`` or ``tools``."""
@@ -120,7 +120,7 @@ class Folder:
             raise OptionError("'{}' is not a valid name; use lower-case letters, digits, - and _", safe_name(name))
         return self.root / kind / f"{name}.toml"
 
-    def kept_own(self, kind: str, word: str, flag: str) -> Path:
+    def existing_own_path(self, kind: str, word: str, flag: str) -> Path:
         """Return the path of ``mine:NAME``, which is the value of `flag`.
 
         Raises `OptionError` if the file does not exist.
@@ -151,7 +151,7 @@ class Folder:
     def _draft_path(self, kind: str, name: str) -> Path:
         return self.own_path(kind, name).with_suffix(".draft")
 
-    def without_paths(self, line: str) -> str:
+    def hide_paths(self, line: str) -> str:
         """Replace paths in the studio's folder with the user's file names in a message."""
         folder = re.escape(str(self.root) + os.sep)
         inner = r"(inputs[/\\][A-Za-z0-9_-]{16}[/\\]|machines[/\\]|tools[/\\])?"

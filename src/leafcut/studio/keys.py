@@ -64,15 +64,15 @@ class StudioKeys:
     def new_cookie(self) -> str:
         """Create the value of a new cookie. It is valid for `COOKIE_SECONDS`."""
         end = str(int(self._clock()) + COOKIE_SECONDS)
-        return f"{end}.{self._signed(end)}"
+        return f"{end}.{self._cookie_signature(end)}"
 
     def is_cookie(self, value: str) -> bool:
         """Return whether this studio has issued a cookie that has not expired."""
         end, _, signature = value.partition(".")
-        known = hmac.compare_digest(signature.encode(), self._signed(end).encode())
+        known = hmac.compare_digest(signature.encode(), self._cookie_signature(end).encode())
         return known and int(end) > self._clock()
 
-    def _signed(self, end: str) -> str:
+    def _cookie_signature(self, end: str) -> str:
         return hmac.new(self._secret, f"leafcut studio {end}".encode(), hashlib.sha256).hexdigest()
 
 

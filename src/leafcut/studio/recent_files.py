@@ -37,7 +37,7 @@ class RecentFiles:
 
     def newest(self) -> list[RecentFile]:
         """Return the recent files that still exist."""
-        return [recent for recent in self._read() if self._path(recent.source) is not None]
+        return [recent for recent in self._read() if self._resolve_source(recent.source) is not None]
 
     def add(self, source: str, name: str) -> None:
         """Add a file that was opened. It replaces any entry with the same name and content."""
@@ -58,14 +58,14 @@ class RecentFiles:
     def _is_same(self, recent: RecentFile, source: str, name: str) -> bool:
         if recent.source == source:
             return True
-        known_path, new_path = self._path(recent.source), self._path(source)
+        known_path, new_path = self._resolve_source(recent.source), self._resolve_source(source)
         if recent.name != name or not isinstance(known_path, Path) or not isinstance(new_path, Path):
             return False
         with suppress(OSError):
             return filecmp.cmp(known_path, new_path, shallow=False)
         return False
 
-    def _path(self, source: str) -> Path | str | None:
+    def _resolve_source(self, source: str) -> Path | str | None:
         if source.startswith(BUILT_IN):
             return source
         with suppress(LeafcutError):
@@ -74,11 +74,11 @@ class RecentFiles:
 
     def _read(self) -> list[RecentFile]:
         with suppress(OSError, ValueError, RecursionError):
-            return list(_rows(json.loads(self._file.read_text(encoding="utf-8"))))
+            return list(_parse_rows(json.loads(self._file.read_text(encoding="utf-8"))))
         return []
 
 
-def _rows(plain: object) -> Iterator[RecentFile]:
+def _parse_rows(plain: object) -> Iterator[RecentFile]:
     for row in plain if isinstance(plain, list) else []:
         with suppress(KeyError, TypeError, ValueError):
             yield RecentFile(str(row["source"]), str(row["name"]), float(row["opened"]))

@@ -94,14 +94,14 @@ def open_studio(root: Path, port: int = PORT, workers: StudioWorkers | None = No
     """
     folder = Folder(root)
     history = History(root / "history.sqlite")
-    history.interrupt()
+    history.mark_unfinished_interrupted()
     recent = RecentFiles(folder)
     open_pages: WeakValueDictionary[str, Any] = WeakValueDictionary()
 
     def kept() -> set[str]:
         return recent.files_in_use().union(*(page.files_in_use() for page in list(open_pages.values())))
 
-    folder.drop_unused(history.inputs_in_use() | kept())
+    folder.delete_unused_inputs(history.inputs_in_use() | kept())
     workers = workers or StudioWorkers(root / "temporary")
     jobs, keys = Jobs(folder, history, workers, kept), StudioKeys(read_or_create_secret(root))
     return Studio(folder, history, jobs, workers, keys, port, recent, open_pages=open_pages)

@@ -46,22 +46,22 @@ class Words:
         stem = f"{name}."
         return {key.removeprefix(stem): words for key, words in self.table.items() if key.startswith(stem)}
 
-    def named(self, kind: str, name: str, english: str = "") -> str:
+    def item_name(self, kind: str, name: str, english: str = "") -> str:
         """Return the name of an item, such as a process or a material.
 
         Items of a plug-in have no text. Their name is `english`, or else `name` itself.
         """
         return self.table.get(f"{kind}.{name}") or english or default_label(name)
 
-    def option(self, name: str) -> str:
+    def option_label(self, name: str) -> str:
         """Return the label of an option. If it has no label, return its name."""
-        return self.named("option", name)
+        return self.item_name("option", name)
 
-    def help(self, name: str, english: str, work: str = "") -> str:
+    def help_text(self, name: str, english: str, work: str = "") -> str:
         """Return the help text of an option. Each kind of work may have its own text for an option."""
         return self.translation(f"{work}_help", name, self.translation("help", name, english))
 
-    def default(self, name: str, english: str, work: str = "") -> str:
+    def default_text(self, name: str, english: str, work: str = "") -> str:
         """Describe the default of an option. Each kind of work may have its own description."""
         return self.translation(f"{work}_default", name, self.translation("default", name, english))
 
@@ -69,7 +69,7 @@ class Words:
         """Translate an English text. If there is no translation, return the text unchanged."""
         return self.translated.get(f"{kind}.{name}", english) if english else ""
 
-    def plain(self, line: str) -> str:
+    def translate_for_page(self, line: str) -> str:
         """Translate a message, and replace its flags with the labels of the form."""
         return _FLAG.sub(self._field_label, self.translate(line))
 
@@ -96,13 +96,13 @@ class Words:
         name = match["flag"].replace("-", "_")
         known = _option_names()
         if name in known:
-            return f"“{self.option(name)}”"
+            return f"“{self.option_label(name)}”"
         if f"flag.{name}" in self.table:
             return f"“{self(f'flag.{name}')}”"
         stem = name.removeprefix("no_")
-        return f"“{self.option(stem)}” {self('form.off')}" if stem in known else match[0]
+        return f"“{self.option_label(stem)}” {self('form.off')}" if stem in known else match[0]
 
-    def issue(self, code: str) -> str:
+    def explain_issue(self, code: str) -> str:
         """Explain an issue code. In English, the text is empty, because the message itself explains the issue."""
         meaning = self.translated.get(f"issue.{code}", "")
         return meaning[:1].upper() + meaning[1:]

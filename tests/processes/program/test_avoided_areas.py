@@ -12,7 +12,7 @@ from leafcut import api
 from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.issue import Severity
-from leafcut.processes.program.proof.avoided_areas import NEAR, avoided_areas
+from leafcut.processes.program.proof.avoided_areas import NEAR, find_avoided_areas
 from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import program_as_json
 
@@ -139,7 +139,7 @@ def test_verify_notes_new_moves_across_avoided_areas(bar: Path, tmp_path: Path) 
 
 
 def avoided(original: str, new: str, words: str = "linuxcnc") -> int:
-    return avoided_areas(*(interpret_program(text, load_dialect(words)) for text in (original, new))).moves
+    return find_avoided_areas(*(interpret_program(text, load_dialect(words)) for text in (original, new))).moves
 
 
 @pytest.mark.hazard

@@ -14,7 +14,7 @@ from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import load_dialect
 from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
-from leafcut.processes.program.planning import Judging, stock_judge
+from leafcut.processes.program.planning import Judging, create_stock_judge
 from leafcut.processes.program.proof import certificate
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.report import stock_words
@@ -52,7 +52,7 @@ def judging(text: str, **options: object) -> tuple[Judging, Job]:
     """Return the judge of a program's text."""
     made = Job(settings := collect_settings(options), machine_of(settings), Deadline())
     program = read_foreign(text, "part.nc", settings, made.machine, load_dialect("linuxcnc")).program
-    return stock_judge(made, program, "part.nc", "mill"), made
+    return create_stock_judge(made, program, "part.nc", "mill"), made
 
 
 def check(original: str, new: str, **options: object) -> None:

@@ -12,7 +12,7 @@ pytest.importorskip("OCP")
 
 from leafcut.cli.app import run
 from leafcut.options import StockOptions
-from leafcut.processes.program.workpiece import block_of, field_of
+from leafcut.processes.program.workpiece import stock_block, stock_field
 from made_solids import box, cut, cylinder, fused, saved
 
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
@@ -40,9 +40,9 @@ def test_a_stepped_solid_with_a_hole_is_as_high_as_it_was_made(tmp_path: Path) -
     """A round hole of 10 mm, and a step 4 mm lower: a cell is at one of three heights, as its middle lies."""
     solid = fused(box(0, 0, -10, 40, 40, -4), box(0, 0, -4, 20, 40, 0))
     file = saved(tmp_path / "stock.step", cut(solid, cylinder((30, 20, -10), (0, 0, 1), 5, 10)))
-    block = block_of(str(file))
+    block = stock_block(str(file))
     assert (block.low, block.high) == (pytest.approx((0, 0, -10)), pytest.approx((40, 40, 0)))
-    field = field_of(StockOptions(workpiece=str(file)), block, 0.5)
+    field = stock_field(StockOptions(workpiece=str(file)), block, 0.5)
     x, y = np.meshgrid(*(start + 0.5 * np.arange(n) for start, n in ((field.x, 80), (field.y, 80))))
     away = np.hypot(x - 30, y - 20)
     sure = np.abs(away - 5) > 0.06  # chords of the hole leave it by 0.05 mm

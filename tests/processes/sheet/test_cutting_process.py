@@ -10,7 +10,7 @@ import pytest
 
 from leafcut import api
 from leafcut.errors import OptionError
-from leafcut.processes.sheet.spec import cut_process_of
+from leafcut.processes.sheet.spec import resolve_cut_process
 from leafcut.read.cutchart import load_chart
 from leafcut.read.machine import load_machine, machine_names, machine_template
 from rs274_moves import run_rs274
@@ -112,7 +112,7 @@ def test_every_shipped_table_uses_the_rows_of_its_own_source_only() -> None:
     """Diodes get none, since no chart at hand is of them."""
     named = {row.process for row in load_chart()}
     found = {
-        name: cut_process_of(machine, None)[0]
+        name: resolve_cut_process(machine, None)[0]
         for name in machine_names()
         if (machine := load_machine(name)).head.method
     }
@@ -129,7 +129,7 @@ def test_every_shipped_table_uses_the_rows_of_its_own_source_only() -> None:
 
 
 def test_another_power_than_the_machine_has_is_used_where_it_is_named_with_a_warning() -> None:
-    process, issues = cut_process_of(load_machine("laser-table"), "laser_fiber_6kW")
+    process, issues = resolve_cut_process(load_machine("laser-table"), "laser_fiber_6kW")
     assert (process, [i.code for i in issues]) == ("laser_fiber_6kw", ["L413"])
     assert "but laser-table has laser_fiber_3kw" in issues[0].message
 

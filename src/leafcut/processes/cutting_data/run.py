@@ -106,7 +106,7 @@ def cutting_data(
         shop_rate=_shop_rate(options),
         tools=tuple(fronts),
         issues=tuple(issues),
-        defaults=settings.from_defaults(),
+        defaults=settings.options_from_defaults(),
     )
 
 
@@ -243,7 +243,7 @@ def _tool_front(
     tool_cost = tool.life_cost if tool.life_cost is not None else _TOOL_COST
     prices = Prices(_shop_rate(options) / _SECONDS_PER_HOUR, tool_cost, _WORN_CHANGE, _MAX_LIFE)
     grid = _speed_grid(work, kind, machine, material)
-    limits = _limits(work, machine)
+    limits = _cutting_limits(work, machine)
     fronts: list[CuttingResults] = []
     candidates = allowed = 0
     for rpm, feed in grid.blocks():
@@ -313,7 +313,7 @@ def _speed_grid(work: ToolWork, kind: ToolMaterial, machine: Machine, material: 
     )
 
 
-def _limits(work: ToolWork, machine: Machine) -> list[CuttingLimit]:
+def _cutting_limits(work: ToolWork, machine: Machine) -> list[CuttingLimit]:
     limits = [CuttingLimit("tool life", "tool or material", _LEAST_LIFE, format_time, lambda y: y.life, at_least=True)]
     power, torque, thrust = machine.spindle_power, machine.spindle_torque, machine.max_thrust
     if power:

@@ -12,7 +12,7 @@ from typing import Any
 
 from leafcut.errors import OptionError
 from leafcut.files.schemas import TOOLS
-from leafcut.files.whole_files import toml_text
+from leafcut.files.whole_files import read_toml_text
 from leafcut.model.cutting_front import CuttingData, CuttingPoint
 from leafcut.model.tool import CONES, Tool, ToolKind
 from leafcut.options import Settings
@@ -45,7 +45,7 @@ def library_text(data: CuttingData, settings: Settings, file: str | Path) -> str
 def _updated_library_text(library: Path, chosen: dict[int, CuttingPoint]) -> str:
     import tomlkit
 
-    document = tomlkit.parse(toml_text(library))
+    document = tomlkit.parse(read_toml_text(library))
     document.setdefault(TOOLS.key, TOOLS.current)
     for table in document.get("tool", []):
         point = chosen.get(int(table["number"]))

@@ -11,7 +11,7 @@ from pathlib import Path
 from leafcut.errors import DataError, OptionError, PlanError, closest_names, name_suggestion, printable
 from leafcut.files.schemas import OPERATIONS
 from leafcut.files.toml_table import TomlTable
-from leafcut.files.whole_files import parse_toml, place_in, toml_text
+from leafcut.files.whole_files import key_place, parse_toml, read_toml_text
 from leafcut.geometry.arrays import Point
 from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.part import Part
@@ -111,24 +111,24 @@ def read_operations(path: Path) -> tuple[LayerRule, ...]:
     DataError
         The file is invalid. The message gives the line.
     """
-    text = toml_text(path)
+    text = read_toml_text(path)
     tables = parse_toml(text, str(path), OPERATIONS)
     for key in tables:
         if key != "layer" and not closest_names(key, ["layer"]):
             raise DataError(
                 '{}: unknown key \'{}\'; write a table [layer] with lines such as "POCKET" = "pocket 3mm"',
-                place_in(path, text, "", key),
+                key_place(path, text, "", key),
                 printable(key),
             )
     try:
         table = TomlTable(tables, "", ["layer"]).values.get("layer")
     except DataError as problem:
-        raise DataError("{}: {}", place_in(path, text, problem.table, problem.key), problem) from None
+        raise DataError("{}: {}", key_place(path, text, problem.table, problem.key), problem) from None
     if not isinstance(table, dict) or not table:
         raise DataError(
             '{}: no layer has an operation; write a table [layer] with lines such as "CUT" = "profile"', path
         )
-    return tuple(_rule(name, value, place_in(path, text, "layer", name)) for name, value in table.items())
+    return tuple(_rule(name, value, key_place(path, text, "layer", name)) for name, value in table.items())
 
 
 def _rule(layer: str, value: object, place: str) -> LayerRule:

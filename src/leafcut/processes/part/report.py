@@ -11,7 +11,7 @@ from leafcut.processes.part.model import LayerWork, PartDetail
 from leafcut.report.drawing import Scene
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
-from leafcut.report.wording import count, replace_unprintable
+from leafcut.report.wording import count_text, replace_unprintable
 from leafcut.units import to_fixed
 
 
@@ -27,10 +27,15 @@ class PartReport(PathReport[PartDetail]):
         """Return the number of outlines, openings and tabs."""
         detail = self.outcome.detail
         return [
-            Fact("counts.outlines", detail.outlines, "", count(detail.outlines, "outline")),
-            Fact("counts.openings", detail.openings, "", count(detail.openings, "opening") if detail.openings else ""),
-            Fact("counts.holes", detail.holes, "", count(detail.holes, "drilled hole") if detail.holes else ""),
-            Fact("counts.tabs", detail.tabs, "", count(detail.tabs, "tab") if detail.tabs else ""),
+            Fact("counts.outlines", detail.outlines, "", count_text(detail.outlines, "outline")),
+            Fact(
+                "counts.openings",
+                detail.openings,
+                "",
+                count_text(detail.openings, "opening") if detail.openings else "",
+            ),
+            Fact("counts.holes", detail.holes, "", count_text(detail.holes, "drilled hole") if detail.holes else ""),
+            Fact("counts.tabs", detail.tabs, "", count_text(detail.tabs, "tab") if detail.tabs else ""),
         ]
 
     def process_facts(self) -> list[Fact]:
@@ -87,7 +92,7 @@ class PartReport(PathReport[PartDetail]):
                 name=Message("Layer {}", replace_unprintable(one.layer)) if one.layer else Message("No layer"),
             )
             for one in layers
-            for words in [(count(one.shapes, "shape"), one.operation, self._depth_words(one), one.tool)]
+            for words in [(count_text(one.shapes, "shape"), one.operation, self._depth_words(one), one.tool)]
         ]
         return [Fact("layers", rows), *lines]
 

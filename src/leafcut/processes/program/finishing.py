@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from leafcut.files.digests import sign_program
+from leafcut.files.digests import fill_in_digest
 from leafcut.message import Message
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.plan import Candidate
@@ -45,19 +45,23 @@ def finish_program(plan: Plan, best: Candidate) -> Candidate:
 
 
 def _add_avoided_comment(plan: Plan, best: Candidate) -> Candidate:
-    from leafcut.processes.program.proof.avoided_areas import avoided_areas
+    from leafcut.processes.program.proof.avoided_areas import find_avoided_areas
 
     if best.text == plan.work.text:
         return best
-    areas = avoided_areas(plan.work.program, best.detail.program, plan.job.machine.safe_z or 0.0)
+    areas = find_avoided_areas(plan.work.program, best.detail.program, plan.job.machine.safe_z or 0.0)
     if areas.moves and plan.job.settings.post.header:
         # The comments shift all line numbers.
-        areas = replace(areas, line=areas.line + len(with_comments("", _comments(areas), plan.dialect).splitlines()))
-        best = replace_text(plan, best, sign_program(with_comments(best.text, _comments(areas), plan.dialect)))
+        areas = replace(
+            areas, line=areas.line + len(with_comments("", _avoided_area_comments(areas), plan.dialect).splitlines())
+        )
+        best = replace_text(
+            plan, best, fill_in_digest(with_comments(best.text, _avoided_area_comments(areas), plan.dialect))
+        )
     return replace(best, detail=replace(best.detail, avoided=areas))
 
 
-def _comments(areas: AvoidedAreas) -> list[str]:
+def _avoided_area_comments(areas: AvoidedAreas) -> list[str]:
     return [f"leafcut: {areas.crossings}", f"leafcut: name clamps with --keep-out, first: line {areas.line}"]
 
 
@@ -96,14 +100,14 @@ def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
 
 def program_detail(plan: Plan, best: Candidate) -> ProgramDetail:
     """Collect the program-specific results: the proof, the work that keeps its position, and the stock."""
-    from leafcut.processes.program.plan.fixed_tasks import count_pieces, group_stay_reasons
+    from leafcut.processes.program.plan.fixed_tasks import count_tasks, group_stay_reasons
 
     work, settings, detail = plan.work, plan.job.settings, best.detail
     sequence = work.sequence
     return ProgramDetail(
         certificate=detail.certificate,
         barriers=sum(isinstance(item, FixedBlocks) and bool(item.reasons) for item in sequence.items),
-        pieces=count_pieces(sequence),
+        pieces=count_tasks(sequence),
         staying=group_stay_reasons(sequence, best.order.kept, settings.solve.keeps_order),
         pace=detail.paced.change if detail.paced else None,
         stock=work.stock,

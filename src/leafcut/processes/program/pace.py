@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
-from leafcut.files.digests import sign_program
+from leafcut.files.digests import fill_in_digest
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY, spindle_torque
 from leafcut.material.height_field import StockBlock, default_cell_size
 from leafcut.material.loads import MILLING, Loads, StockBefore, compute_loads, infer_largest_safe_stock
@@ -48,8 +48,8 @@ from leafcut.processes.program.proof.new_speeds import (
 )
 from leafcut.processes.program.proof.stock_judge import StockJudge
 from leafcut.processes.program.reading import read_new
-from leafcut.processes.program.tools import tools_of
-from leafcut.processes.program.workpiece import BELOW, block_of, check_size, field_of
+from leafcut.processes.program.tools import program_tools
+from leafcut.processes.program.workpiece import BELOW, check_block_size, stock_block, stock_field
 from leafcut.read.step import ChosenSolid
 from leafcut.read.work_materials import load_material
 from leafcut.timing.toolpath import measure_toolpath, time_rows
@@ -114,7 +114,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
             "of its upper corner",
             blind[0],
         )
-    tools = tools_of(program, source, job.settings, job.machine)
+    tools = program_tools(program, source, job.settings, job.machine)
     text = "".join(program.lines)
     if not tools:
         return PacedProgram(text, program, PaceChange())
@@ -125,11 +125,11 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
         )
         return PacedProgram(text, program, PaceChange(), (Issue("L513", message, Message("line {}", line)),))
     cutters = {number: cutter_of_tool(tool) for number, tool in tools.items()}
-    rules = PaceRules(options.air, feeds, spindle=_spindle(job) if feeds else None)
+    rules = PaceRules(options.air, feeds, spindle=_spindle_load(job) if feeds else None)
     if workpiece:
-        check_size(program, cutters, block_of(workpiece, ChosenSolid.of(job.settings.read)), source, workpiece)
+        check_block_size(program, cutters, stock_block(workpiece, ChosenSolid.of(job.settings.read)), source, workpiece)
     steps = _PaceSteps(plan, tools, cutters, _stock_before(job, program, cutters), rules)
-    loads = steps.loads(program, Message("cutting the stock"))
+    loads = steps.simulate_loads(program, Message("cutting the stock"))
     if steps.stock.known and not loads.removed.cuts.any():
         raise OptionError(
             "--workpiece: {} never touches this stock, so every cut would be in air; specify the block "
@@ -142,7 +142,7 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     if not options.air and not feeds:
         return found
     return steps.raise_speeds(
-        found, loads if found.program is program else steps.loads(found.program, Message("cutting the stock"))
+        found, loads if found.program is program else steps.simulate_loads(found.program, Message("cutting the stock"))
     )
 
 
@@ -152,8 +152,8 @@ def _stock_before(job: Job, program: Program, cutters: Mapping[int, Cutter]) -> 
     smallest = smallest_tool_diameter(cutters)
     if options.workpiece:
         which = ChosenSolid.of(job.settings.read)
-        block = block_of(options.workpiece, which)
-        field = field_of(options, block, options.cell or default_cell_size(block, smallest), which)
+        block = stock_block(options.workpiece, which)
+        field = stock_field(options, block, options.cell or default_cell_size(block, smallest), which)
         return StockBefore(field, block.low[2], True)
     whole = undivided_cutting_moves(program.path, cutters)
     low, high = whole.swept_box(~whole.rapid, cutters)
@@ -194,23 +194,25 @@ class _PaceSteps:
         found: Obstacles | None = self.plan.work.obstacles
         return found
 
-    def loads(self, program: Program, what: Message, stock: StockBefore | None = None) -> Loads:
+    def simulate_loads(self, program: Program, what: Message, stock: StockBefore | None = None) -> Loads:
         check_cancelled = self.job.start_step(what)
         return compute_loads(
-            program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), check_cancelled
+            program.path, self.cutters, stock or self.stock, self.rules.clearance, _thread_count(), check_cancelled
         )
 
     @cached_property
     def judge(self) -> StockJudge:
-        return StockJudge.of(self.plan.work.program, self.tools, self.cutters, {}, self.stock.field, self.stock.known)
+        return StockJudge.from_original(
+            self.plan.work.program, self.tools, self.cutters, {}, self.stock.field, self.stock.known
+        )
 
     @property
     def stock_with_surroundings(self) -> StockBefore:
         """The stock, surrounded by material up to the same height because the positions of the fixtures are unknown."""
-        return replace(self.stock, beside=self.top)
+        return replace(self.stock, beside=self.stock_top)
 
     @property
-    def top(self) -> float:
+    def stock_top(self) -> float:
         return float(self.stock.field.heights.max()) if self.stock.known else math.inf
 
     def stock_notes(self) -> Iterator[Issue]:
@@ -221,13 +223,13 @@ class _PaceSteps:
             )
             yield Issue("L510", message, severity=Severity.NOTE)
 
-    def read(self, text: str) -> Program:
+    def interpret(self, text: str) -> Program:
         try:
             return read_new(self.job, self.plan.dialect, text)
         except ReadError as problem:
             raise VerifyError("the new program cannot be read: {}", problem) from None
 
-    def seconds(self, program: Program) -> float:
+    def cycle_time(self, program: Program) -> float:
         return measure_toolpath(program.path, self.job.machine).time_s
 
     # -- heights -----------------------------------------------------------------------------------------------------
@@ -235,24 +237,26 @@ class _PaceSteps:
     def lower_retracts(self, found: PacedProgram) -> PacedProgram:
         """Lower retracts, cycle returns and R planes wherever this is proved to be safe."""
         found = replace(found, change=replace(found.change, retracts_s=0.0))
-        before = self.seconds(found.program)
+        before = self.cycle_time(found.program)
         kept: set[int] = set()
         for step in ("returns", "heights", "initials"):
             program = found.program
-            loads = self.loads(program, Message("choosing heights"), self.stock_with_surroundings)
-            ways = HeightLowering(program, loads, self.rules.clearance, self.job.machine, self.top, self.obstacles)
+            loads = self.simulate_loads(program, Message("choosing heights"), self.stock_with_surroundings)
+            ways = HeightLowering(
+                program, loads, self.rules.clearance, self.job.machine, self.stock_top, self.obstacles
+            )
             try:
                 if step == "returns":
-                    returns = ways.returns()
+                    returns = ways.find_cycle_returns()
                     text, count = with_returns(program, returns, self.plan.dialect.max_line), len(returns)
                 else:
-                    heights = ways.heights() if step == "heights" else ways.initials()
+                    heights = ways.lowered_heights() if step == "heights" else ways.lowered_initial_heights()
                     text, count = with_heights(program, heights), len(heights)
                 kept |= ways.kept
                 if not count:
                     continue
-                text = sign_program(text)
-                new = self.read(text)
+                text = fill_in_digest(text)
+                new = self.interpret(text)
                 self.check_heights(program, new)
                 if step == "returns":
                     drills = program.path.kind == Kind.DRILL
@@ -262,7 +266,7 @@ class _PaceSteps:
                     found, issues=(*found.issues, Issue("L513", Message("the heights are unchanged: {}", problem)))
                 )
                 continue
-            saved = before - self.seconds(new)
+            saved = before - self.cycle_time(new)
             if saved > (found.change.retracts_s or 0.0):
                 change = replace(found.change, retracts_s=saved, lowered=found.change.lowered + count)
                 found = replace(found, text=text, program=new, change=change)
@@ -280,11 +284,11 @@ class _PaceSteps:
         VerifyError
             Another difference exists, or a lowered move comes too close to the material.
         """
-        bent = self.top if self.job.machine.rapid_style == "dogleg" else -math.inf
+        bent = self.stock_top if self.job.machine.rapid_style == "dogleg" else -math.inf
         check_lowered(
             program.path,
             new.path,
-            self.loads(new, Message("verifying"), self.stock_with_surroundings),
+            self.simulate_loads(new, Message("verifying"), self.stock_with_surroundings),
             self.rules,
             bent,
         )
@@ -310,16 +314,16 @@ class _PaceSteps:
         Keep the old speeds if the new speeds fail the verification or save no time.
         """
         program, rules = found.program, self.rules
-        pace = self.pace(program, loads, rules)
+        pace = self.choose_pace(program, loads, rules)
         issues = (*found.issues, *self.unknown_limit_notes(pace, loads))
-        none = replace(found, change=self.change(found, loads, pace, loads.feed, {}), issues=issues)
+        none = replace(found, change=self.summarize_change(found, loads, pace, loads.feed, {}), issues=issues)
         try:
             pace, text, new = self.undo_losses(program, pace)
             speed, stretches, nearest = self.prove_speeds(program, new, loads, pace)
         except (PostError, VerifyError) as problem:
             said = Issue("L513", Message("the speeds are unchanged: {}", problem))
             return replace(none, issues=(*issues, said, *_exceeded_limit_issues(none.change)))
-        before, after = self.seconds(program), self.seconds(new)
+        before, after = self.cycle_time(program), self.cycle_time(new)
         # A feed above the limit of its tool is reduced even if that costs time.
         own = program.path.value
         slowed = any(part.speed < own[row] for row, parts in stretches.items() for part in parts)
@@ -328,10 +332,10 @@ class _PaceSteps:
             return replace(none, issues=(*issues, *kept, *_exceeded_limit_issues(none.change)))
         between = after if rules.air else before
         if rules.air and rules.feeds:
-            alone = self.pace(program, loads, replace(rules, feeds=False))
-            between = self.seconds(self.undo_losses(program, alone)[2])
+            alone = self.choose_pace(program, loads, replace(rules, feeds=False))
+            between = self.cycle_time(self.undo_losses(program, alone)[2])
         change = replace(
-            self.change(found, loads, pace, speed, stretches),
+            self.summarize_change(found, loads, pace, speed, stretches),
             air_s=before - between if rules.air else None,
             feeds_s=between - after if rules.feeds else None,
             clearance_mm=nearest if math.isfinite(nearest) else None,
@@ -346,11 +350,11 @@ class _PaceSteps:
         kept = self.unchanged_feed_notes(program, loads, pace, change, speed)
         return PacedProgram(text, new, change, (*issues, *kept, *_exceeded_limit_issues(change)))
 
-    def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
+    def choose_pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
         check_cancelled = self.job.start_step(Message("choosing speeds"))
         chords = self.arcs_as_chords(program, loads) if rules.air else ()
         return plan_pace(
-            program, loads, self.tools, self.cutters, rules, self.job.machine, self.top, check_cancelled, chords
+            program, loads, self.tools, self.cutters, rules, self.job.machine, self.stock_top, check_cancelled, chords
         )
 
     def arcs_as_chords(self, program: Program, loads: Loads) -> Collection[int]:
@@ -361,21 +365,23 @@ class _PaceSteps:
             for row in arcs_in_air(program, loads, self.rules, self.job.machine)
             if self.obstacles is None
             or min(path.before[row, 2], path.end[row, 2])
-            >= self.obstacles.min_rapid_height(_place(path.before[row]), _place(path.end[row]), int(path.tool[row]))
+            >= self.obstacles.min_rapid_height(
+                _point_xy(path.before[row]), _point_xy(path.end[row]), int(path.tool[row])
+            )
         ]
         if not rows:
             return ()
         kind = path.kind.copy()
         kind[rows] = Kind.FEED
-        tried = self.loads(replace(program, path=replace(path, kind=kind)), Message("choosing speeds"))
+        tried = self.simulate_loads(replace(program, path=replace(path, kind=kind)), Message("choosing speeds"))
         met = tried.removed.cuts | (tried.removed.over > -self.rules.clearance)
         return set(rows) - set(tried.source[met].tolist())
 
-    def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
-        text = sign_program(
+    def write_pace(self, program: Program, pace: Pace) -> tuple[str, Program]:
+        text = fill_in_digest(
             with_pace(program, pace, self.plan.dialect.max_line, self.job.start_step(Message("writing")))
         )
-        return text, self.read(text) if pace.stretches else program
+        return text, self.interpret(text) if pace.stretches else program
 
     def undo_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
         """Undo raised speeds that cost time.
@@ -389,7 +395,7 @@ class _PaceSteps:
         """
         machine, path = self.job.machine, program.path
         own = _seconds_by_row(time_rows(path, machine), np.arange(len(path)))
-        text, new = self.written(program, pace)
+        text, new = self.write_pace(program, pace)
         for _ in range(_TRIALS):
             found = changed_stretches(path, new.path)
             counts = np.ones(len(path), dtype=np.int64)
@@ -411,7 +417,7 @@ class _PaceSteps:
                 for row, parts in pace.stretches.items()
             }
             pace = Pace({row: parts for row, parts in kept.items() if parts}, pace.limits)
-            text, new = self.written(program, pace)
+            text, new = self.write_pace(program, pace)
         return pace, text, new
 
     def prove_speeds(
@@ -435,7 +441,7 @@ class _PaceSteps:
         # Check the new rapids in pieces, like cuts.
         kind = new.path.kind.copy()
         kind[fast] = Kind.FEED
-        again = self.loads(replace(new, path=replace(new.path, kind=kind)), Message("verifying"))
+        again = self.simulate_loads(replace(new, path=replace(new.path, kind=kind)), Message("verifying"))
         ends = again.moves.ends
         # Straight retracts pass only where the tool has just been.
         mine = np.isin(again.source, fast) & ~(again.is_vertical & (ends[:, 5] > ends[:, 2]))
@@ -448,7 +454,7 @@ class _PaceSteps:
         self.check_stock_and_obstacles(new)
         return speed, found, -float(again.removed.over[mine].max(initial=-math.inf))
 
-    def change(
+    def summarize_change(
         self,
         found: PacedProgram,
         loads: Loads,
@@ -483,7 +489,7 @@ class _PaceSteps:
                     limit.stated,
                     float(loads.rate[mine].max()),
                     float((loads.rate[mine] * ratio).max()),
-                    tuple(self.limits(number, loads, into, limit)),
+                    tuple(self.tool_limit_changes(number, loads, into, limit)),
                 )
             )
         return replace(
@@ -496,7 +502,7 @@ class _PaceSteps:
             tools=tuple(by_tool),
         )
 
-    def limits(self, number: int, loads: Loads, speed: Floats, limit: ToolLimits) -> Iterator[FeedLimit]:
+    def tool_limit_changes(self, number: int, loads: Loads, speed: Floats, limit: ToolLimits) -> Iterator[FeedLimit]:
         """Yield the power, torque and plunge feed of a tool: maximum before the change, maximum after it, and limit."""
         diameter = 2.0 * self.cutters[number].radius
         of_tool = (loads.moves.tool == number) & np.isfinite(speed)
@@ -535,7 +541,7 @@ class _PaceSteps:
             )
             yield Issue("L512", Message("{} keeps its feed: {}", tool.label, why), severity=Severity.NOTE)
         if self.rules.feeds and pace.limits:
-            for message in self.unlimited(pace):
+            for message in self.ignored_limit_messages(pace):
                 yield Issue("L514", message, severity=Severity.NOTE)
 
     def unchanged_feed_notes(
@@ -553,7 +559,7 @@ class _PaceSteps:
             issues.append(Issue("L512", Message("{} keeps its feed: {}", tool.label, words), severity=Severity.NOTE))
         return issues
 
-    def unlimited(self, pace: Pace) -> Iterator[Message]:
+    def ignored_limit_messages(self, pace: Pace) -> Iterator[Message]:
         """Yield a message for each feed limit that is ignored because a value is missing.
 
         The message includes the remedy.
@@ -637,7 +643,7 @@ def _kept_feed_text(why: KeptFeed, limit: ToolLimits, diameter: float) -> Messag
     return _KEPT_WORDS[reason](share, why.line)
 
 
-def _spindle(job: Job) -> SpindleLoad | None:
+def _spindle_load(job: Job) -> SpindleLoad | None:
     """Return the limits of spindle power and torque, or None if the option ``--material`` is not used.
 
     Raises
@@ -659,11 +665,11 @@ def _first_skippable_line(program: Program) -> int:
     return next((line for line in lines if _SKIPPED.match(program.lines[line - 1])), 0)
 
 
-def _place(point: Floats) -> tuple[float, float]:
+def _point_xy(point: Floats) -> tuple[float, float]:
     return float(point[0]), float(point[1])
 
 
-def _threads() -> int:
+def _thread_count() -> int:
     return os.cpu_count() or 1
 
 

@@ -125,12 +125,12 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     )
     original, job = read.program, replace(job, machine=read.machine)
     others = _check_library(job, original, source, read.process)
-    judging = stock_judge(job, original, source, read.process)
+    judging = create_stock_judge(job, original, source, read.process)
     own = read.find_dangers()
     dangers = (*own, *judging.issues)
     if job.settings.read.strict:
         _refuse_dangers(source, dangers)
-    sequence = _sections(job, original, read.process)
+    sequence = _divide_into_sections(job, original, read.process)
     obstacles, noticed = None, list[Issue]()
     if job.settings.job.keep_out:
         from leafcut.processes.keep_out import keep_out_obstacles
@@ -194,7 +194,7 @@ class _TooManySteps(Exception):
     """Raised if planning takes more than `MOST_STEPS` steps."""
 
 
-def _sections(job: Job, original: Program, process: str) -> Sequence:
+def _divide_into_sections(job: Job, original: Program, process: str) -> Sequence:
     """Divide a program into sections. If this takes too many steps, the whole program stays unchanged."""
     from leafcut.processes.program.plan.resequencing import find_sequence, unchanged_sequence
 
@@ -317,12 +317,12 @@ def _few_speed_changes(program: Program, section: Section, solution: Solution) -
 
     Otherwise, group the work by speed, or keep the original order.
     """
-    from leafcut.processes.program.plan.resequencing import first_cut_speeds, piece_order
+    from leafcut.processes.program.plan.resequencing import first_cut_speeds, tasks_from_nodes
 
     speeds = first_cut_speeds(program, section)
     if len(np.unique(speeds)) < 2:
         return solution
-    pieces = piece_order(section, solution.nodes)
+    pieces = tasks_from_nodes(section, solution.nodes)
     pieces = np.where(pieces < 0, ~pieces, pieces)
     most = int(np.count_nonzero(np.diff(speeds)))
     if np.count_nonzero(np.diff(speeds[pieces])) <= most:
@@ -343,7 +343,7 @@ def _few_speed_changes(program: Program, section: Section, solution: Solution) -
         if len(left) == len(waiting):
             speed = next(float(speeds[one]) for one, _ in left if waits_for.get(one, set()) <= done)
         waiting = left
-    order = piece_order(section, np.array(nodes, dtype=np.int32))
+    order = tasks_from_nodes(section, np.array(nodes, dtype=np.int32))
     if np.count_nonzero(np.diff(speeds[np.where(order < 0, ~order, order)])) > most:
         return replace(solution, nodes=np.arange(len(solution.nodes), dtype=np.int32), lower_bound=None)
     return replace(solution, nodes=np.array(nodes, dtype=np.int32), lower_bound=None)
@@ -379,7 +379,7 @@ class Judging(NamedTuple):
     issues: tuple[Issue, ...] = ()
 
 
-def stock_judge(job: Job, program: Program, source: str, process: str) -> Judging:
+def create_stock_judge(job: Job, program: Program, source: str, process: str) -> Judging:
     """Create a judge that compares the stock after a reordered program with the stock after the original program.
 
     Without ``--workpiece``, the stock is a block around the cuts below Z0. If only the diameter of a tool is known, the
@@ -409,7 +409,7 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
         why = why if unknown else Message("nothing is cut")
         return Judging(proof=StockProof(unknown=left_out, reason=why))
     from leafcut.processes.program.proof.stock_judge import StockJudge
-    from leafcut.processes.program.workpiece import block_around, block_of, field_of, stock_issues
+    from leafcut.processes.program.workpiece import block_around, stock_block, stock_field, stock_issues
     from leafcut.read.step import ChosenSolid
 
     cutters = {number: cutter_of_tool(tool) for number, tool in tools.items()}
@@ -418,15 +418,15 @@ def stock_judge(job: Job, program: Program, source: str, process: str) -> Judgin
     try:
         whole = undivided_cutting_moves(program.path, cutters)
         which = ChosenSolid.of(job.settings.read)
-        block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
+        block = stock_block(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:
             why = Message("the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece")
             return Judging(proof=StockProof(unknown=left_out, reason=why))
-        stock = field_of(
+        stock = stock_field(
             options, block, options.cell or default_cell_size(block, smallest, _SHARE, _CELLS, _MOST), which
         )
         bodies = {number: shank_and_holder_sections(tool) for number, tool in tools.items()}
-        judge = StockJudge.of(
+        judge = StockJudge.from_original(
             program,
             tools,
             cutters,

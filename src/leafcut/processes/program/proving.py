@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import PostError, ReadError, VerifyError
-from leafcut.files.digests import DIGEST_LINE, sign_program
+from leafcut.files.digests import DIGEST_LINE, fill_in_digest
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.issue import Issue
@@ -129,7 +129,7 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
     best = replace(best, detail=replace(best.detail, certificate=certificate))
     if job.settings.post.header and text != work.text:
         comments = [*proof_lines(certificate, __version__, Path(work.source).name), DIGEST_LINE]
-        return replace_text(plan, best, sign_program(with_comments(text, comments, plan.dialect)))
+        return replace_text(plan, best, fill_in_digest(with_comments(text, comments, plan.dialect)))
     return best
 
 
@@ -157,7 +157,7 @@ def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: 
     VerifyError
         Even the unchanged program fails the verification.
     """
-    from leafcut.processes.program.plan.resequencing import nodes_in_order, piece_order
+    from leafcut.processes.program.plan.resequencing import nodes_from_tasks, tasks_from_nodes
 
     if order.unchanged:
         raise VerifyError("the program was not written: {}", refused) from None
@@ -172,7 +172,7 @@ def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: 
     choices = []
     for number, (section, nodes) in enumerate(zip(sections, order.choices, strict=True)):
         mine = {piece for stage, piece in kept if stage == number}
-        choices.append(nodes_in_order(section, _kept_in_place(piece_order(section, nodes), mine)))
+        choices.append(nodes_from_tasks(section, _kept_in_place(tasks_from_nodes(section, nodes), mine)))
     return replace(order, choices=tuple(choices), kept=kept)
 
 
@@ -195,12 +195,12 @@ def kept_task_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
 
 
 def _text_in_order(plan: Plan, order: Order) -> str:
-    from leafcut.processes.program.plan.resequencing import piece_order
+    from leafcut.processes.program.plan.resequencing import tasks_from_nodes
 
     sections = plan.work.sequence.sections
     pieces = [np.arange(len(section.pieces), dtype=np.int32) for section in sections]
     if plan.stages:
-        pieces = [piece_order(section, nodes) for section, nodes in zip(sections, order.choices, strict=True)]
+        pieces = [tasks_from_nodes(section, nodes) for section, nodes in zip(sections, order.choices, strict=True)]
     try:
         return rewrite(
             plan.work.program,

@@ -89,7 +89,7 @@ class ProgramRead:
     limits: Machine | None = None
 
     @property
-    def checked(self) -> Machine:
+    def machine_with_checked_limits(self) -> Machine:
         """The machine whose limits are checked."""
         return self.limits or self.machine
 
@@ -104,7 +104,9 @@ class ProgramRead:
 
         # On a laser machine, S is the beam power in every program.
         process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
-        found = find_dangers(self.program, self.checked, process, self.dialect.has_z_words, simulated)
+        found = find_dangers(
+            self.program, self.machine_with_checked_limits, process, self.dialect.has_z_words, simulated
+        )
         found += find_probable_mistakes(self.program, self.dialect, process)
         found.sort(key=lambda issue: (RANK[issue.severity], issue.code))
         if stated_part(self.program) is None:
@@ -217,7 +219,7 @@ def read_foreign(
     if free and _QTPLASMAC in text:
         return _read_for_plasma(text, source, settings, check_cancelled, process)
     try:
-        read = _read(text, source, settings, machine, program_dialect, check_cancelled)
+        read = _read_gcode(text, source, settings, machine, program_dialect, check_cancelled)
     except ReadError as error:
         if not free or not _can_read(text, source, settings, _HAAS, check_cancelled):
             raise
@@ -227,13 +229,13 @@ def read_foreign(
             _HAAS,
         )
         raise ReadError(source, Message("{}; {}", error.reason, hint), error.line) from None
-    read = replace(read, process=_process(read, process))
+    read = replace(read, process=_given_or_detected_process(read, process))
     if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
         # Other dialects would ignore its material comments and move cuts past them.
         return _read_for_plasma(text, source, settings, check_cancelled, process)
     if free and read.process == ProgramKind.LASER and machine.head is Head.SPINDLE:
-        chosen = _other_machine(settings, _laser_profile_for(read.program))
-        again = _read(text, source, settings, *chosen, check_cancelled)
+        chosen = _load_machine_and_dialect(settings, _laser_profile_for(read.program))
+        again = _read_gcode(text, source, settings, *chosen, check_cancelled)
         return replace(again, process="laser", issues=(_assumed_machine_note(again.machine, "laser"), *again.issues))
     if machine.head is Head.SPINDLE and read.process in _BEAMS:
         head, what = _BEAMS[read.process]
@@ -264,7 +266,7 @@ _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
 
 def _can_read(text: str, source: str, settings: Settings, machine: str, check_cancelled: Heartbeat) -> bool:
     try:
-        _read(text, source, settings, *_other_machine(settings, machine), check_cancelled)
+        _read_gcode(text, source, settings, *_load_machine_and_dialect(settings, machine), check_cancelled)
     except ReadError:
         return False
     return True
@@ -273,7 +275,9 @@ def _can_read(text: str, source: str, settings: Settings, machine: str, check_ca
 def _read_for_plasma(
     text: str, source: str, settings: Settings, check_cancelled: Heartbeat, process: str
 ) -> ProgramRead:
-    read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), check_cancelled)
+    read = _read_gcode(
+        text, source, settings, *_load_machine_and_dialect(settings, CUTTING_MACHINES["plasma"]), check_cancelled
+    )
     done = "plasma" if process == "auto" else process
     return replace(read, process=done, issues=(_assumed_machine_note(read.machine, "plasma"), *read.issues))
 
@@ -295,13 +299,13 @@ def _timed_on_router(read: ProgramRead) -> ProgramRead:
     return replace(read, machine=machine, limits=read.machine, issues=(note, *read.issues))
 
 
-def _process(read: ProgramRead, process: str) -> str:
+def _given_or_detected_process(read: ProgramRead, process: str) -> str:
     from leafcut.processes.program.plan.program_rows import detect_process
 
     return detect_process(read.program) if process == "auto" else process
 
 
-def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
+def _load_machine_and_dialect(settings: Settings, name: str) -> tuple[Machine, Dialect]:
     machine = machine_of(settings.but(replace(settings.machine, machine=name)))
     return machine, load_dialect(machine.controller)
 
@@ -344,7 +348,7 @@ def _read_leafcut_language(
     return ProgramRead(program, program_dialect, machine)
 
 
-def _read(
+def _read_gcode(
     text: str, source: str, settings: Settings, machine: Machine, program_dialect: Dialect, check_cancelled: Heartbeat
 ) -> ProgramRead:
     """Read a G-code program for a machine. Notes report assumed units and feeds."""

@@ -14,7 +14,7 @@ from leafcut.processes.program.model import ProgramDetail, StockProof
 from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import time_facts
-from leafcut.report.wording import count, replace_unprintable
+from leafcut.report.wording import count_text, replace_unprintable
 
 if TYPE_CHECKING:
     from leafcut.report.drawing import Scene
@@ -38,10 +38,10 @@ class ProgramReport(PathReport[ProgramDetail]):
         """Count the features that the proof compared, the tasks that can be reordered, and the reversed tasks."""
         outcome, detail = self.outcome, self.outcome.detail
         numbers, turned = asdict(detail.certificate.before), detail.certificate.reversed_cuts
-        counted = {"holes": count(numbers["holes"], "hole"), "cuts": count(numbers["cuts"], "cutting move")}
+        counted = {"holes": count_text(numbers["holes"], "hole"), "cuts": count_text(numbers["cuts"], "cutting move")}
         work = [Fact(f"counts.{k}", n, "", counted.get(k, "") if n else "") for k, n in numbers.items()]
         free = detail.pieces - sum(group.count for group in detail.staying)
-        pieces = count(detail.pieces, "piece")
+        pieces = count_text(detail.pieces, "piece")
         words = Message("{} of {} of work can be reordered", f"{free:,}", pieces) if detail.pieces else ""
         facts = [
             *work,
@@ -124,4 +124,4 @@ def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
     phrases = [f"{group.count:,} {replace_unprintable(group.text)}" for group in shown]
     rest = stay - sum(group.count for group in shown)
     phrases += [f"{rest:,} for other reasons, which the report names"] if rest else []
-    return [f"{stay:,} of {count(detail.pieces, 'piece')} stay{'s' if stay == 1 else ''}", *phrases]
+    return [f"{stay:,} of {count_text(detail.pieces, 'piece')} stay{'s' if stay == 1 else ''}", *phrases]

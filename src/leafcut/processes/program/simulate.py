@@ -52,7 +52,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
         *unknown,
         *_starvation_issue(run, read.machine, lines, cost.time_s),
     )
-    path, told = read.program.path, settings.from_defaults()
+    path, told = read.program.path, settings.options_from_defaults()
     return Simulation(str(program), read.machine, read.dialect.name, path, run, cost, issues, told)
 
 

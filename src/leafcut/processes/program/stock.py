@@ -31,12 +31,12 @@ from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
 from leafcut.processes.program.reading import BELOW_SURFACE, read_file
 from leafcut.processes.program.stated_part import StatedPart, place_part_as_stated, stated_part, stock_before_cuts
-from leafcut.processes.program.tools import tool_diameter_warnings, tools_of
+from leafcut.processes.program.tools import program_tools, tool_diameter_warnings
 from leafcut.processes.program.workpiece import (
     block_around,
-    block_of,
-    field_of,
     solid_file,
+    stock_block,
+    stock_field,
     stock_issues,
     unit_hint,
     unit_that_fits,
@@ -93,21 +93,21 @@ def cut_stock(
         The program drives a laser or torch or never touches the stock, or the simulation has too many cells or moves.
     """
     check_cancelled = heartbeat_for_step(progress, Message("reading"))
-    mine = _read(program, settings, dialect, check_cancelled)
-    every = [mine] if same_as is None else [mine, _read(same_as, settings, dialect, check_cancelled)]
+    mine = _read_with_tools(program, settings, dialect, check_cancelled)
+    every = [mine] if same_as is None else [mine, _read_with_tools(same_as, settings, dialect, check_cancelled)]
     given = settings.stock.workpiece
     which = ChosenSolid.of(settings.read)
     stated = stated_part(mine.read.program)
     part = None
     if settings.stock.part:
         part = place_part_as_stated(solid_file(settings.stock.part, ChosenSolid(settings.read.solid)), stated)
-    block = bounding_block(part) if part is not None else block_of(given, which) if given else _common_block(every)
+    block = bounding_block(part) if part is not None else stock_block(given, which) if given else _common_block(every)
     cell = settings.stock.cell or default_cell_size(block, min(one.smallest for one in every))
     check_cancelled = heartbeat_for_step(progress, Message("cutting the stock"))
     if part is not None:
         stock = stock_before_cuts(part, cell, _divided_moves(mine, cell), mine.cutters, check_cancelled)
     else:
-        stock = field_of(settings.stock, block, cell, which)
+        stock = stock_field(settings.stock, block, cell, which)
     field, moves, removed = _simulate(mine, stock.copy() if same_as is not None else stock, check_cancelled)
     if not removed.cuts.any():
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
@@ -118,7 +118,7 @@ def cut_stock(
             sides,
             unit_hint(unit),
         )
-    rapids, collisions = _rapids(moves, removed), _collisions(moves, removed)
+    rapids, collisions = _rapids_in_material(moves, removed), _body_collisions(moves, removed)
     assumed = _assumed_block(stated) if part is None and not given else []
     return StockCut(
         mine.source,
@@ -126,7 +126,7 @@ def cut_stock(
         block,
         part is None and not given,
         field,
-        _by_tool(moves, removed, mine.tools, mine.read.machine),
+        _removal_by_tool(moves, removed, mine.tools, mine.read.machine),
         rapids,
         collisions,
         None if same_as is None else str(same_as),
@@ -141,16 +141,16 @@ def cut_stock(
             *_rapid_issues(rapids, stated is not None and bool(assumed)),
             *_body_issues(collisions),
             *_stock_issues(mine, settings, block, cell),
-            *_dangers(mine, None if given or part is not None else block, part is not None),
+            *_uncovered_dangers(mine, None if given or part is not None else block, part is not None),
             *mine.read.issues,
             *_unknown_move_issues(mine.whole),
         ),
-        settings.from_defaults(),
+        settings.options_from_defaults(),
         settings.stock.part or "",
     )
 
 
-def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
+def _uncovered_dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
     """Return the dangers that the simulation does not cover, including rapids next to an assumed block."""
     path = one.read.program.path
     if any(
@@ -171,11 +171,11 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
     return [danger for danger in found if not in_part or danger.code not in BELOW_SURFACE]
 
 
-def _read(program: Input, settings: Settings, dialect: str | None, check_cancelled: Heartbeat) -> _Cuts:
+def _read_with_tools(program: Input, settings: Settings, dialect: str | None, check_cancelled: Heartbeat) -> _Cuts:
     source, read = str(program), read_file(program, settings, dialect, check_cancelled)
     if read.process in BEAMS:
         raise PlanError("{}: this program drives a laser or a torch; only milled and drilled stock has heights", source)
-    tools = tools_of(read.program, source, settings, read.machine)
+    tools = program_tools(read.program, source, settings, read.machine)
     if not tools:
         raise PlanError("{}: the program cuts nothing, so the stock is unchanged", source)
     cutters = {number: cutter_of_tool(tool) for number, tool in tools.items()}
@@ -244,7 +244,7 @@ def _common_block(programs: Sequence[_Cuts]) -> StockBlock:
     return StockBlock((x, y, z), (right, rear, top))
 
 
-def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
+def _rapids_in_material(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
     deepest: dict[int, float] = {}
     for at in np.flatnonzero(moves.rapid & removed.cuts).tolist():
         line = int(moves.path.line[moves.row[at]])
@@ -264,7 +264,7 @@ def _stock_issues(one: _Cuts, settings: Settings, block: StockBlock, cell: float
     return found
 
 
-def _collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:
+def _body_collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:
     deepest: dict[tuple[int, int, Body], float] = {}
     for body, depths in ((Body.SHANK, removed.shank), (Body.HOLDER, removed.holder)):
         for at in np.flatnonzero(depths > 0.0).tolist():
@@ -337,12 +337,12 @@ def _unknown_move_issues(moves: StraightMoves) -> list[Issue]:
     ]
 
 
-def _by_tool(
+def _removal_by_tool(
     moves: StraightMoves, removed: Removed, tools: Mapping[int, Tool], machine: Machine
 ) -> tuple[ToolCut, ...]:
     from leafcut.timing.toolpath import seconds_by_row
 
-    seconds = _seconds(moves, seconds_by_row(moves.path, machine))
+    seconds = _seconds_by_move(moves, seconds_by_row(moves.path, machine))
     across = np.hypot(*(moves.ends[:, 3:5] - moves.ends[:, :2]).T) > 0
     rows = []
     for number, tool in tools.items():
@@ -364,7 +364,7 @@ def _by_tool(
     return tuple(rows)
 
 
-def _seconds(moves: StraightMoves, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
+def _seconds_by_move(moves: StraightMoves, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the time of every move, s. The time of a row is divided among its moves in proportion to their length."""
     length = np.sqrt(((moves.ends[:, 3:] - moves.ends[:, :3]) ** 2).sum(axis=1))
     whole = np.bincount(moves.row, weights=length, minlength=len(by_row))[moves.row]

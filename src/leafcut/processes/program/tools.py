@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _OTHER_TOOL, _OTHER_SHARE = 0.1, 0.02
 
 
-def tools_of(
+def program_tools(
     program: Program, source: str, settings: Settings, machine: Machine, *, by_options: bool = True
 ) -> dict[int, Tool]:
     """Return the cutting tools of a program by number, in the order of use.
@@ -132,13 +132,13 @@ def shown_stock(
         return CUT_THROUGH
     block = surface = None
     if given := settings.stock.workpiece:
-        from leafcut.processes.program.workpiece import block_of, solid_of_file
+        from leafcut.processes.program.workpiece import stock_block, workpiece_solid
         from leafcut.read.step import ChosenSolid
 
         which = ChosenSolid.of(settings.read)
-        block, surface = block_of(given, which), solid_of_file(given, which)
+        block, surface = stock_block(given, which), workpiece_solid(given, which)
     try:
-        tools = tools_of(program, Path(source).name, settings, machine, by_options=by_options)
+        tools = program_tools(program, Path(source).name, settings, machine, by_options=by_options)
     except OptionError as problem:
         return ShownStock(refused=str(problem))
     return ShownStock(tools, None if block is None else (block.low, block.high), surface=surface)

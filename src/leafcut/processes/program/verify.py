@@ -25,7 +25,7 @@ def verify(
     allow_reverse: bool,
 ) -> Certificate:
     """Certify that two programs do the same work on the machine in `settings`, or list their differences."""
-    from leafcut.processes.program.proof.avoided_areas import avoided_areas
+    from leafcut.processes.program.proof.avoided_areas import find_avoided_areas
     from leafcut.processes.program.proof.certificate import certify
 
     check_cancelled = heartbeat_for_step(progress, Message("verifying"))
@@ -41,9 +41,9 @@ def verify(
         notes=True,
     )
     if found.same:
-        avoided = avoided_areas(first.program, other.program, first.machine.safe_z or 0.0)
+        avoided = find_avoided_areas(first.program, other.program, first.machine.safe_z or 0.0)
         if avoided.moves:
             found = replace(
                 found, notes=(*found.notes, Message("{} (first: line {})", avoided.crossings, avoided.line))
             )
-    return replace(found, defaults=settings.from_defaults())
+    return replace(found, defaults=settings.options_from_defaults())

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from leafcut.model.mesh import Mesh
 
 
-def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
+def stock_block(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     """Return the block of ``--workpiece``, or the bounding box of the solid in its STL or STEP file.
 
     Raises
@@ -77,7 +77,7 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     return block
 
 
-def field_of(options: StockOptions, block: StockBlock, cell: float, which: ChosenSolid = THE_ONLY) -> HeightField:
+def stock_field(options: StockOptions, block: StockBlock, cell: float, which: ChosenSolid = THE_ONLY) -> HeightField:
     """Return the material before the first cut as a height field.
 
     Raises
@@ -116,7 +116,7 @@ def stock_issues(
     return found
 
 
-def solid_of_file(text: str, which: ChosenSolid = THE_ONLY) -> Mesh | None:
+def workpiece_solid(text: str, which: ChosenSolid = THE_ONLY) -> Mesh | None:
     """Return the solid of ``--workpiece``, or None if it describes a block.
 
     Raises
@@ -168,7 +168,9 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
     return StockBlock((float(low[0]), float(low[1]), float(low[2]) - BELOW), (float(high[0]), float(high[1]), 0.0))
 
 
-def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:
+def check_block_size(
+    program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str
+) -> None:
     """Check that no cut below the top of a block is far outside the block. Otherwise, the real stock must be larger.
 
     Raises

@@ -174,7 +174,7 @@ def postpone_detaching_cuts(plan: Plan, order: Order) -> Order:
     from leafcut.processes.sheet.plan.detached_parts import cut_outlines_later
 
     place_of = {k: at for at, start in enumerate(cuts.starts) for k in start.contours}
-    pairs = [(place_of[a], place_of[b]) for a, b in cuts.cutting.pairs if place_of[a] != place_of[b]]
+    pairs = [(place_of[a], place_of[b]) for a, b in cuts.cutting.contour_precedence if place_of[a] != place_of[b]]
     with plan.job.deadline.for_share(1.0).running(plan.job.cancelled) as late:
         place = cut_outlines_later(work.parts, cut_plan.cuts, pairs, work.head.cost, late)
     # Use all starts of the sheet, even if a second search used fewer.

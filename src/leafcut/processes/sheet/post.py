@@ -70,14 +70,14 @@ class _TorchWriter(Writer):
 
     def _row_writers(self) -> dict[Kind, Callable[[Motion], None]]:
         more: dict[Kind, Callable[[Motion], None]] = {
-            Kind.TORCH: self._switch,
-            Kind.HEIGHT: self._switch,
+            Kind.TORCH: self._write_output_switch,
+            Kind.HEIGHT: self._write_output_switch,
             Kind.BLENDING: self._write_blending,
-            Kind.RADIUS: self._compensation,
-            Kind.PROBE: self._probe,
-            Kind.SHIFT: self._shift,
-            Kind.TOOL: self._choose_tool,
-            Kind.OFFSET: self._activate_offset,
+            Kind.RADIUS: self._write_compensation,
+            Kind.PROBE: self._write_probe_move,
+            Kind.SHIFT: self._write_z_shift,
+            Kind.TOOL: self._write_tool_change_only,
+            Kind.OFFSET: self._write_tool_offset,
         }
         return {**super()._row_writers(), **more}
 
@@ -175,38 +175,38 @@ class _TorchWriter(Writer):
         torch = self.torch
         if row.value:
             words = torch.mark_on if row.ref else torch.on
-            self.out.write(words.format(power=self._power(row)))
+            self.out.write(words.format(power=self._power_text(row)))
             self.lit = row
         else:
             self.out.write(torch.mark_off if row.ref else torch.off)
             self.lit = None
 
     @staticmethod
-    def _power(row: Motion) -> str:
+    def _power_text(row: Motion) -> str:
         return format_number(abs(row.value), 0)
 
-    def _choose_tool(self, row: Motion) -> None:
+    def _write_tool_change_only(self, row: Motion) -> None:
         if self.lit is not None or self.compensating:
             raise PostError("the tool cannot be changed (M6) while the torch is on")
         self.out.write(f"T{row.ref}", "M6")
 
-    def _activate_offset(self, row: Motion) -> None:
+    def _write_tool_offset(self, row: Motion) -> None:
         """Write the tool offset, and make the next move contain both X and Y, which activates the offset."""
         self.out.write("G43", f"H{row.ref}")
         self.out.forget_modal_words(["motion", *"XY"])
         for axis in range(2):
             self.place[axis], self.position[axis] = None, math.nan
 
-    def _switch(self, row: Motion) -> None:
+    def _write_output_switch(self, row: Motion) -> None:
         if self.compensating:
             raise PostError("outputs cannot be switched (M62) while the controller compensates the kerf (G41, G42)")
         if row.kind is Kind.TORCH and self.torch.power:
-            self.out.write("S" + (self._power(self.lit) if row.value and self.lit else "0"))
+            self.out.write("S" + (self._power_text(self.lit) if row.value and self.lit else "0"))
             return
         number = self.torch.arc_output if row.kind is Kind.TORCH else self.torch.height_output
         self.out.write(f"{'M63' if row.value else 'M62'} P{number}")
 
-    def _compensation(self, row: Motion) -> None:
+    def _write_compensation(self, row: Motion) -> None:
         words = self.torch.compensation
         if row.ref != 40 and not self.compensating:
             self._set_feed_share(next(self.compensated))  # M67 is not allowed while the controller compensates
@@ -218,7 +218,7 @@ class _TorchWriter(Writer):
             register = self.numbers.format_length(row.value) if by_width else f"{row.value:.0f}"
             self.out.write(f"G{row.ref}{'.1' if by_width else ''}", f"D{register}")
 
-    def _probe(self, row: Motion) -> None:
+    def _write_probe_move(self, row: Motion) -> None:
         if not self.torch.probe:
             raise PostError("{} has no probing command", self.dialect.name)
         self._check_position_known(row)
@@ -227,7 +227,7 @@ class _TorchWriter(Writer):
         self.out.write(self.out.activate_modal_word("motion", self.torch.probe), self._axis_word(row, 2), feed)
         self._forget_height()
 
-    def _shift(self, row: Motion) -> None:
+    def _write_z_shift(self, row: Motion) -> None:
         """Set Z to the height at which the probe tripped, or cancel this shift."""
         self._forget_height()
         if math.isnan(row.end[2]):

@@ -329,7 +329,7 @@ def _cut_data(job: Job) -> tuple[CutData, list[Issue]]:
     _check_process(data.cut_process or machine_kind, machine_kind, job.machine.name)
     if thickness is None:
         raise OptionError("cutting needs the sheet's thickness; give --thickness, such as --thickness 6mm")
-    process, warnings = cut_process_of(job.machine, data.cut_process)
+    process, warnings = resolve_cut_process(job.machine, data.cut_process)
     found, issues = find_cut_data(
         load_chart(data.chart),
         process,
@@ -346,7 +346,7 @@ def _cut_data(job: Job) -> tuple[CutData, list[Issue]]:
     return found, [*warnings, *issues]
 
 
-def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
+def resolve_cut_process(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
     """Return the process in the cut chart, and a warning if its power differs from the power of the machine.
 
     Raises OptionError if the machine uses another cutting method.

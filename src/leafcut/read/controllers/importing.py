@@ -227,7 +227,7 @@ def profile_text(values: tuple[Value, ...], title: str) -> str:
         f"# {title}",
         "# taken: from the file; derived: from these values, or from the behaviour of the controller;",
         "# assumed: unknown, but likely; check it.",
-        MACHINE.line,
+        MACHINE.toml_line,
     ]
     tables = dict.fromkeys(value.key.rpartition(".")[0] for value in values)
     for table in sorted(tables, key=bool):  # values without a table come first

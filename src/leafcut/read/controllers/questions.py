@@ -14,7 +14,7 @@ from typing import Any
 
 from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.schemas import MACHINE_ANSWERS
-from leafcut.files.whole_files import line_of, parse_toml, toml_text
+from leafcut.files.whole_files import key_line_number, parse_toml, read_toml_text
 from leafcut.gcode.dialects import dialect_names
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.importing import ImportedMachine, profile_text, values_of_profile
@@ -105,11 +105,11 @@ def load_answers(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
     DataError
         The file cannot be read, or is not TOML.
     """
-    text = toml_text(file)
+    text = read_toml_text(file)
     given = parse_toml(text, str(file), MACHINE_ANSWERS)
     places = {}
     for name in given:
-        line = line_of(text, "", name)
+        line = key_line_number(text, "", name)
         places[name] = f"{file}:{line}" if line else str(file)
     return given, places
 

@@ -28,13 +28,13 @@ class MachineForm(Form):
         self.on_change: Callable[[], Any] = lambda: None
         self.props.update(live=True, prefix="machine")
 
-    def add(self, name: str, label: str, value: str = "", kind: str = "text", **given: Any) -> None:
+    def add_field(self, name: str, label: str, value: str = "", kind: str = "text", **given: Any) -> None:
         """Add a field (see `plain_field`). If the field already exists, replace it but keep its value."""
         self._fields[name] = plain_field(name, label, kind, **given)
         self._values.setdefault(name, value)
         self.draw()
 
-    def hide(self, *names: str) -> None:
+    def hide_only(self, *names: str) -> None:
         """Hide the named fields and show all other fields."""
         if set(names) != self._hidden:
             self._hidden = set(names)
@@ -50,7 +50,7 @@ class MachineForm(Form):
         self.props["values"] = dict(self._values)
         return self.on_change()
 
-    def put(self, name: str, value: str) -> None:
+    def set_value(self, name: str, value: str) -> None:
         """Set the value of a field."""
         self._values[name] = value
         self.draw()
@@ -74,7 +74,7 @@ class MachineForm(Form):
         except ValueError:
             raise OptionError("{}: '{}' is not a number", self._fields[name]["label"], text) from None
 
-    def count(self, name: str) -> int | None:
+    def whole_number(self, name: str) -> int | None:
         """Return the whole number in a field, or None if the field is empty.
 
         Raises `OptionError` if the text is not a whole number.
@@ -99,7 +99,7 @@ class JogPad(Element, component="../static/jog.js"):
         self.on("jog", lambda e: on_jog(str(e.args["axis"]), int(e.args["sign"]), bool(e.args["held"])))
         self.on("release", on_release)
 
-    def switch(self, enabled: bool) -> None:
+    def set_enabled(self, enabled: bool) -> None:
         """Enable or disable the buttons and keys."""
         if self.props["off"] == enabled:
             self.props["off"] = not enabled

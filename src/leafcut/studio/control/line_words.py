@@ -17,7 +17,7 @@ def explained_lines_of_hole(job: SendJob, hole: DrilledHole, words: Words) -> li
     """Return the number, the text and the explanation of each line that drills a hole, up to the retract."""
     following = job.holes[hole.number].first if hole.number < len(job.holes) else hole.last + 2
     last = min(max(hole.last, following - 1), hole.last + 1, len(job.program.lines))
-    return [(line, job.text(line), explain_line(job, line, words)) for line in range(hole.first, last + 1)]
+    return [(line, job.line_text(line), explain_line(job, line, words)) for line in range(hole.first, last + 1)]
 
 
 def explain_line(job: SendJob, line: int, words: Words) -> str:
@@ -34,7 +34,7 @@ def explain_line(job: SendJob, line: int, words: Words) -> str:
                     f"explain.{name}",
                     x=_millimetres_text(end[0]),
                     y=_millimetres_text(end[1]),
-                    feed=_feed_mm_per_min(value),
+                    feed=_feed_text(value),
                 )
             )
         elif kind is Kind.RAPID or kind is Kind.FEED:
@@ -55,7 +55,7 @@ def _explain_move(kind: Kind, before: list[float], end: list[float], feed: float
         "x": _millimetres_text(end[0]),
         "y": _millimetres_text(end[1]),
         "z": _millimetres_text(end[2]),
-        "feed": _feed_mm_per_min(feed),
+        "feed": _feed_text(feed),
     }
     if sideways and math.isfinite(end[0] + end[1]):
         return words(f"explain.{'go' if rapid else 'cut'}{'' if level else '_z'}", **given)
@@ -72,5 +72,5 @@ def _millimetres_text(value: float) -> str:
     return f"{value:.3f}".rstrip("0").rstrip(".") or "0"
 
 
-def _feed_mm_per_min(value: float) -> str:
+def _feed_text(value: float) -> str:
     return f"{60.0 * value:.0f}"

@@ -28,7 +28,7 @@ from leafcut.sender.conversation import LOCKED, Interrupted, NotThisFirmware
 from leafcut.sender.error_texts import state_in_words
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, issues_except_notes, tools_after_line
-from leafcut.sender.job_checks import check_program, check_ready
+from leafcut.sender.job_checks import check_machine_ready, check_program
 from leafcut.sender.jogging import bounding_box_of_cuts, cancel_jog, check_jog, jog, probe_z, program_frame
 from leafcut.sender.lines import Pause, SentStep
 from leafcut.sender.port import BAUD, Port, PortLost, SerialPort
@@ -70,7 +70,7 @@ class _Task:
 
 
 @dataclass(frozen=True)
-class RunWishes:
+class RunOptions:
     """Options for a run.
 
     The run starts at a hole or a line, counted from 1. If both are None, it starts at the first line.
@@ -143,7 +143,7 @@ class MachineLink:
         self._talk: GrblConversation | None = None
         self._facts: Facts | None = None
         self._run: SendRun | None = None
-        self._wishes = RunWishes()
+        self._wishes = RunOptions()
         self._leaving = self._cancel = self._left_alone = False
         self._alive_at = clock()
         self._asked_at = self._heard_at = self._jog_until = 0.0
@@ -167,13 +167,13 @@ class MachineLink:
             ):
                 self._alive_at = self._clock()
                 if self.state.holder != holder:
-                    self._publish(holder=holder)
+                    self._update_state(holder=holder)
 
-    def take(self, holder: str) -> None:
+    def take_control(self, holder: str) -> None:
         """Take control of the machine, even if another page currently has it."""
         with self._lock:
             self._alive_at = self._clock()
-            self._publish(holder=holder)
+            self._update_state(holder=holder)
 
     def connect(self, holder: str, port: str, baud: int = BAUD) -> Future[Any]:
         """Open a port and identify the controller. Raises `SendError` if a machine is already connected."""
@@ -184,7 +184,7 @@ class MachineLink:
             if self._thread is not None:
                 self._thread.join()
             self._leaving, self._alive_at = False, self._clock()
-            self._publish(connection=Connection.OPENING, port=port, holder=holder, said="", bad=False, ended=None)
+            self._update_state(connection=Connection.OPENING, port=port, holder=holder, said="", bad=False, ended=None)
             self._thread = threading.Thread(target=self._run_connection, args=(port, baud, future), daemon=True)
             self._thread.start()
         return future
@@ -192,7 +192,7 @@ class MachineLink:
     def disconnect(self, holder: str) -> None:
         """Close the port. Raises `SendError` if the machine is busy, or if another page has control."""
         self._check_control(holder)
-        if self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING) or self.state.moves:
+        if self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING) or self.state.is_moving:
             raise SendError("the machine is not at rest; stop it first, then disconnect it")
         self._close_connection()
 
@@ -216,7 +216,7 @@ class MachineLink:
                 return done
         return self._submit_task(holder, MachineTask.ASKING, lambda _: self._jog(moves, feed), by_hand=True, jog=True)
 
-    def cancel(self, holder: str) -> None:
+    def cancel_motion(self, holder: str) -> None:
         """End a jog or a frame. The machine stops and keeps its position."""
         with self._lock:
             self._check_control(holder)
@@ -225,12 +225,12 @@ class MachineLink:
                 task.future.set_result(None)
             self._cancel = True
 
-    def zero(self, holder: str, axes: str) -> Future[Any]:
+    def set_zero(self, holder: str, axes: str) -> Future[Any]:
         """Set the zero of G54 to the current position for the given axes, such as ``XY``."""
         named = "".join(axis for axis in "XYZ" if axis in axes.upper())
         if not named or len(named) != len(axes):
             raise OptionError("'{}' are not axes; use X, Y and Z", axes)
-        return self._submit_task(holder, MachineTask.ASKING, lambda _: self._zero(named), by_hand=True)
+        return self._submit_task(holder, MachineTask.ASKING, lambda _: self._set_zero(named), by_hand=True)
 
     def probe(self, holder: str, plate: float, feed: float, travel: float) -> Future[Any]:
         """Set Z0 with a probe plate.
@@ -248,56 +248,58 @@ class MachineLink:
         """
         return self._submit_task(holder, MachineTask.PROBING, lambda _: self._probe(plate, feed, travel), by_hand=True)
 
-    def frame(self, holder: str, job: SendJob, wishes: RunWishes, feed: float) -> Future[Any]:
+    def trace_frame(self, holder: str, job: SendJob, wishes: RunOptions, feed: float) -> Future[Any]:
         """Check a program, then trace its bounding box above the part at a feed in mm/min.
 
         The result becomes available when the machine starts to trace the box.
         """
-        return self._submit_task(holder, MachineTask.FRAMING, lambda on_start: self._frame(on_start, job, wishes, feed))
+        return self._submit_task(
+            holder, MachineTask.FRAMING, lambda on_start: self._trace_frame(on_start, job, wishes, feed)
+        )
 
-    def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
+    def check_program(self, holder: str, job: SendJob, wishes: RunOptions) -> Future[Any]:
         """Check a program without sending it. The result is a `ReadyProgram`."""
         return self._submit_task(holder, MachineTask.ASKING, lambda _: self._check_and_prepare(job, wishes))
 
-    def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
+    def run_program(self, holder: str, job: SendJob, wishes: RunOptions) -> Future[Any]:
         """Check and run a program. The result is a `ReadyProgram`. It becomes available when the program starts."""
-        return self._submit_task(holder, MachineTask.RUNNING, lambda on_start: self._send(on_start, job, wishes))
+        return self._submit_task(holder, MachineTask.RUNNING, lambda on_start: self._run_program(on_start, job, wishes))
 
-    def answer(self, holder: str, words: str | None) -> None:
+    def answer_question(self, holder: str, words: str | None) -> None:
         """Answer the program's question: "" continues, ``all`` leaves hole-by-hole mode, and None stops the program."""
         self._check_control(holder)
         if self.state.question is None:
             raise SendError("no question is open")
         self._answers.append(words)
 
-    def request(self, holder: str, request: Request) -> None:
+    def send_request(self, holder: str, request: Request) -> None:
         """Hold or resume a program, or change its feed. A hold also ends a jog or a frame."""
         self._check_control(holder)
         if self._run is not None:
             if request is Request.RESUME:
                 self._left_alone = False
-            self._run.ask(request)
+            self._run.queue_request(request)
         elif request is Request.HOLD:
             self._cancel = True
         else:
             raise SendError("no program is running")
 
-    def stop(self) -> None:
+    def stop_machine(self) -> None:
         """Stop the machine: hold it, wait until it is at rest, and reset it. Any page may call this method."""
         with self._lock:
             waiting, talk = [*self._tasks], self._talk
             self._tasks.clear()
             self._jog_until = 0.0
             if talk is not None:
-                talk.interrupt()
+                talk.interrupt_wait()
         for task in waiting:
             task.future.set_exception(SendError("stopped by you"))
 
     def close(self) -> None:
         """Stop the machine and close the port. The studio calls this method when it closes."""
         if self._thread is not None:
-            if self.state.moves:
-                self.stop()
+            if self.state.is_moving:
+                self.stop_machine()
             self._close_connection()
 
     # Control of the machine.
@@ -307,13 +309,13 @@ class MachineLink:
 
     def _check_control(self, holder: str) -> None:
         with self._lock:
-            if not self.state.open:
+            if not self.state.is_connected:
                 raise SendError("no machine is connected")
             if self.state.holder != holder and not self._is_abandoned():
                 raise SendError("another page controls the machine; take it over first")
             self._alive_at = self._clock()
             if self.state.holder != holder:
-                self._publish(holder=holder)
+                self._update_state(holder=holder)
 
     def _submit_task(
         self, holder: str, task: MachineTask, act: _Act, *, by_hand: bool = False, jog: bool = False
@@ -327,12 +329,12 @@ class MachineLink:
             self._tasks.append(_Task(task, act, future, by_hand, jog))
         return future
 
-    def _publish(self, **changes: Any) -> None:
+    def _update_state(self, **changes: Any) -> None:
         with self._lock:
             self.state = replace(self.state, number=self.state.number + 1, **changes)
 
     def _show_message(self, line: str, *, bad: bool = False) -> None:
-        self._publish(said=line, bad=bad, saying=self.state.saying + 1)
+        self._update_state(said=line, bad=bad, saying=self.state.saying + 1)
 
     def _close_connection(self) -> None:
         self._leaving = True
@@ -355,7 +357,7 @@ class MachineLink:
             self._asked_at = self._heard_at = self._clock()
             if status.state in ("Idle", *LOCKED):
                 self._read_facts()
-            self._publish(connection=Connection.OPEN)
+            self._update_state(connection=Connection.OPEN)
             self._process_status(talk.status or status)
             connected.set_result(None)
             self._serve_connection(talk)
@@ -397,7 +399,7 @@ class MachineLink:
                 self._run_next_task()
                 self._poll_machine(talk)
             except Interrupted:
-                self._stop_now(talk)
+                self._stop_and_report(talk)
             except PortLost:
                 raise
             except LeafcutError as problem:
@@ -412,7 +414,7 @@ class MachineLink:
             task = self._tasks.popleft()
             # The state stays "running" during manual actions while the program waits for an answer.
             previous = self.state.doing
-            self._publish(doing=task.doing if self._run is None else previous)
+            self._update_state(doing=task.doing if self._run is None else previous)
         future = task.future
 
         def finish(result: object = None) -> None:
@@ -435,13 +437,13 @@ class MachineLink:
             raise
         finally:
             self._heard_at = self._clock()
-            self._publish(doing=previous)
+            self._update_state(doing=previous)
 
     def _poll_machine(self, talk: GrblConversation, handle: Callable[[ControllerAnswer], None] | None = None) -> None:
         now = self._clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
-            talk.ask_status()
+            talk.request_status()
         for answer in talk.listen():
             (handle or self._process_answer)(answer)
         if now - self._heard_at > SILENCE_SECONDS * talk.patience:
@@ -454,15 +456,15 @@ class MachineLink:
         assert self._talk is not None
         match answer:
             case Alarm(why):
-                self._show_message(self._talk.meaning_of(answer), bad=True)
-                self._publish(unsure=self.state.unsure or why not in _KEPT)
+                self._show_message(self._talk.error_meaning(answer), bad=True)
+                self._update_state(unsure=self.state.unsure or why not in _KEPT)
             case Greeting():
                 self._talk.record_restart()
                 self._facts = None
                 # A reset during a move loses the position. GRBL 1.1h does not report its alarm if the reset arrives
                 # between its checks for alarms and for resets (protocol.c: `protocol_exec_rt_system`).
-                moving = self.state.moves or self._jog_until > self._clock()
-                self._publish(unsure=self.state.unsure or moving)
+                moving = self.state.is_moving or self._jog_until > self._clock()
+                self._update_state(unsure=self.state.unsure or moving)
                 self._show_message(Message("the controller was reset"), bad=True)
             case InvalidAnswer(words):
                 self._show_message(Message("invalid answer: '{}'; check the cable", words), bad=True)
@@ -480,34 +482,34 @@ class MachineLink:
             "feed": (status.feed or 0.0) * unit,
         }
         if facts is not None:
-            changes |= {"machine": facts.machine_place(status), "work": facts.work_place(status, talk.offset)}
+            changes |= {"machine": facts.machine_position(status), "work": facts.work_position(status, talk.offset)}
         now = self.state
         if any(getattr(now, name) != value for name, value in changes.items()):
-            self._publish(**changes)
+            self._update_state(**changes)
 
     def _read_facts(self) -> Facts:
         assert self._talk is not None
-        facts = self._facts = self._talk.facts()
-        self._publish(version=facts.version, homing=facts.homing, travel=facts.travel())
+        facts = self._facts = self._talk.read_facts_at_rest()
+        self._update_state(version=facts.version, homing=facts.homing, travel=facts.travel_limits())
         self._process_status(facts.status)
         return facts
 
     def _facts_at_rest(self) -> Facts:
         """Read the settings and state of the controller. Raises `SendError` if the machine is moving or locked."""
         assert self._talk is not None
-        status = self._talk.fresh_status()
+        status = self._talk.query_status()
         if status.state != "Idle":
             raise SendError("the machine is {}; bring it to rest first", state_in_words(status, self._talk.family))
         return self._read_facts()
 
-    def _stop_now(self, talk: GrblConversation) -> None:
-        self._publish(doing=MachineTask.STOPPING, question=None)
+    def _stop_and_report(self, talk: GrblConversation) -> None:
+        self._update_state(doing=MachineTask.STOPPING, question=None)
         try:
             talk.stop()
         finally:
-            self._publish(doing=MachineTask.NOTHING)
+            self._update_state(doing=MachineTask.NOTHING)
         if talk.status is not None and talk.status.state == "Alarm":
-            self._publish(unsure=True)
+            self._update_state(unsure=True)
         self._show_message(Message("stopped by you; the spindle is off"))
 
     # Manual operation.
@@ -518,18 +520,18 @@ class MachineLink:
         try:
             self._talk.home()
         except (Interrupted, SendError) as problem:
-            self._publish(unsure=True)
+            self._update_state(unsure=True)
             if isinstance(problem, Interrupted):
                 raise SendError("homing was stopped by you: the position is lost") from None
             raise
         self._talk.restarted = False
-        self._publish(unsure=False)
+        self._update_state(unsure=False)
         self._read_facts()
 
     def _unlock(self, _: Callable[[], None]) -> None:
         assert self._talk is not None
         if self._talk.unlock():
-            self._publish(unsure=True)
+            self._update_state(unsure=True)
         self._read_facts()
 
     def _jog(self, moves: dict[str, float], feed: float) -> None:
@@ -541,13 +543,13 @@ class MachineLink:
         seconds = 60.0 * math.hypot(*moves.values()) / feed
         self._jog_until = max(self._jog_until, self._clock()) + seconds
 
-    def _zero(self, axes: str) -> None:
+    def _set_zero(self, axes: str) -> None:
         assert self._talk is not None
         self._record_manual_action()
         self._talk.ask("G54")
         self._talk.zero_here(axes)
         if not self._talk.restarted and axes == "XYZ":
-            self._publish(unsure=False)
+            self._update_state(unsure=False)
         self._read_facts()
 
     def _probe(self, plate: float, feed: float, travel: float) -> None:
@@ -561,10 +563,10 @@ class MachineLink:
         if self._run is not None:
             self._run.touched = True
 
-    def _frame(self, on_start: Callable[[], None], job: SendJob, wishes: RunWishes, feed: float) -> None:
+    def _trace_frame(self, on_start: Callable[[], None], job: SendJob, wishes: RunOptions, feed: float) -> None:
         talk = self._talk
         assert talk is not None
-        lines = program_frame(job, self._check_and_prepare(job, wishes).facts).lines(feed)
+        lines = program_frame(job, self._check_and_prepare(job, wishes).facts).tracing_lines(feed)
         on_start()
         for line in lines:
             talk.ask(line)
@@ -577,19 +579,19 @@ class MachineLink:
 
     # Programs.
 
-    def _check_and_prepare(self, job: SendJob, wishes: RunWishes) -> ReadyProgram:
+    def _check_and_prepare(self, job: SendJob, wishes: RunOptions) -> ReadyProgram:
         talk = self._talk
         assert talk is not None
         facts = self._read_facts()
-        check_ready(facts, unhomed=wishes.unhomed, restarted=talk.restarted, family=talk.family)
+        check_machine_ready(facts, unhomed=wishes.unhomed, restarted=talk.restarted, family=talk.family)
         if self.state.unsure and not wishes.unhomed:
             raise SendError(
                 "the machine was locked by an alarm, so its position may be wrong: home it, or set its zero again"
             )
         issues = check_program(job, facts, unhomed=wishes.unhomed)
         notes = [str(issue) for issue in issues_except_notes([*job.issues, *issues])]
-        if facts.soft_limits_off:
-            notes.append(facts.soft_limits_off)
+        if facts.soft_limits_warning:
+            notes.append(facts.soft_limits_warning)
         if wishes.by_hole and not job.holes:
             raise SendError("{} has no holes to drill one at a time", job.file)
         line, steps, tool = steps_to_send(job, facts, wishes.from_hole, wishes.from_line)
@@ -597,7 +599,7 @@ class MachineLink:
             notes.append(Message("tool T{} must be in the spindle", tool))
         return ReadyProgram(job.for_machine(facts.machine_with_settings(job.machine)), facts, steps, line, tuple(notes))
 
-    def _send(self, on_start: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:
+    def _run_program(self, on_start: Callable[..., None], job: SendJob, wishes: RunOptions) -> None:
         assert self._talk is not None
         ready = self._check_and_prepare(job, wishes)
         job = ready.job
@@ -605,7 +607,7 @@ class MachineLink:
         self._answers.clear()
         run = SendRun(self._talk, ready.facts, job, ready.steps, unhomed=wishes.unhomed, by_hole=wishes.by_hole)
         run.prompt, run.observe = self._ask_user, lambda view: self._show_progress(run, view)
-        feed_s, other_s = job.seconds
+        feed_s, other_s = job.seconds_by_line
         progress = ProgramProgress(
             job.file,
             job.steps[-1].number,
@@ -613,22 +615,22 @@ class MachineLink:
             left_s=float(feed_s.sum() + other_s.sum()),
         )
         self._run = run
-        self._publish(progress=progress, ended=None)
+        self._update_state(progress=progress, ended=None)
         self._show_message("")
         on_start(ready)
         try:
             ending = run.run()
         finally:
             self._run = None
-            self._publish(question=None, progress=None)
+            self._update_state(question=None, progress=None)
         self._report_ending(job, ending)
 
     def _report_ending(self, job: SendJob, ending: RunResult) -> None:
         words = ending_in_words(ending, job)
-        can_go_on = bool(ending.go_on)
+        can_go_on = bool(ending.resume_option)
         hole = ending.hole.number if can_go_on and ending.hole is not None else 0
         line = ending.line if can_go_on else 0
-        self._publish(
+        self._update_state(
             ended=ProgramEnd(job.file, ending.complete, words, line, hole),
             unsure=self.state.unsure or not ending.homed,
         )
@@ -639,7 +641,7 @@ class MachineLink:
         now = self.state.progress
         if now is None:
             return
-        self._publish(
+        self._update_state(
             progress=replace(
                 now,
                 line=view.line,
@@ -652,7 +654,7 @@ class MachineLink:
         )
         if self._is_abandoned() and not (self._wishes.alone or self._left_alone):
             self._left_alone = True
-            run.ask(Request.HOLD)
+            run.queue_request(Request.HOLD)
             self._show_message(Message("no page shows the machine any more, so the machine is on hold"), bad=True)
 
     def _ask_user(self, pause: Pause, messages: Sequence[str]) -> str | None:
@@ -660,11 +662,11 @@ class MachineLink:
         talk, run = self._talk, self._run
         assert talk is not None and run is not None
         kind = "hole" if pause.hole else "tool" if pause.change else "pause"
-        self._publish(question=MachineQuestion(kind, str(pause), pause.number, pause.hole, tuple(messages)))
+        self._update_state(question=MachineQuestion(kind, str(pause), pause.number, pause.hole, tuple(messages)))
 
         def check_answer(answer: ControllerAnswer) -> None:
             if isinstance(answer, Alarm):
-                raise SendError(talk.meaning_of(answer))
+                raise SendError(talk.error_meaning(answer))
             if isinstance(answer, Greeting):
                 raise SendError("the controller was reset")
 
@@ -681,8 +683,8 @@ class MachineLink:
                     return None
             answer = self._answers.popleft()
         finally:
-            self._publish(question=None)
+            self._update_state(question=None)
         if answer == "all":
-            run.go_on_to_the_end()
+            run.leave_hole_by_hole_mode()
             return ""
         return answer

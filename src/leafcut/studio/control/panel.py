@@ -44,7 +44,7 @@ class MachinePanel:
         self._number, self._ticks = -1, 0
         state = self.link.state
         # A page that is opened while a machine is connected shows the last message.
-        self._shown_message = -1 if state.open else state.saying
+        self._shown_message = -1 if state.is_connected else state.saying
         self._drawing = False
         w = view.words
         with box("div", "control"):
@@ -68,7 +68,7 @@ class MachinePanel:
                 self.port_fields = MachineForm(w)
                 self._offer_ports([])
                 rates = [[str(rate), str(rate)] for rate in BAUDS]
-                self.port_fields.add("baud", w("flag.baud"), str(BAUD), choices=rates, default=str(BAUD))
+                self.port_fields.add_field("baud", w("flag.baud"), str(BAUD), choices=rates, default=str(BAUD))
                 self.no_ports = text("p", w("machine.no_ports"), "quiet small")
                 text("p", w("machine.boards"), "quiet small")
                 with box("div", "ends"):
@@ -82,15 +82,15 @@ class MachinePanel:
                     with box("div", "ends"):
                         button(w("machine.take"), self._take_control, "small")
                 with box("div", "ends"):
-                    self.home = button(w("flag.home"), lambda: self.ask(self.link.home), "small")
-                    self.unlock = button(w("flag.unlock"), lambda: self.ask(self.link.unlock), "small")
+                    self.home = button(w("flag.home"), lambda: self.send_request(self.link.home), "small")
+                    self.unlock = button(w("flag.unlock"), lambda: self.send_request(self.link.unlock), "small")
                     self.leave = button(w("machine.disconnect"), self._disconnect, "plain small")
             # Messages about the machine; a screen reader announces them.
             self.line = text("p", "", "machine-line", role="status", aria_live="polite", id="machine-line")
 
     # Requests.
 
-    async def ask(self, request: Callable[..., Any], *given: Any, **named: Any) -> Any:
+    async def send_request(self, request: Callable[..., Any], *given: Any, **named: Any) -> Any:
         """Send a request to the machine. If the machine refuses, show the reason.
 
         Returns the answer, or True if the request has no answer. Returns None if the machine has refused.
@@ -104,7 +104,7 @@ class MachinePanel:
 
     def show_message(self, line: str, *, bad: bool = False) -> None:
         """Show a message in the machine view."""
-        self.line.set_text(self.view.words.plain(line))
+        self.line.set_text(self.view.words.translate_for_page(line))
         self.line.classes(replace="machine-line bad" if bad else "machine-line")
 
     def jog_feed(self) -> float:
@@ -123,11 +123,11 @@ class MachinePanel:
 
     def _offer_ports(self, names: list[tuple[str, str]]) -> None:
         first = names[0][0] if names else ""
-        self.port_fields.add("port", self.view.words("flag.port"), offers=names, default=first)
+        self.port_fields.add_field("port", self.view.words("flag.port"), offers=names, default=first)
 
     async def _connect(self) -> None:
         self.show_message("")
-        await self.ask(self.link.connect, self.port_fields.text("port"), int(self.port_fields.text("baud")))
+        await self.send_request(self.link.connect, self.port_fields.text("port"), int(self.port_fields.text("baud")))
 
     async def _disconnect(self) -> None:
         try:
@@ -136,7 +136,7 @@ class MachinePanel:
             self.show_message(str(problem), bad=True)
 
     def _take_control(self) -> None:
-        self.link.take(self.key)
+        self.link.take_control(self.key)
 
     # Display.
 
@@ -146,7 +146,7 @@ class MachinePanel:
         try:
             if self.link.state.connection is Connection.CLOSED:
                 await self.list_ports()
-            await self.program.draw()
+            await self.program.load_open_program()
         finally:
             self._drawing = False
 
@@ -156,7 +156,7 @@ class MachinePanel:
         connected = self._client.has_socket_connection
         if connected and self._ticks % _EVERY == 0:
             self.link.record_page(self.key, adopt=shown)
-        if shown and connected and self._ticks % _EVERY == 0 and not self._drawing and self.program.changed():
+        if shown and connected and self._ticks % _EVERY == 0 and not self._drawing and self.program.has_changed():
             background_tasks.create(self.show())
         state = self.link.state
         if state.number != self._number and connected:
@@ -168,23 +168,23 @@ class MachinePanel:
 
     def has_control(self, state: MachineState) -> bool:
         """Return whether this page controls the machine."""
-        return state.open and state.holder == self.key
+        return state.is_connected and state.holder == self.key
 
     def _show_state(self, state: MachineState) -> None:
         self._number = state.number
         w = self.view.words
         self.closed.set_visibility(state.connection is Connection.CLOSED)
-        self.open.set_visibility(state.open)
+        self.open.set_visibility(state.is_connected)
         kind = "running" if state.connection is Connection.OPENING else _COLOURS.get(state.status, "cancelled")
         self.tag.set_text(status_words(state, self.view))
         self.tag.classes(replace=f"tag {kind if state.connection is not Connection.CLOSED else ''}")
         self.about.set_text(w("machine.about", version=state.version, port=state.port) if state.version else state.port)
         is_holder = self.has_control(state)
-        self.alone.set_visibility(state.open and not is_holder)
+        self.alone.set_visibility(state.is_connected and not is_holder)
         free = is_holder and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
         set_button_enabled(self.home, free and state.homing and state.status in ("Idle", "Alarm"))
         set_button_enabled(self.unlock, free and (state.status != "Idle"))
-        set_button_enabled(self.leave, free and not state.moves)
+        set_button_enabled(self.leave, free and not state.is_moving)
         if state.saying != self._shown_message:
             self._shown_message = state.saying
             self.show_message(state.said, bad=state.bad)
@@ -225,7 +225,7 @@ class StopBar:
     def tick(self) -> None:
         """Show the button if a machine is connected."""
         state = self.link.state
-        now = (state.connection is not Connection.CLOSED, state.moves, status_words(state, self.view))
+        now = (state.connection is not Connection.CLOSED, state.is_moving, status_words(state, self.view))
         if now == self._shown:
             return
         self._shown = now
@@ -272,7 +272,7 @@ class ByHandPanel:
             self.unsure = text("p", w("machine.unsure"), "warn small")
 
     def _add_zero_button(self, words: str, axes: str) -> None:
-        self.zeros.append(button(words, lambda: self.panel.ask(self.link.zero, axes), "small"))
+        self.zeros.append(button(words, lambda: self.panel.send_request(self.link.set_zero, axes), "small"))
 
     def _build_jog_card(self) -> None:
         w = self.view.words
@@ -292,7 +292,7 @@ class ByHandPanel:
                 text("span", "mm", "quiet small")
             self.pad = JogPad(w("machine.jog"), w("machine.jog_hint"), self._jog_axis, self._end_jog)
             self.jog_fields = MachineForm(w)
-            self.jog_fields.add("jog-feed", w("machine.feed"), "1000", unit="mm/min")
+            self.jog_fields.add_field("jog-feed", w("machine.feed"), "1000", unit="mm/min")
             text("p", w("machine.jog_hint"), "quiet small")
 
     def _choose_step(self, step: str) -> None:
@@ -304,14 +304,14 @@ class ByHandPanel:
         if axis not in _AXES:
             return
         distances = {axis: (1 if sign > 0 else -1) * float(self.step)}
-        await self.panel.ask(lambda key: self.link.jog(key, distances, self.jog_feed(), held=is_held))
+        await self.panel.send_request(lambda key: self.link.jog(key, distances, self.jog_feed(), held=is_held))
 
     def jog_feed(self) -> float:
         """Return the jog feed, mm/min."""
         return self.jog_fields.number("jog-feed")
 
     async def _end_jog(self) -> None:
-        await self.panel.ask(self.link.cancel)
+        await self.panel.send_request(self.link.cancel_motion)
 
     def _build_probe_card(self) -> None:
         w = self.view.words
@@ -320,16 +320,16 @@ class ByHandPanel:
             with box("div", "fields"):
                 text("p", w("machine.probe_hint"), "quiet small")
                 self.probe_fields = MachineForm(w)
-                self.probe_fields.add("plate", w("machine.plate"), "1.5", unit="mm")
-                self.probe_fields.add("probe-feed", w("machine.feed"), "50", unit="mm/min")
-                self.probe_fields.add("probe-limit", w("machine.limit"), "15", unit="mm")
+                self.probe_fields.add_field("plate", w("machine.plate"), "1.5", unit="mm")
+                self.probe_fields.add_field("probe-feed", w("machine.feed"), "50", unit="mm/min")
+                self.probe_fields.add_field("probe-limit", w("machine.limit"), "15", unit="mm")
                 with box("div", "ends"):
                     self.probe = button(w("machine.probe_now"), self._probe_now, "")
         self.probe_place = place
 
     async def _probe_now(self) -> None:
         number = self.probe_fields.number
-        await self.panel.ask(
+        await self.panel.send_request(
             lambda key: self.link.probe(key, number("plate"), number("probe-feed"), number("probe-limit"))
         )
 
@@ -337,7 +337,7 @@ class ByHandPanel:
         """Update the position, and enable the actions that are currently possible."""
         for places, place in ((self.work, state.work), (self.machine, state.machine)):
             for axis, cell in enumerate(places):
-                words = "–" if place is None or not state.open else to_fixed(place[axis], 3)
+                words = "–" if place is None or not state.is_connected else to_fixed(place[axis], 3)
                 if cell.text != words:
                     cell.set_text(words)
         asked = state.question is not None
@@ -346,5 +346,5 @@ class ByHandPanel:
         for zero_button in self.zeros:
             set_button_enabled(zero_button, at_rest)
         set_button_enabled(self.probe, at_rest)
-        self.pad.switch(free and state.status in ("Idle", "Jog"))
-        self.unsure.set_visibility(state.open and state.unsure)
+        self.pad.set_enabled(free and state.status in ("Idle", "Jog"))
+        self.unsure.set_visibility(state.is_connected and state.unsure)

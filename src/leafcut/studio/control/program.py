@@ -26,7 +26,7 @@ def included_or_own_machine(word: str, folder: Folder) -> Machine:
     controller.
     """
     if word.startswith(OWN):
-        machine = load_machine(str(folder.kept_own("machines", word, "--machine")))
+        machine = load_machine(str(folder.existing_own_path("machines", word, "--machine")))
     elif word in machine_names():
         machine = load_machine(word)
     else:

@@ -12,11 +12,11 @@ from leafcut.errors import LeafcutError
 from leafcut.model.machine import XYZ
 from leafcut.sender.job import SendJob, parse_accepted_codes
 from leafcut.sender.jogging import bounding_box_of_cuts
-from leafcut.sender.resuming import number_in_mm
+from leafcut.sender.resuming import format_without_trailing_zeros
 from leafcut.sender.run import Request
 from leafcut.studio.control.fields import MachineForm, set_button_enabled
 from leafcut.studio.control.line_words import explained_lines_of_hole
-from leafcut.studio.control.link import ReadyProgram, RunWishes
+from leafcut.studio.control.link import ReadyProgram, RunOptions
 from leafcut.studio.control.program import machines_to_send_to, program_from_file, program_from_job
 from leafcut.studio.control.state import MachineState, MachineTask
 from leafcut.studio.drawing.canvas import Canvas
@@ -54,7 +54,7 @@ class MachineProgramPanel:
         self._asked: object = None
         self._ended: object = None
         #: The program that is waiting for confirmation, with its options.
-        self._to_start: tuple[SendJob, RunWishes] | None = None
+        self._to_start: tuple[SendJob, RunOptions] | None = None
         self._asking = False
         w = view.words
         with drawing:
@@ -72,20 +72,20 @@ class MachineProgramPanel:
             text("h2", w("machine.program"))
             self.name = text("p", "", "name", dir="auto")
             self.machine = MachineForm(w)
-            self.machine.add("machine", w("result.machine"), _USUAL, choices=[[_USUAL, _USUAL]])
-            self.machine.on_change = self.draw
+            self.machine.add_field("machine", w("result.machine"), _USUAL, choices=[[_USUAL, _USUAL]])
+            self.machine.on_change = self.load_open_program
             self.facts = text("p", "", "quiet small")
             self.problem = text("p", "", "error small", role="status")
             with box("ul", "warnings") as self.told:
                 pass
             with box("div", "fields"):
                 self.options = MachineForm(w)
-                self.options.add("from-hole", w("flag.from_hole"), kind="whole")
-                self.options.add("from-line", w("flag.from_line"), kind="whole")
+                self.options.add_field("from-hole", w("flag.from_hole"), kind="whole")
+                self.options.add_field("from-line", w("flag.from_line"), kind="whole")
                 for name in ("by_hole", "alone"):
-                    self.options.add(name, w(f"machine.{name}"), kind="flag")
-                self.options.add("unhomed", w("flag.unhomed"), kind="flag")
-                self.options.add("accept", w("flag.accept"))
+                    self.options.add_field(name, w(f"machine.{name}"), kind="flag")
+                self.options.add_field("unhomed", w("flag.unhomed"), kind="flag")
+                self.options.add_field("accept", w("flag.accept"))
             with box("div", "ends"):
                 self.check = button(w("machine.check"), self._check_program, "")
                 self.frame = button(w("machine.frame"), self._trace_frame, "")
@@ -116,13 +116,19 @@ class MachineProgramPanel:
                     self.figures[key] = text("dd", "", id=f"machine-now-{key}")
             with box("div", "ends feeds", role="group", aria_label=w("machine.override")):
                 for words, request in (("−10 %", Request.SLOWER), ("100 %", Request.NORMAL), ("+10 %", Request.FASTER)):
-                    button(words, lambda request=request: self.panel.ask(self.link.request, request), "small")
+                    button(
+                        words, lambda request=request: self.panel.send_request(self.link.send_request, request), "small"
+                    )
             with box("div", "question") as self.question:
                 pass
             with box("div", "ends holds"):
-                self.hold = button(w("machine.hold"), lambda: self.panel.ask(self.link.request, Request.HOLD), "large")
+                self.hold = button(
+                    w("machine.hold"), lambda: self.panel.send_request(self.link.send_request, Request.HOLD), "large"
+                )
                 self.resume = button(
-                    w("machine.resume"), lambda: self.panel.ask(self.link.request, Request.RESUME), "large primary"
+                    w("machine.resume"),
+                    lambda: self.panel.send_request(self.link.send_request, Request.RESUME),
+                    "large primary",
                 )
 
     # Selection of the program.
@@ -134,11 +140,11 @@ class MachineProgramPanel:
             return record.id, ""
         return "", view.source if is_program(view) else ""
 
-    def changed(self) -> bool:
+    def has_changed(self) -> bool:
         """Return whether the open program or the selected machine has changed since the program was loaded."""
         return (*self._open_job_and_source(), self.machine.text("machine")) != self._key[:3]
 
-    async def draw(self) -> None:
+    async def load_open_program(self) -> None:
         """Load the open program for the selected machine."""
         view, w = self.view, self.view.words
         job, source = self._open_job_and_source()
@@ -152,14 +158,14 @@ class MachineProgramPanel:
             try:
                 job_read = await asyncio.to_thread(self._read_program, *key)
             except LeafcutError as refusal:
-                problem = view.studio.folder.without_paths(str(refusal))
+                problem = view.studio.folder.hide_paths(str(refusal))
             except Exception as fault:
                 problem = error_line(fault)
         if key != self._key:
             return
         self.job = job_read
         self.name.set_text(job_read.file if job_read else view.name if source else w("machine.none"))
-        self.problem.set_text(w.plain(problem))
+        self.problem.set_text(w.translate_for_page(problem))
         self.empty_title.set_text(w("empty.unseen", name=self.view.name) if problem else w("machine.no_program"))
         self.empty_words.set_text("" if problem else w("machine.no_program_hint"))
         self.facts.set_text(_program_facts(job_read, w) if job_read else "")
@@ -180,8 +186,8 @@ class MachineProgramPanel:
         if record is not None and self._key[:1] != (job,):
             used = str(record.task.options.get("machine") or "")
             value = used if used in names else value
-        self.machine.add("machine", view.words("result.machine"), choices=[list(pair) for pair in names.items()])
-        self.machine.put("machine", value if value in names else _USUAL)
+        self.machine.add_field("machine", view.words("result.machine"), choices=[list(pair) for pair in names.items()])
+        self.machine.set_value("machine", value if value in names else _USUAL)
 
     def _read_program(self, job: str, source: str, machine: str, accept: str) -> SendJob:
         studio = self.view.studio
@@ -193,7 +199,7 @@ class MachineProgramPanel:
             job_read = program_from_file(
                 studio.folder, source, machine, units if units in ("mm", "in") else None, codes
             )
-        _ = job_read.seconds, job_read.holes  # computed now, because it is slow for a large program
+        _ = job_read.seconds_by_line, job_read.holes  # computed now, because it is slow for a large program
         return job_read
 
     def _show_drawing(self) -> None:
@@ -211,40 +217,41 @@ class MachineProgramPanel:
             return
         text_of = "\n".join(job.program.lines)
         self.canvas.show(
-            lambda: toolpath_scene(job.program.path, job.machine, name=job.file, text=text_of, beam=job.laser), "after"
+            lambda: toolpath_scene(job.program.path, job.machine, name=job.file, text=text_of, beam=job.is_laser),
+            "after",
         )
         self.canvas.fit()
         self._tool = None
 
     # Requests.
 
-    def _run_options(self) -> RunWishes:
+    def _run_options(self) -> RunOptions:
         holes = bool(self.job and self.job.holes)
-        return RunWishes(
-            from_hole=self.options.count("from-hole") if holes else None,
-            from_line=None if holes else self.options.count("from-line"),
+        return RunOptions(
+            from_hole=self.options.whole_number("from-hole") if holes else None,
+            from_line=None if holes else self.options.whole_number("from-line"),
             by_hole=self.options.is_on("by_hole") and holes,
             unhomed=self.options.is_on("unhomed"),
             alone=self.options.is_on("alone"),
         )
 
     async def _ask_with_program(self, action: Callable[[str, SendJob], Any]) -> Any:
-        await self.draw()
+        await self.load_open_program()
         job = self.job
         if job is None:
             self.panel.show_message(self.problem.text or self.view.words("machine.no_program"), bad=True)
             return None
-        return await self.panel.ask(lambda key: action(key, job))
+        return await self.panel.send_request(lambda key: action(key, job))
 
     async def _check_program(self) -> None:
-        program = await self._ask_with_program(lambda key, job: self.link.check(key, job, self._run_options()))
+        program = await self._ask_with_program(lambda key, job: self.link.check_program(key, job, self._run_options()))
         if program is not None:
             self._show_issues(self.told, program.told)
             self.panel.show_message(self.view.words("machine.checked"))
 
     async def _trace_frame(self) -> None:
         await self._ask_with_program(
-            lambda key, job: self.link.frame(key, job, self._run_options(), self.panel.jog_feed())
+            lambda key, job: self.link.trace_frame(key, job, self._run_options(), self.panel.jog_feed())
         )
 
     async def _ask_to_start(self) -> None:
@@ -253,7 +260,7 @@ class MachineProgramPanel:
         self._asking = True
         try:
             wishes = self._run_options()
-            program = await self._ask_with_program(lambda key, job: self.link.check(key, job, wishes))
+            program = await self._ask_with_program(lambda key, job: self.link.check_program(key, job, wishes))
         except LeafcutError as problem:
             self.panel.show_message(str(problem), bad=True)
             return
@@ -273,16 +280,18 @@ class MachineProgramPanel:
             (x0, y0, z0), (x1, y1, z1) = ready.box
             facts["box"] = w(
                 "machine.confirm_xy",
-                x0=_rounded_millimetres(x0),
-                x1=_rounded_millimetres(x1),
-                y0=_rounded_millimetres(y0),
-                y1=_rounded_millimetres(y1),
+                x0=_rounded_millimetres_text(x0),
+                x1=_rounded_millimetres_text(x1),
+                y0=_rounded_millimetres_text(y0),
+                y1=_rounded_millimetres_text(y1),
             )
-            facts["z"] = w("machine.confirm_range", low=_rounded_millimetres(z0), high=_rounded_millimetres(z1))
-        if not job.laser:
+            facts["z"] = w(
+                "machine.confirm_range", low=_rounded_millimetres_text(z0), high=_rounded_millimetres_text(z1)
+            )
+        if not job.is_laser:
             facts["tool"] = " → ".join(name or w("machine.confirm_no_tool") for name in ready.tools)
         if ready.line:
-            facts["from"] = f"{ready.line}: {job.text(ready.line)}"
+            facts["from"] = f"{ready.line}: {job.line_text(ready.line)}"
         self.confirm_facts.clear()
         with self.confirm_facts:
             for key, words in facts.items():
@@ -294,7 +303,7 @@ class MachineProgramPanel:
         if self._to_start is None:
             return
         (job, wishes), self._to_start = self._to_start, None
-        program = await self.panel.ask(lambda key: self.link.run(key, job, wishes))
+        program = await self.panel.send_request(lambda key: self.link.run_program(key, job, wishes))
         if program is not None:
             self._show_issues(self.told, program.told)
             self.panel.show_message("")
@@ -303,7 +312,7 @@ class MachineProgramPanel:
         place.clear()
         with place:
             for line in lines:
-                text("li", self.view.words.plain(line), dir="auto")
+                text("li", self.view.words.translate_for_page(line), dir="auto")
 
     # Display.
 
@@ -326,15 +335,15 @@ class MachineProgramPanel:
             if state.ended is not None:
                 goes_on = not state.ended.complete
                 hole, line = (state.ended.go_on_hole, state.ended.line) if goes_on else (0, 0)
-                self.options.put("from-hole", str(hole) if hole else "")
-                self.options.put("from-line", str(line) if line and not hole else "")
+                self.options.set_value("from-hole", str(hole) if hole else "")
+                self.options.set_value("from-line", str(line) if line and not hole else "")
 
     def _show_fields(self, state: MachineState) -> None:
         holes = bool(self.job and self.job.holes)
         hidden = ["from-line"] if holes else ["from-hole", "by_hole"]
         if self.job is None:
             hidden = ["from-line", "from-hole", "by_hole"]
-        self.options.hide(*hidden, *([] if state.open and not state.homing else ["unhomed"]))
+        self.options.hide_only(*hidden, *([] if state.is_connected and not state.homing else ["unhomed"]))
 
     def _show_progress(self, state: MachineState, commands: bool) -> None:
         progress = state.progress
@@ -381,16 +390,23 @@ class MachineProgramPanel:
             if asked.kind == "hole":
                 self._show_next_hole(asked.hole)
             else:
-                text("p", w.plain(asked.words), "large")
+                text("p", w.translate_for_page(asked.words), "large")
                 text("p", w("machine.at_pause"), "quiet small")
             for line in asked.replies:
-                text("p", w.plain(line), "quiet small")
+                text("p", w.translate_for_page(line), "quiet small")
             with box("div", "ends"):
                 words = w("machine.drill", hole=asked.hole) if asked.kind == "hole" else w("machine.go_on")
-                go = button(words, lambda: self.panel.ask(self.link.answer, ""), "primary large", id="machine-go")
+                go = button(
+                    words,
+                    lambda: self.panel.send_request(self.link.answer_question, ""),
+                    "primary large",
+                    id="machine-go",
+                )
                 set_button_enabled(go, commands)
                 if asked.kind == "hole":
-                    to_end = button(w("machine.to_end"), lambda: self.panel.ask(self.link.answer, "all"), "")
+                    to_end = button(
+                        w("machine.to_end"), lambda: self.panel.send_request(self.link.answer_question, "all"), ""
+                    )
                     set_button_enabled(to_end, commands)
 
     def _show_next_hole(self, number: int) -> None:
@@ -410,7 +426,7 @@ class MachineProgramPanel:
         self.canvas.show_line(hole.last)
 
     def _show_tool_position(self, state: MachineState) -> None:
-        place = state.work if state.open else None
+        place = state.work if state.is_connected else None
         cuts = state.progress is not None and place is not None and place[2] < 0.0
         at = None if place is None or self._drawn is None else (round(place[0], 3), round(place[1], 3))
         if (at, cuts, self._next) != self._tool:
@@ -434,12 +450,12 @@ class MachineProgramPanel:
         return {"box": travel_box, "known": True, "fits": fits, "machine": name}
 
 
-def _rounded_millimetres(value: float) -> str:
-    return number_in_mm(round(value, 3))
+def _rounded_millimetres_text(value: float) -> str:
+    return format_without_trailing_zeros(round(value, 3))
 
 
 def _program_facts(job: SendJob, w: Any) -> str:
-    feed_s, other_s = job.seconds
+    feed_s, other_s = job.seconds_by_line
     parts = [format_time(float(feed_s.sum() + other_s.sum())), w("machine.lines", number=job.steps[-1].number)]
     if job.holes:
         parts.append(w("machine.holes", number=len(job.holes)))

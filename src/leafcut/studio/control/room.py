@@ -30,7 +30,7 @@ class ControlRoom:
 
         @routes.post("/machine/stop", summary="Stop the machine: hold, wait for standstill, reset; the spindle is off")
         async def stop() -> dict[str, str]:
-            self.link.stop()
+            self.link.stop_machine()
             return {"stop": "sent"}
 
     def open(self, page: Page, client: Any) -> MachinePanel:

@@ -112,11 +112,11 @@ class MachineState:
     ended: ProgramEnd | None = None
 
     @property
-    def open(self) -> bool:
+    def is_connected(self) -> bool:
         """Whether a controller is connected."""
         return self.connection is Connection.OPEN
 
     @property
-    def moves(self) -> bool:
+    def is_moving(self) -> bool:
         """Whether the machine is moving or about to move, so that the user may want to stop it."""
         return self.doing is not MachineTask.NOTHING or self.status in ("Run", "Jog", "Home", "Hold", "Door")

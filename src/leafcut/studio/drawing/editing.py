@@ -82,7 +82,7 @@ class UndoableState(Generic[State]):
         )
         return {"state": self.state, "before": list(before), "after": list(after)}
 
-    def take_plain(self, plain: Mapping[str, Any]) -> None:
+    def restore_plain(self, plain: Mapping[str, Any]) -> None:
         """Restore the result of `as_plain`. If a state is invalid or consists of different parts, nothing changes."""
         steps = [_as_tuples(plain.get(name)) for name in ("before", "after")]
         state = _as_tuples(plain.get("state"))
@@ -138,17 +138,17 @@ class HoleOrder(UndoableState[HoleOrders]):
         """Return the holes of each operation, sorted."""
         return [sorted(holes) for holes, n_fixed in state if 0 <= n_fixed <= len(holes)]
 
-    def _at(self, stop: int) -> tuple[int, int]:
+    def _operation_and_hole(self, stop: int) -> tuple[int, int]:
         if not 1 <= stop <= len(self._stops):
             raise OptionError("this hole is not in the order")
         return self._stops[stop - 1]
 
-    def _with(self, k: int, holes: list[int], n_fixed: int) -> None:
+    def _set_operation_order(self, k: int, holes: list[int], n_fixed: int) -> None:
         self.change((*self.state[:k], (tuple(holes), n_fixed), *self.state[k + 1 :]))
 
     def move(self, stop: int, onto: int) -> None:
         """Move a hole to the rank of another hole in the same operation."""
-        (k, hole), (target_k, target) = self._at(stop), self._at(onto)
+        (k, hole), (target_k, target) = self._operation_and_hole(stop), self._operation_and_hole(onto)
         if k != target_k:
             raise OptionError("these holes use different tools; the order can be changed only within one tool")
         holes, n_fixed = list(self.state[k][0]), self.state[k][1]
@@ -156,37 +156,37 @@ class HoleOrder(UndoableState[HoleOrders]):
         holes.remove(hole)
         holes.insert(new_rank, hole)
         # A hole inserted among the fixed ones becomes fixed, and vice versa.
-        self._with(k, holes, n_fixed + (new_rank < n_fixed) - (old_rank < n_fixed))
+        self._set_operation_order(k, holes, n_fixed + (new_rank < n_fixed) - (old_rank < n_fixed))
 
-    def to_end(self, stop: int, first: bool) -> None:
+    def move_to_end(self, stop: int, first: bool) -> None:
         """Move a hole to the start or the end of its operation.
 
         A move to the end fixes the order of all holes in the operation.
         """
-        k, hole = self._at(stop)
+        k, hole = self._operation_and_hole(stop)
         holes, n_fixed = self.state[k]
         rest = [h for h in holes if h != hole]
         if first:
-            self._with(k, [hole, *rest], n_fixed + (holes.index(hole) >= n_fixed))
+            self._set_operation_order(k, [hole, *rest], n_fixed + (holes.index(hole) >= n_fixed))
         else:
-            self._with(k, [*rest, hole], len(holes))
+            self._set_operation_order(k, [*rest, hole], len(holes))
 
     def reverse(self, stop: int) -> None:
         """Reverse the order of the holes in an operation."""
-        k, _ = self._at(stop)
-        self._with(k, list(reversed(self.state[k][0])), len(self.state[k][0]))
+        k, _ = self._operation_and_hole(stop)
+        self._set_operation_order(k, list(reversed(self.state[k][0])), len(self.state[k][0]))
 
-    def place(self, stop: int, to: Point) -> None:
+    def move_start(self, stop: int, to: Point) -> None:
         """Raise `OptionError`, because holes cannot be moved."""
         raise OptionError(
             "hole positions are fixed; to change the drilling order, drop a hole onto the hole that it should replace "
             "in the order"
         )
 
-    def free_after(self, stop: int) -> None:
+    def fix_order_up_to(self, stop: int) -> None:
         """Fix the order of an operation up to this hole. The search may reorder all later holes."""
-        k, hole = self._at(stop)
-        self._with(k, list(self.state[k][0]), self.state[k][0].index(hole) + 1)
+        k, hole = self._operation_and_hole(stop)
+        self._set_operation_order(k, list(self.state[k][0]), self.state[k][0].index(hole) + 1)
 
     def stops(self) -> list[OrderStop]:
         """Return all holes in their current order."""
@@ -197,7 +197,7 @@ class HoleOrder(UndoableState[HoleOrders]):
             for rank, hole in enumerate(holes)
         ]
 
-    def text(self) -> str:
+    def file_text(self) -> str:
         """Return the text of the order file."""
         fixed = {n: order[:fixed] for n, (order, fixed) in zip(self._numbers, self.state, strict=True)}
         return order_file_text(fixed, identify_drawing(self._xy.tolist()))
@@ -231,31 +231,31 @@ class CutOrder(UndoableState[tuple[str, ...]]):
     def _rows(self) -> list[dict[str, Any]]:
         return [json.loads(row) for row in self.state]
 
-    def _keep(self, rows: list[dict[str, Any]]) -> None:
+    def _change_rows(self, rows: list[dict[str, Any]]) -> None:
         self.change(tuple(json.dumps(row) for row in rows))
 
-    def _find(self, rows: list[dict[str, Any]], stop: int) -> dict[str, Any]:
+    def _find_row(self, rows: list[dict[str, Any]], stop: int) -> dict[str, Any]:
         for row in rows:
             if row["number"] == stop:
                 return row
         raise OptionError("this cut is not in the plan")
 
     @staticmethod
-    def _pin(row: dict[str, Any], word: str) -> None:
+    def _add_fixed_word(row: dict[str, Any], word: str) -> None:
         row["fixed"] = sorted({*row["fixed"], word})
 
     def move(self, stop: int, onto: int) -> None:
         """Move a cut to the rank of another cut. This fixes the entire order."""
         rows = self._rows()
-        row, target = self._find(rows, stop), self._find(rows, onto)
+        row, target = self._find_row(rows, stop), self._find_row(rows, onto)
         rank = rows.index(target)
         rows.remove(row)
         rows.insert(rank, row)
         for changed in rows:
-            self._pin(changed, "order")
-        self._keep(rows)
+            self._add_fixed_word(changed, "order")
+        self._change_rows(rows)
 
-    def to_end(self, stop: int, first: bool) -> None:
+    def move_to_end(self, stop: int, first: bool) -> None:
         """Move a cut to the start or the end. This fixes the entire order."""
         numbers = [row["number"] for row in self._rows()]
         self.move(stop, numbers[0] if first else numbers[-1])
@@ -263,31 +263,31 @@ class CutOrder(UndoableState[tuple[str, ...]]):
     def reverse(self, stop: int) -> None:
         """Reverse the direction of a cut."""
         rows = self._rows()
-        row = self._find(rows, stop)
+        row = self._find_row(rows, stop)
         if row.get("direction") not in _OPPOSITE:
             raise OptionError("the plan has no direction for this cut")
         row["direction"] = _OPPOSITE[row["direction"]]
-        self._pin(row, "direction")
-        self._keep(rows)
+        self._add_fixed_word(row, "direction")
+        self._change_rows(rows)
 
-    def place(self, stop: int, to: Point) -> None:
+    def move_start(self, stop: int, to: Point) -> None:
         """Start a cut at the point of its contour that is closest to `to`."""
         rows = self._rows()
-        row = self._find(rows, stop)
+        row = self._find_row(rows, stop)
         row["start"] = [round(v, 3) for v in to]
-        self._pin(row, "start")
-        self._keep(rows)
+        self._add_fixed_word(row, "start")
+        self._change_rows(rows)
 
-    def free_after(self, stop: int) -> None:
+    def fix_order_up_to(self, stop: int) -> None:
         """Fix the order up to this cut. The search may reorder all later cuts."""
         rows = self._rows()
-        at = rows.index(self._find(rows, stop))
+        at = rows.index(self._find_row(rows, stop))
         for row in rows:
             row["fixed"] = [word for word in row["fixed"] if word not in ("order", "ahead")]
         for row in rows[: at + 1]:
-            self._pin(row, "order")
-        self._pin(rows[at], "ahead")
-        self._keep(rows)
+            self._add_fixed_word(row, "order")
+        self._add_fixed_word(rows[at], "ahead")
+        self._change_rows(rows)
 
     def stops(self) -> list[OrderStop]:
         """Return all cuts in their current order, at their start points.
@@ -307,7 +307,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
             for row in rows
         ]
 
-    def text(self) -> str:
+    def file_text(self) -> str:
         """Return the text of the plan file."""
         cuts = [{key: value for key, value in row.items() if key != "number"} for row in self._rows()]
         return json.dumps({**self._plan, "cuts": cuts}, indent=1) + "\n"
@@ -317,7 +317,7 @@ class CutOrder(UndoableState[tuple[str, ...]]):
 Edited = HoleOrder | CutOrder
 
 
-def cuts_one_by_one(text: str) -> bool:
+def has_only_single_cuts(text: str) -> bool:
     """Return whether every row of a plan file is a single cut with a start point."""
     return all(
         "start" in row and not row.get("bridge") and len(row["contours"]) == 1 for row in json.loads(text)["cuts"]

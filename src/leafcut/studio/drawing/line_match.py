@@ -25,19 +25,19 @@ def matching_lines(before: Toolpath, after: Toolpath, original: str, new: str) -
     uint32[k, 2]
         Line in the original and line in the new program, both from 1, sorted by the original line.
     """
-    old, current = _numbered(original.split("\n"), new.split("\n"))
+    old, current = _number_line_texts(original.split("\n"), new.split("\n"))
     new_of, old_of = np.zeros(len(old) + 1, dtype=np.int64), np.zeros(len(current) + 1, dtype=np.int64)
     lines = _work_pairs(before, after)
     lines = lines[(lines > 0).all(axis=1) & (lines[:, 0] <= len(old)) & (lines[:, 1] <= len(current))]
     for side in (0, 1):
         lines = lines[np.sort(np.unique(lines[:, side], return_index=True)[1])]
     new_of[lines[:, 0]], old_of[lines[:, 1]] = lines[:, 1], lines[:, 0]
-    _spread(new_of, old_of, old, current)
+    _match_equal_text(new_of, old_of, old, current)
     matched = np.flatnonzero(new_of)
     return np.column_stack([matched, new_of[matched]]).astype(np.uint32)
 
 
-def _numbered(*texts: list[str]) -> tuple[list[int], ...]:
+def _number_line_texts(*texts: list[str]) -> tuple[list[int], ...]:
     numbers: dict[str, int] = {}
     fresh = count()
     numbered = []
@@ -52,7 +52,7 @@ def _numbered(*texts: list[str]) -> tuple[list[int], ...]:
 
 def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
     """Match lines that do the same work, int64[k, 2]. Repeated work is matched in the order of the file."""
-    sides = [_work(path) for path in (before, after)]
+    sides = [_work_keys_by_line(path) for path in (before, after)]
     _, number = np.unique(np.concatenate([keys for _, keys in sides]), axis=0, return_inverse=True)
     number = number.reshape(-1)
     first = len(sides[0][0])
@@ -62,7 +62,7 @@ def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
     return pairs[np.argsort(old)]
 
 
-def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def _work_keys_by_line(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Return the line and the work of each working row.
 
     The work consists of the kind, the tool, and both ends in a fixed order.
@@ -92,7 +92,7 @@ def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
     return key
 
 
-def _spread(new_of: NDArray[np.int64], old_of: NDArray[np.int64], old: list[int], now: list[int]) -> None:
+def _match_equal_text(new_of: NDArray[np.int64], old_of: NDArray[np.int64], old: list[int], now: list[int]) -> None:
     """Match lines with equal text, starting at both ends of the programs and next to lines that already match."""
     ahead, back = new_of.tolist(), old_of.tolist()
     n, m = len(old), len(now)

@@ -115,7 +115,7 @@ def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool 
     if tools:
         of_hole[list(tools)] = list(tools.values())
     ends = np.array([(*s.start, *s.end, s.width) for s in part.slots]).reshape(-1, 5)
-    vertex, outline = _outlines(part.contours, part.pockets)
+    vertex, outline = _outline_columns(part.contours, part.pockets)
     vertex[:, :2] -= origin
     layers = _LayerNumbers(part)
     columns: Columns = {
@@ -124,9 +124,9 @@ def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool 
         "slot": ("f4", ends - np.array([*origin, *origin, 0.0])),
         "vertex": ("f4", vertex),
         "outline": ("u4", outline),
-        "hole_layer": ("u4", layers.of(part.holes)),
-        "slot_layer": ("u4", layers.of(part.slots)),
-        "outline_layer": ("u4", layers.of_outlines(part)),
+        "hole_layer": ("u4", layers.numbers_of(part.holes)),
+        "slot_layer": ("u4", layers.numbers_of(part.slots)),
+        "outline_layer": ("u4", layers.outline_numbers(part)),
         "issue": ("f4", _issue_places(part) - np.array([*origin, 0.0])),
     }
     low, high = _part_box(part)
@@ -136,9 +136,9 @@ def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool 
         "extents": [*low, *high] if len(hole) + len(ends) + len(vertex) else None,
         "origin": origin.tolist(),
         "layers": [replace_unprintable(layer) for layer in layers.names],
-        "unitless": has_no_unit(part),
-        "issues": _issues(part.issues),
-        "missing": _missing(part.issues),
+        "unitless": is_tsplib_map(part),
+        "issues": _issues_as_json(part.issues),
+        "missing": _missing_outlines(part.issues),
         "filled": filled,
     }
     return pack_scene(header, columns)
@@ -160,15 +160,15 @@ class _LayerNumbers:
         self.names = sorted(layers - {""})
         self._number = {name: number for number, name in enumerate(self.names, 1)}
 
-    def of(self, nouns: Iterable[Hole | Slot | Contour]) -> NDArray[np.int64]:
+    def numbers_of(self, nouns: Iterable[Hole | Slot | Contour]) -> NDArray[np.int64]:
         return np.array([self._number.get(noun.layer, 0) for noun in nouns], dtype=np.int64)
 
-    def of_outlines(self, part: Part) -> NDArray[np.int64]:
+    def outline_numbers(self, part: Part) -> NDArray[np.int64]:
         pockets = [self._number.get(p.layer, 0) for p in part.pockets for _ in range(1 + len(p.islands))]
-        return np.concatenate([self.of(part.contours), np.array(pockets, dtype=np.int64)])
+        return np.concatenate([self.numbers_of(part.contours), np.array(pockets, dtype=np.int64)])
 
 
-def has_no_unit(part: Part) -> bool:
+def is_tsplib_map(part: Part) -> bool:
     """Return whether a part is a TSPLIB map. The coordinates of a map have no unit."""
     return part.edge_weight_type != ""
 
@@ -192,7 +192,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
         "tools": {str(o.tool.number): _tool_words(o.tool.label, o.tool.diameter) for o in outcome.operations},
         "cleared": shown.cleared,
     }
-    return _toolpath(
+    return _pack_toolpath(
         outcome_playback(outcome, which), header, outcome.text if which == "after" else "", shown.cut_plan(which)
     )
 
@@ -243,13 +243,13 @@ def toolpath_scene(
     PlanError
         The drilling cycles contain too many moves.
     """
-    return _toolpath(
+    return _pack_toolpath(
         playback_of_path(path, machine, beam, measured=measured),
         {
             "name": replace_unprintable(name),
             "which": "after",
-            "unitless": part is not None and has_no_unit(part),
-            "untimed": untimed or (part is not None and has_no_unit(part)),
+            "unitless": part is not None and is_tsplib_map(part),
+            "untimed": untimed or (part is not None and is_tsplib_map(part)),
             "cleared": cleared,
         },
         text,
@@ -259,7 +259,7 @@ def toolpath_scene(
 
 def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:
     """Create the scene of edges (int[k, 2]) between points (float[n, 2], mm). Each edge has a strength from 0 to 1."""
-    header, point = _points(points)
+    header, point = _centred_points(points)
     columns: Columns = {
         "point": ("f4", point),
         "edge": ("u4", np.asarray(edges).reshape(-1, 2)),
@@ -270,13 +270,13 @@ def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) ->
 
 def path_scene(points: ArrayLike) -> bytes:
     """Create the scene of a path through points (float[n, 2], mm), in the order in which they are visited."""
-    header, point = _points(points)
+    header, point = _centred_points(points)
     return pack_scene({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
 
 
 def edited_scene(stops: Sequence[OrderStop]) -> bytes:
     """Create the scene of an edited order, as a numbered path."""
-    header, point = _points([stop.place for stop in stops])
+    header, point = _centred_points([stop.place for stop in stops])
     signs = {str(k): stop.sign for k, stop in enumerate(stops) if stop.sign}
     columns: Columns = {
         "point": ("f4", point),
@@ -287,7 +287,7 @@ def edited_scene(stops: Sequence[OrderStop]) -> bytes:
     return pack_scene({**header, "kind": "path", "name": "path", "signs": signs}, columns)
 
 
-def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
+def _centred_points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
     xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
     low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.zeros(2))
     origin = 0.5 * (low + high)
@@ -310,12 +310,12 @@ def pack_scene(header: dict[str, Any], columns: Columns) -> bytes:
     return b"".join((MAGIC, len(words).to_bytes(4, "little"), bytes(4), words, *parts))
 
 
-def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan | None) -> bytes:
-    low, high = _extents(rows)
+def _pack_toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan | None) -> bytes:
+    low, high = _playback_extents(rows)
     origin = np.nan_to_num(0.5 * (low + high))
     arc = rows.arc.copy()
     arc[:, :2] -= origin
-    pierces, leads = _cuts(plan)
+    pierces, leads = _pierces_and_leads(plan)
     columns: Columns = {
         "place": ("f4", rows.place - np.array([*origin, 0.0])),
         "seconds": ("f4", rows.seconds),
@@ -337,12 +337,12 @@ def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan |
         "origin": origin.tolist(),
         "seconds": float(rows.seconds.sum()),
         "kerf": plan.data.kerf if plan else 0.0,
-        "cuts": [_cut_words(plan, number) for number in range(len(plan.cuts))] if plan else [],
+        "cuts": [_cut_as_json(plan, number) for number in range(len(plan.cuts))] if plan else [],
     }
     return pack_scene({**shown, **header}, columns)
 
 
-def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _playback_extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the smallest and the largest x and y of all rows, including arcs, mm.
 
     Without any position, they are NaN.
@@ -358,7 +358,9 @@ def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return (points.min(axis=0), points.max(axis=0)) if len(points) else (np.full(2, math.nan), np.full(2, math.nan))
 
 
-def _outlines(contours: Iterable[Contour], pockets: Iterable[Pocket]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _outline_columns(
+    contours: Iterable[Contour], pockets: Iterable[Pocket]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the vertices of all outlines, float64[n, 3], and the rows of the ``outline`` block."""
     every = [(c.path, "mark" if c.kind == "text" else c.kind, c.part) for c in contours]
     for number, pocket in enumerate(pockets, 1):
@@ -373,7 +375,7 @@ def _outlines(contours: Iterable[Contour], pockets: Iterable[Pocket]) -> tuple[N
     return np.concatenate([np.zeros((0, 3)), *vertices]), np.array(rows, dtype=np.int64).reshape(-1, 4)
 
 
-def _cuts(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _pierces_and_leads(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     pierces, leads = [], list[NDArray[np.float64]]()
     gap = np.full((1, 2), math.nan)
     for number, cut in enumerate(plan.cuts if plan else (), 1):
@@ -384,7 +386,7 @@ def _cuts(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArray[np.float64
     return np.array(pierces).reshape(-1, 3), np.concatenate([np.zeros((0, 2)), *leads])
 
 
-def _cut_words(plan: CutPlan, number: int) -> list[Any]:
+def _cut_as_json(plan: CutPlan, number: int) -> list[Any]:
     cut = plan.cuts[number]
     return [cut.kind, cut.part, bool(cut.pierce)]
 
@@ -393,14 +395,14 @@ def _tool_words(label: str, diameter: float) -> str:
     return replace_unprintable(label if diameter > 0 else label.rpartition(" Ø")[0])
 
 
-def _issues(issues: Iterable[Issue]) -> list[list[str]]:
+def _issues_as_json(issues: Iterable[Issue]) -> list[list[str]]:
     return [
         [i.code, i.severity.value, replace_unprintable(i.message), replace_unprintable(i.place)]
         for i in list(issues)[:MAX_ISSUES]
     ]
 
 
-def _missing(issues: Iterable[Issue]) -> list[list[list[float]]]:
+def _missing_outlines(issues: Iterable[Issue]) -> list[list[list[float]]]:
     paths = [path for issue in issues if issue.missing is not None for path in issue.missing.outlines]
     return [path.flattened(MISSING_CHORDS).round(3).tolist() for path in paths[:MAX_ISSUES]]
 

@@ -74,7 +74,7 @@ def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
     If the stock cannot be shown, the scenes explain why.
     """
     stock = report_of(outcome).shown_stock()
-    return _scenes(
+    return _compared_scenes(
         _ShownRun(outcome.path_before, stock, lambda: outcome_playback(outcome, "before")),
         _ShownRun(outcome.path_after, stock, lambda: outcome_playback(outcome, "after")),
     )
@@ -89,7 +89,7 @@ def compared_solid_scenes(
 
     If the stock cannot be shown, both scenes explain why.
     """
-    return _scenes(_shown_run(*first, measured[0]), _shown_run(*second, measured[1]))
+    return _compared_scenes(_shown_run(*first, measured[0]), _shown_run(*second, measured[1]))
 
 
 def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> bytes:
@@ -99,9 +99,9 @@ def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: M
     """
     shown = _shown_run(path, machine, stock, measured)
     try:
-        return _packed(cut_display_solid(path, stock), shown.rows())
+        return _pack_solid(cut_display_solid(path, stock), shown.rows())
     except LeafcutError as problem:
-        return _refusal(problem)
+        return _refusal_scene(problem)
 
 
 class _ShownRun(NamedTuple):
@@ -114,16 +114,16 @@ def _shown_run(path: Toolpath, machine: Machine, stock: ShownStock, measured: Me
     return _ShownRun(path, stock, lambda: playback_of_path(path, machine, measured=measured))
 
 
-def _refusal(problem: LeafcutError) -> bytes:
+def _refusal_scene(problem: LeafcutError) -> bytes:
     message = replace_unprintable(str(problem))
     return pack_scene({**_HEAD, "refused": message, "message": messages_to_json(message)}, {})
 
 
-def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
+def _compared_scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
     try:
         blocks = [displayed_block(run.path, run.stock) for run in (first, second)]
     except LeafcutError as problem:
-        return _refusal(problem), _refusal(problem)
+        return _refusal_scene(problem), _refusal_scene(problem)
     low = tuple(min(ends) for ends in zip(*(block.low for block in blocks), strict=True))
     high = tuple(max(ends) for ends in zip(*(block.high for block in blocks), strict=True))
     solids: list[Solid] = []
@@ -131,19 +131,19 @@ def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
         try:
             solids.append(cut_display_solid(run.path, replace(run.stock, block=(low, high))))
         except LeafcutError as problem:
-            return _refusal(problem), _refusal(problem)
+            return _refusal_scene(problem), _refusal_scene(problem)
     results = [replace(solid.after, heights=np.maximum(solid.after.heights, solid.after.floor)) for solid in solids]
     wrong = differing_cells(results[0], results[1], _TOLERANCE)
     deeper = results[1].heights < results[0].heights
     groups = connected_regions(wrong & deeper) + connected_regions(wrong & ~deeper)
-    places = [_place_of(group, results) for group in groups[:_MAX_PLACES]]
+    places = [_middle_cell(group, results) for group in groups[:_MAX_PLACES]]
     scenes = []
     for index, (run, solid) in enumerate(zip((first, second), solids, strict=True)):
         lower = results[1 - index].heights < results[index].heights
         cells = np.where(wrong, np.where(lower, 1, 2), 0)
         listed = [[x, y, *(heights if index == 0 else heights[::-1])] for x, y, heights in places]
         differs = {"count": len(groups), "places": listed}
-        scenes.append(_packed(solid, run.rows(), differs, cells))
+        scenes.append(_pack_solid(solid, run.rows(), differs, cells))
     return scenes[0], scenes[1]
 
 
@@ -159,7 +159,7 @@ def translate_refusal(scene: bytes, say: Callable[[str], str]) -> bytes:
 _HEAD: dict[str, Any] = {"kind": "solid", "name": "solid", "origin": [0.0, 0.0], "extents": None, "refused": ""}
 
 
-def _place_of(cells: NDArray[np.int64], left: Sequence[HeightField]) -> tuple[float, float, list[float]]:
+def _middle_cell(cells: NDArray[np.int64], left: Sequence[HeightField]) -> tuple[float, float, list[float]]:
     """Return the cell closest to the middle of a group of cells: its x and y, and its height in both fields, mm."""
     row, column = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))].tolist()
     field = left[0]
@@ -167,11 +167,11 @@ def _place_of(cells: NDArray[np.int64], left: Sequence[HeightField]) -> tuple[fl
     return field.x + column * field.cell, field.y + row * field.cell, heights
 
 
-def _packed(
+def _pack_solid(
     solid: Solid, rows: Playback, differs: dict[str, Any] | None = None, cells: NDArray[np.int64] | None = None
 ) -> bytes:
     moves, field = solid.moves, solid.before
-    first, since, until = _times(solid, rows)
+    first, since, until = _first_rows_and_move_times(solid, rows)
     columns: Columns = {
         "move": ("f4", moves.ends),
         "since": ("f8", since),
@@ -199,7 +199,8 @@ def _packed(
         "top": solid.block.high[2],
         "floor": field.floor,
         "tools": {
-            str(n): _tool(solid.tools[n], cutter, solid.bodies.get(n, ())) for n, cutter in solid.cutters.items()
+            str(n): _tool_as_json(solid.tools[n], cutter, solid.bodies.get(n, ()))
+            for n, cutter in solid.cutters.items()
         },
         "differs": differs,
         "collisions": [[collision.kind, int(rows.line[first[collision.row]])] for collision in solid.collisions],
@@ -207,7 +208,9 @@ def _packed(
     return pack_scene({**_HEAD, **header}, columns)
 
 
-def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+def _first_rows_and_move_times(
+    solid: Solid, rows: Playback
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the first scene row of each path row, and the start time and end time of each move, s."""
     path_rows, count = np.arange(len(solid.moves.path)), len(solid.moves.path)
     first = np.searchsorted(rows.of, path_rows)
@@ -220,7 +223,7 @@ def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.
     return np.minimum(first, max(len(rows.of) - 1, 0)), since, until
 
 
-def _tool(tool: Tool, cutter: Cutter, bodies: Sequence[BodyPart]) -> dict[str, Any]:
+def _tool_as_json(tool: Tool, cutter: Cutter, bodies: Sequence[BodyPart]) -> dict[str, Any]:
     slope = 0.0 if math.isinf(cutter.slope) else cutter.slope
     length = tool.flute_length or _FLUTES * tool.diameter
     shape = [cutter.radius, cutter.flat, cutter.corner, *cutter.tangent_point, slope]

@@ -21,7 +21,7 @@ class Thumbnails:
     """Thumbnails of a drawing. They share the SVG paths of its objects."""
 
     def __init__(self, whole: Part) -> None:
-        frame = _Frame(_around(whole))
+        frame = _Frame(_extents_with_holes(whole))
         sizes = np.array([_longer_side(c.path) for c in whole.contours])
         left = _MAX_POINTS
         self._contours: dict[int, str] = {}
@@ -29,10 +29,12 @@ class Thumbnails:
         for k in np.argsort(-sizes, kind="stable")[:_MAX_HOLES].tolist():
             if left <= 0:
                 break
-            self._contours[k], count = frame.line(whole.contours[k].path, small=sizes[k] * frame.scale < _SMALL)
+            self._contours[k], count = frame.polyline_path_data(
+                whole.contours[k].path, small=sizes[k] * frame.scale < _SMALL
+            )
             left -= count
         step = max(len(whole.holes) // _MAX_HOLES, 1)
-        self._holes = {k: frame.circle(whole.holes[k]) for k in range(0, len(whole.holes), step)}
+        self._holes = {k: frame.hole_path_data(whole.holes[k]) for k in range(0, len(whole.holes), step)}
 
     def picture(
         self, contours: NDArray[np.bool_] | None, holes: NDArray[np.bool_] | None, style: str
@@ -61,31 +63,31 @@ class _Frame:
         self.x = 0.5 * WIDTH - self.scale * 0.5 * (x0 + x1)
         self.y = 0.5 * HEIGHT + self.scale * 0.5 * (y0 + y1)
 
-    def line(self, path: Polyline, *, small: bool) -> tuple[str, int]:
+    def polyline_path_data(self, path: Polyline, *, small: bool) -> tuple[str, int]:
         if small:
             x0, y0, x1, y1 = path.extents
-            return self._dot(*self._placed(np.array([[0.5 * (x0 + x1), 0.5 * (y0 + y1)]]))[0]), 1
-        places = self._placed(path.flattened(_TOLERANCE / self.scale))
-        kept = places[_thinned(places)]
+            return self._dot_path_data(*self._to_picture(np.array([[0.5 * (x0 + x1), 0.5 * (y0 + y1)]]))[0]), 1
+        places = self._to_picture(path.flattened(_TOLERANCE / self.scale))
+        kept = places[_indices_to_draw(places)]
         steps = "L".join(f"{x:.1f} {y:.1f}" for x, y in kept.tolist())
         return f"M{steps}{'Z' if path.closed else ''}", len(kept)
 
-    def circle(self, hole: Hole) -> str:
+    def hole_path_data(self, hole: Hole) -> str:
         x, y, radius = self.x + self.scale * hole.x, self.y - self.scale * hole.y, 0.5 * self.scale * hole.diameter
         if 2.0 * radius < _SMALL:
-            return self._dot(x, y)
+            return self._dot_path_data(x, y)
         arc = f"a{radius:.1f} {radius:.1f} 0 1 0"
         return f"M{x - radius:.1f} {y:.1f}{arc}{2 * radius:.1f} 0{arc}{-2 * radius:.1f} 0Z"
 
-    def _placed(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _to_picture(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.column_stack([self.x + self.scale * places[:, 0], self.y - self.scale * places[:, 1]])
 
     @staticmethod
-    def _dot(x: float, y: float) -> str:
+    def _dot_path_data(x: float, y: float) -> str:
         return f"M{x - 0.6:.1f} {y:.1f}h1.2v1.2h-1.2z"
 
 
-def _around(whole: Part) -> tuple[float, float, float, float]:
+def _extents_with_holes(whole: Part) -> tuple[float, float, float, float]:
     """Return the bounding box of a drawing with its complete holes. `Part.extents` covers only their centres."""
     x0, y0, x1, y1 = whole.extents
     for hole in whole.holes:
@@ -99,7 +101,7 @@ def _longer_side(path: Polyline) -> float:
     return max(x1 - x0, y1 - y0)
 
 
-def _thinned(places: NDArray[np.float64]) -> NDArray[np.intp]:
+def _indices_to_draw(places: NDArray[np.float64]) -> NDArray[np.intp]:
     """Return the indices of the points to draw.
 
     If consecutive points lie in the same grid cell, only the first is drawn.

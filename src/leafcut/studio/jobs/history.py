@@ -63,12 +63,12 @@ class JobState(StrEnum):
     INTERRUPTED = "interrupted"  # the studio ended during the job
 
     @property
-    def over(self) -> bool:
+    def is_over(self) -> bool:
         """Whether the job has ended."""
         return self not in (JobState.WAITING, JobState.RUNNING)
 
     @property
-    def kept(self) -> bool:
+    def has_result(self) -> bool:
         """Whether the job has a result."""
         return self in (JobState.DONE, JobState.STOPPED)
 
@@ -210,7 +210,7 @@ class History:
                 (job, title, task.as_json(), JobState.WAITING.value, created),
             )
 
-    def mark(self, job: str, state: JobState) -> None:
+    def set_state(self, job: str, state: JobState) -> None:
         """Store the state of a job."""
         with self._transaction() as connection:
             connection.execute("UPDATE job SET state = ? WHERE id = ?", (state.value, job))
@@ -243,7 +243,7 @@ class History:
             rows = [(job, number, s, words, _message_as_json(words)) for number, (s, words) in enumerate(messages)]
             connection.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?, ?)", rows)
 
-    def interrupt(self) -> None:
+    def mark_unfinished_interrupted(self) -> None:
         """Mark all unfinished jobs as interrupted. The studio calls this method when it starts."""
         with self._transaction() as connection:
             connection.execute(
@@ -274,7 +274,7 @@ class History:
         condition, values = _where_clause(terms)
         return int(self._read(f"SELECT COUNT(*) FROM job {condition}", values)[0][0])
 
-    def of_sheets(self, job: str) -> list[JobRecord]:
+    def sheet_jobs(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, newest first."""
         # The origin is compared again below, because LIKE treats an underscore as a wildcard.
         query = f"SELECT {_COLUMNS} FROM job WHERE task LIKE ? ORDER BY created DESC, rowid DESC"

@@ -21,7 +21,7 @@ from leafcut.message import Message, map_text
 from leafcut.model.heartbeat import Progress
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import History, JobRecord, JobState, SearchTerm
-from leafcut.studio.jobs.run_job import JobResult, run
+from leafcut.studio.jobs.run_job import JobResult, run_task
 from leafcut.studio.jobs.search_watch import Picture, Watch
 from leafcut.studio.jobs.task import ReadyTask, Task, input_names, resolve_task, task_title
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers, WorkError
@@ -77,7 +77,7 @@ class LiveJob:
     dropped: bool = False
     ended: Future[None] = field(default_factory=Future)
 
-    def drop(self) -> None:
+    def end_without_result(self) -> None:
         """End the job without a result."""
         self.dropped = True
         self.work.cancel()
@@ -87,7 +87,7 @@ class LiveJob:
         if isinstance(message, Progress):
             self.record_progress(message)
         else:
-            self.watch.receive(message)
+            self.watch.store_message(message)
 
     def record_progress(self, progress: Progress) -> None:
         """Record the progress of the job, which may be a message, a trial or a point in the convergence chart."""
@@ -146,7 +146,7 @@ class Jobs:
             raise OutputError("the studio is closing; no new jobs are started")
         work = StudioWork(self.workers)
         live = LiveJob(secrets.token_urlsafe(9), call, input_names(task, self.folder), work, watch=watch or Watch())
-        live.watch.connect(work.send)
+        live.watch.connect(work.call_link_method)
         self.history.add(live.id, task_title(task, self.folder), task, time.time())
         with self._lock:
             self._live[live.id] = live
@@ -154,12 +154,12 @@ class Jobs:
         self._threads.submit(self._start_next)
         return live.id
 
-    def waiting(self) -> list[str]:
+    def waiting_ids(self) -> list[str]:
         """Return the ids of the waiting jobs, in the order in which they will run."""
         with self._lock:
             return list(self._queue)
 
-    def move(self, job: str, place: int) -> None:
+    def move_in_queue(self, job: str, place: int) -> None:
         """Move a waiting job to a position in the queue, counted from 0. Jobs that are not waiting are ignored."""
         with self._lock:
             if job in self._queue:
@@ -183,9 +183,9 @@ class Jobs:
         """Return the jobs that match all terms, newest first, and the total number of matches."""
         return self._with_live_state(lambda: self.history.find(terms, limit, skip)), self.history.count(terms)
 
-    def of_sheets(self, job: str) -> list[JobRecord]:
+    def sheet_jobs(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, newest first, with their current state."""
-        return self._with_live_state(lambda: self.history.of_sheets(job))
+        return self._with_live_state(lambda: self.history.sheet_jobs(job))
 
     def _with_live_state(self, read: Callable[[], list[JobRecord]]) -> list[JobRecord]:
         """Read jobs from the history. If the latest state of a job could not be written there, correct it."""
@@ -193,28 +193,28 @@ class Jobs:
         known = {job: (live.state, live.line) for job, live in list(self._live.items())}
         return [
             record
-            if record.state.over or record.id not in known
+            if record.state.is_over or record.id not in known
             else replace(record, state=known[record.id][0], line=known[record.id][1])
             for record in read()
         ]
 
-    def running(self) -> list[str]:
+    def unfinished_ids(self) -> list[str]:
         """Return the ids of all unfinished jobs."""
-        return [job for job, live in list(self._live.items()) if not live.state.over]
+        return [job for job, live in list(self._live.items()) if not live.state.is_over]
 
     def stop(self, job: str) -> None:
         """Stop a job and keep its best result. Finished jobs are ignored."""
         live = self._live.get(job)
-        if live is not None and not live.state.over:
+        if live is not None and not live.state.is_over:
             live.stopped = True
-            live.work.send("stop")
+            live.work.call_link_method("stop")
 
     def cancel(self, job: str) -> None:
         """End a job without a result. Finished jobs are ignored."""
         live = self._live.get(job)
-        if live is None or live.state.over:
+        if live is None or live.state.is_over:
             return
-        live.drop()
+        live.end_without_result()
         with self._lock:
             waits = job in self._queue
             if waits:
@@ -225,7 +225,7 @@ class Jobs:
     def delete(self, job: str) -> None:
         """Delete a job and the uploads that only this job used. Uploads of open pages and recent files are kept."""
         self.cancel(job)
-        self.folder.drop_inputs(self.history.delete(job) - self._kept())
+        self.folder.delete_inputs(self.history.delete(job) - self._kept())
         with self._lock:
             self._live.pop(job, None)
 
@@ -242,7 +242,7 @@ class Jobs:
         record = self.record(job)
         return record.state if record else JobState.CANCELLED
 
-    async def over(self, job: str) -> None:
+    async def wait_without_blocking(self, job: str) -> None:
         """Wait for the end of a job without blocking a thread. Several callers may wait for the same job."""
         live = self._live.get(job)
         if live is not None:
@@ -254,10 +254,10 @@ class Jobs:
             return
         self.closed = True
         for live in list(self._live.values()):
-            if not live.state.over:
-                live.drop()
+            if not live.state.is_over:
+                live.end_without_result()
         self._threads.shutdown(wait=True, cancel_futures=True)
-        self.history.interrupt()
+        self.history.mark_unfinished_interrupted()
         for live in list(self._live.values()):
             if not live.ended.done():  # still waiting for a process
                 live.state = JobState.INTERRUPTED
@@ -273,14 +273,14 @@ class Jobs:
         """Run a job and wait until it ends. If it raises an exception, store the error as the state of the job."""
         live.state, live.began = JobState.RUNNING, time.perf_counter()
         try:
-            self.history.mark(live.id, JobState.RUNNING)
-            result = live.work.run(run, live.call, live.names, on_message=live.receive)
+            self.history.set_state(live.id, JobState.RUNNING)
+            result = live.work.run(run_task, live.call, live.names, on_message=live.receive)
         except BaseException as problem:
             if live.dropped:
                 self._store_end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
             else:
                 live.internal = is_internal(problem)
-                self._store_end(live, JobState.FAILED, line=self.folder.without_paths(error_line(problem)))
+                self._store_end(live, JobState.FAILED, line=self.folder.hide_paths(error_line(problem)))
         else:
             if live.dropped:
                 self._store_end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
@@ -302,7 +302,7 @@ class Jobs:
                     messages=live.messages,
                 )
         except BaseException as problem:
-            live.line, state = self.folder.without_paths(error_line(problem)), JobState.FAILED
+            live.line, state = self.folder.hide_paths(error_line(problem)), JobState.FAILED
             try:
                 self.history.finish(live.id, state, line=live.line, messages=live.messages)
             except LeafcutError:
@@ -312,10 +312,10 @@ class Jobs:
         live.points, live.watch, live.tried = [], Watch(), {}
         if noted:
             live.messages = []
-            self._forget_older(live.id)
+            self._limit_ended_jobs(live.id)
         live.ended.set_result(None)
 
-    def _forget_older(self, job: str) -> None:
+    def _limit_ended_jobs(self, job: str) -> None:
         with self._lock:
             self._ended.append(job)
             while len(self._ended) > _MAX_ENDED:

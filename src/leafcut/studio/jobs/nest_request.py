@@ -33,12 +33,12 @@ class WantedPart:
     rotations: str = ""
 
     @property
-    def word(self) -> str:
+    def encoded(self) -> str:
         """The part as a string, such as ``AbCdEfGhIjKlMnOp:10:0 90``."""
         return f"{self.input}:{self.quantity}" + (f":{self.rotations}" if self.rotations else "")
 
     @classmethod
-    def of(cls, word: str) -> WantedPart:
+    def decode(cls, word: str) -> WantedPart:
         """Decode a part from the string `word`. Raises `OptionError` if the quantity or an angle is invalid."""
         input_id, _, rest = word.partition(":")
         quantity, _, rotations = rest.partition(":")

@@ -93,7 +93,7 @@ def read_preview(
     kinds = registry.offered_works(kinds, format_.name)
     loaded = replace(loaded, cache={})
     whole = read_whole_input(format_, loaded, kinds, settings)
-    tried = [work] if work in kinds else whole.likeliest(kinds)
+    tried = [work] if work in kinds else whole.most_likely_first(kinds)
     error, broken = "", True
     for kind in tried:
         try:
@@ -112,15 +112,15 @@ def _preview_drawing(
     source: Source, name: str, work: str, settings: Settings, whole: WholeInput, progress: OnProgress | None
 ) -> Preview:
     from leafcut.report.json_answer import issues_as_json
-    from leafcut.studio.drawing.scene import has_no_unit, part_scene
+    from leafcut.studio.drawing.scene import is_tsplib_map, part_scene
 
     part = registry.work(work).preview_part(source, settings)
     heartbeat_for_step(progress, Message("drawing the preview"))
     scenes = {"part": part_scene(part)}
     issues = tuple(issues_as_json(part.issues))
-    if has_no_unit(part):
+    if is_tsplib_map(part):
         return Preview(name, (work,), _part_facts(part), issues, scenes, work=work)
-    background, zero = whole.background(work, source, part, settings)
+    background, zero = whole.background_and_zero(work, source, part, settings)
     if background is not None:
         scenes["whole"] = part_scene(background)
     travel = machine_travel_around(registry.work(work).with_defaults(settings), part.extents)
@@ -128,11 +128,11 @@ def _preview_drawing(
 
 
 def _part_facts(part: Part) -> tuple[tuple[str, str], ...]:
-    from leafcut.studio.drawing.scene import has_no_unit
+    from leafcut.studio.drawing.scene import is_tsplib_map
 
     left, low, right, high = part.extents
-    size = _size(right - left, high - low)
-    if has_no_unit(part):
+    size = _size_text(right - left, high - low)
+    if is_tsplib_map(part):
         return (("points", f"{len(part.holes):,}"), ("size", size))
     counts = (
         ("holes", len(part.holes)),
@@ -150,7 +150,7 @@ def _part_facts(part: Part) -> tuple[tuple[str, str], ...]:
     return (*facts, (kind, f"{size} mm"), ("units", part.units))
 
 
-def _size(width: float, height: float) -> str:
+def _size_text(width: float, height: float) -> str:
     """Format a size with four significant digits and without exponents."""
     return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
@@ -162,7 +162,7 @@ def _preview_program(source: Source, options: Mapping[str, Any], progress: OnPro
     from leafcut.units import format_length, format_time
 
     try:
-        simulation = api.simulate(source, progress=progress, **_used_options("simulate", options))
+        simulation = api.simulate(source, progress=progress, **_options_used_by("simulate", options))
         heartbeat_for_step(progress, Message("drawing the preview"))
         text = read_program(source)
         scene = toolpath_scene(
@@ -180,12 +180,12 @@ def _preview_program(source: Source, options: Mapping[str, Any], progress: OnPro
         ("time", format_time(simulation.measure.time_s)),
         ("rapid", format_length(simulation.measure.travel_mm)),
         ("feed", format_length(simulation.measure.cut_mm)),
-        ("size", f"{_size(right - left, high - low)} mm"),
+        ("size", f"{_size_text(right - left, high - low)} mm"),
     )
     return Preview("gcode", _PROGRAM, facts, tuple(issues_as_json(simulation.issues)), shown)
 
 
-def preview(link: Link, source: str, work: str, options: dict[str, Any]) -> Preview:
+def preview_without_part(link: Link, source: str, work: str, options: dict[str, Any]) -> Preview:
     """Preview an input. The whole content is left out, because the page does not need it."""
     seen = read_preview(source, work, options, link.report)
     return replace(seen, whole=replace(seen.whole, part=None))
@@ -197,11 +197,11 @@ def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
     from leafcut.studio.drawing.solid import solid_scene
 
     _, loaded = read_source_with_format(source, heartbeat_for_step(link.report, Message("reading")))
-    simulation = api.simulate(loaded, progress=link.report, **_used_options("simulate", options))
-    stock = registry.command_function("shown_stock")(loaded, collect_settings(_used_options("stock", options)))
+    simulation = api.simulate(loaded, progress=link.report, **_options_used_by("simulate", options))
+    stock = registry.command_function("shown_stock")(loaded, collect_settings(_options_used_by("stock", options)))
     return solid_scene(simulation.run, simulation.machine, stock, simulation.measure)
 
 
-def _used_options(work: str, options: Mapping[str, Any]) -> dict[str, Any]:
+def _options_used_by(work: str, options: Mapping[str, Any]) -> dict[str, Any]:
     used = registry.work(work).used()
     return {name: value for name, value in options.items() if name in used}

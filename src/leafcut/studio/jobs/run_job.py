@@ -57,13 +57,13 @@ class JobResult:
     artefacts: dict[str, Artefact]
 
 
-def run(link: Link, call: ReadyTask, names: tuple[str, ...]) -> JobResult:
+def run_task(link: Link, call: ReadyTask, names: tuple[str, ...]) -> JobResult:
     """Run a task. `names` contains the displayed names of the inputs. Raises the same errors as the command line."""
     from leafcut.report.json_answer import simulation_as_json
 
     on_progress, cancelled = link.report, link.stop
     observe: Observer = link.observer
-    if call.studied:
+    if call.records_iterations:
         observe = link.observer.study = Study(link.observer)
     if call.command == "optimize":
         return _optimize(call, names[0], on_progress, cancelled, observe)

@@ -68,7 +68,7 @@ class Watch:
         send("go", self.speed)
         send("pause", self.paused)
 
-    def receive(self, message: Picture | str) -> None:
+    def store_message(self, message: Picture | str) -> None:
         """Store a picture from the search, or note its answer `LOOKED`."""
         if isinstance(message, Picture):
             self.picture = message
@@ -87,7 +87,7 @@ class Watch:
         return self.number, None if picture is None else picture.snapshot
 
     @property
-    def can_hold(self) -> bool:
+    def can_pause(self) -> bool:
         """Whether the search can be paused."""
         return self.picture is not None and self.picture.can_hold
 

@@ -10,7 +10,7 @@ from leafcut.errors import OptionError
 from leafcut.processes.settings import collect_settings, group_of
 from leafcut.studio.jobs.history import History, JobRecord, JobState
 from leafcut.studio.jobs.jobs import Jobs
-from leafcut.studio.jobs.task import Task, resolve_task, set_options
+from leafcut.studio.jobs.task import Task, options_with_value, resolve_task
 
 #: States of jobs whose plans are not complete yet.
 GOING = (JobState.WAITING.value, JobState.RUNNING.value)
@@ -60,7 +60,7 @@ def upload_sheet(jobs: Jobs, sheet: SheetOfNest) -> str:
 
     Raises `OptionError` if the nest was deleted.
     """
-    for record in jobs.history.of_sheets(sheet.job):
+    for record in jobs.history.sheet_jobs(sheet.job):
         if record.task.origin == sheet.origin:
             try:
                 jobs.folder.input_path(record.task.inputs[0])
@@ -73,7 +73,7 @@ def upload_sheet(jobs: Jobs, sheet: SheetOfNest) -> str:
     return jobs.folder.add_input(drawing.file_name, drawing.data)
 
 
-def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
+def start_cut_planning(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
     """Start a job for each sheet of a nest that plans its cuts with the given options. Return the ids of the jobs.
 
     Unfinished jobs with the same options are reused. Raises `OptionError` before any job starts if `job` is not a nest
@@ -85,11 +85,17 @@ def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
     for sheet in sheets_of_nest(jobs.history, job):
         counted = {"quantity": batch * sheet.count} if batch * sheet.count > 1 else {}
         tasks.append(
-            Task("optimize", (upload_sheet(jobs, sheet),), "cut", {**set_options(options), **counted}, sheet.origin)
+            Task(
+                "optimize",
+                (upload_sheet(jobs, sheet),),
+                "cut",
+                {**options_with_value(options), **counted},
+                sheet.origin,
+            )
         )
     for task in tasks:
         resolve_task(task, jobs.folder)
-    going = [record for record in jobs.of_sheets(job) if record.state.value in GOING]
+    going = [record for record in jobs.sheet_jobs(job) if record.state.value in GOING]
     return [next((record.id for record in going if record.task == task), "") or jobs.start(task) for task in tasks]
 
 
@@ -100,7 +106,7 @@ def compare_variants(jobs: Jobs, job: str) -> list[dict[str, Any]]:
     sheets of the variant. ``quickest`` marks the fastest variant as soon as all variants are planned.
     """
     sheets = sheets_of_nest(jobs.history, job)
-    newest = _newest_by_origin(jobs.of_sheets(job))
+    newest = _newest_by_origin(jobs.sheet_jobs(job))
     rows = [
         _variant_row(jobs, variant, [(s, newest.get(s.origin)) for s in variant_sheets])
         for variant, variant_sheets in _sheets_by_variant(sheets)

@@ -75,12 +75,12 @@ class ReadyTask:
     parts: tuple[WantedPart, ...] = ()
 
     @property
-    def studied(self) -> bool:
+    def records_iterations(self) -> bool:
         """Whether iterations are recorded. This is the case if the search is an algorithm from the literature."""
         return self.command in ("solve", "optimize") and self.options.get("algorithm") in LITERATURE
 
     @property
-    def unit(self) -> str:
+    def objective_unit(self) -> str:
         """The unit of the search's objective. It is empty for a map, which has its own distance function."""
         units = {"time": "s", "distance": "mm"}
         return units.get(str(self.options.get("objective") or "time"), "") if self.command == "optimize" else ""
@@ -103,15 +103,17 @@ def resolve_task(task: Task, folder: Folder) -> ReadyTask:
         files = Message("one file") if COMMANDS[task.command] == 1 else Message("{} files", COMMANDS[task.command])
         raise OptionError("{} needs {}", task.command, files)
     registry.check_process_value(task.process)
-    options = {name: _resolve_option(name, value, folder) for name, value in set_options(task.options).items()}
+    options = {name: _resolve_option(name, value, folder) for name, value in options_with_value(task.options).items()}
     if drawn:
         options["sheet"] = tuple(
-            _sheet_word(word, str(folder.input_path(drawn[word.name])) if word.size is None else word.name)
+            _sheet_option_text(word, str(folder.input_path(drawn[word.name])) if word.size is None else word.name)
             for word in map(parse_sheet, split_names(options["sheet"]))
         )
     collect_settings(options)
     # Built-in sources are not drawings, so every part is an upload.
-    sources = [str(folder.input_path(part.input)) for part in parts] or [folder.source(word) for word in task.inputs]
+    sources = [str(folder.input_path(part.input)) for part in parts] or [
+        folder.resolve_source(word) for word in task.inputs
+    ]
     if parts and any(source.lower().endswith(".csv") for source in sources):
         raise OptionError("the studio cannot read the files of a parts list; open the drawings themselves")
     return ReadyTask(task.command, tuple(sources), task.process, options, parts)
@@ -122,7 +124,7 @@ def nested_parts(task: Task) -> tuple[WantedPart, ...]:
 
     Other tasks have no parts. Raises `OptionError` if a quantity or an angle is invalid.
     """
-    return tuple(WantedPart.of(word) for word in task.inputs) if task.command == "nest" else ()
+    return tuple(WantedPart.decode(word) for word in task.inputs) if task.command == "nest" else ()
 
 
 def _uploads_of_sheets(task: Task, folder: Folder) -> dict[str, str]:
@@ -130,7 +132,7 @@ def _uploads_of_sheets(task: Task, folder: Folder) -> dict[str, str]:
 
     Raises `OptionError` if a drawing is not open.
     """
-    sheet = set_options(task.options).get("sheet")
+    sheet = options_with_value(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
         return {}
     open_ = {folder.input_path(part.input).name: part.input for part in nested_parts(task)}
@@ -141,12 +143,12 @@ def _uploads_of_sheets(task: Task, folder: Folder) -> dict[str, str]:
     return {name: open_[name] for name in names}
 
 
-def _sheet_word(word: SheetWord, name: str) -> str:
+def _sheet_option_text(word: SheetWord, name: str) -> str:
     count = "" if word.count is None else f":{word.count}"
     return name + count + ("" if word.price is None else f"@{word.price:.6f}")
 
 
-def set_options(options: Mapping[str, Any]) -> dict[str, Any]:
+def options_with_value(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return all options that have a value, without empty fields."""
     return {name: value for name, value in options.items() if value is not None and value != ""}
 
@@ -161,7 +163,7 @@ def _resolve_option(name: str, value: Any, folder: Folder) -> Any:
     if not isinstance(value, str):
         raise OptionError("{}: unknown file id '{}'", flag, value)
     if value.startswith(OWN) and name in OWN_KINDS:
-        return str(folder.kept_own(OWN_KINDS[name], value, flag))
+        return str(folder.existing_own_path(OWN_KINDS[name], value, flag))
     if spec.may_be_path and not spec.names_file(value) and "/" not in value and "\\" not in value:
         return value  # the name of a shipped file or the size of a block; checked where it is used
     try:
@@ -219,13 +221,13 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
         counted = [f"{name}:{part.quantity}" for name, (_, part) in zip(names, parts, strict=True)]
         listed = needs_list(tuple(part for _, part in parts))
         words = ["leafcut", "nest", *([LIST] if listed else counted), "-o", NEST]
-        words += [] if "variants" in set_options(task.options) else ["--variants", str(OFFERED)]
+        words += [] if "variants" in options_with_value(task.options) else ["--variants", str(OFFERED)]
     else:
         words = ["leafcut", task.command, *names]
     if task.command == "optimize":
         words += ["-o", output] if output else []
         words += ["--process", task.process] if task.process != "auto" else []
-    for name, value in set_options(task.options).items():
+    for name, value in options_with_value(task.options).items():
         words += _flag_words(name, value, folder)
     # The command contains all options of the page, including the user's defaults, so it must not load them again.
     return shlex.join([*words, *(["--no-defaults"] if has_defaults() else [])])

@@ -43,16 +43,18 @@ class WholeInput:
     pictures: dict[str, dict[str, str]] = field(default_factory=dict)
     machine: str = ""
 
-    def likeliest(self, kinds: Sequence[str]) -> list[str]:
+    def most_likely_first(self, kinds: Sequence[str]) -> list[str]:
         """Sort kinds of work, most likely first."""
         return [*(work for work in self.suits if work in kinds), *(work for work in kinds if work not in self.suits)]
 
-    def background(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
+    def background_and_zero(
+        self, work: str, source: Source, part: Part, settings: Settings
+    ) -> tuple[Part | None, Zero]:
         """Place the entire drawing like the part of a kind of work.
 
         Return the placed drawing and the position of program zero.
         """
-        zero = _zero(work, source, part, settings)
+        zero = _program_zero(work, source, part, settings)
         if self.part is None or zero is None:
             return None, zero
         return place_part(self.part, replace(settings.read, origin=zero)), zero
@@ -68,7 +70,7 @@ def read_whole_input(format_: Format, source: Source, kinds: Sequence[str], sett
     `WholeInput.part` is None if files of this format contain only the part to be machined.
     """
     machine = next(filter(None, (registry.work(work).usual_machine(format_.name) for work in kinds)), "")
-    if format_.whole is None and format_.contours is None and not _filtered(settings.read):
+    if format_.whole is None and format_.contours is None and not _has_filters(settings.read):
         return WholeInput(machine=machine)
     try:
         part = read_whole(source, settings.read)
@@ -99,11 +101,11 @@ def _machine_first(suits: dict[str, Suitability], settings: Settings) -> dict[st
     return {work: suits[work] for work in sorted(suits, key=rank)}
 
 
-def _filtered(read: ReadOptions) -> bool:
+def _has_filters(read: ReadOptions) -> bool:
     return bool(read.layers) or read.min_diameter is not None or read.max_diameter is not None
 
 
-def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
+def _program_zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
     """Return the position of program zero in the drawing. If it is a named corner, it depends on the kind of work."""
     origin = settings.read.origin
     if origin is None:

@@ -40,15 +40,15 @@ def main() -> None:
         while True:
             name, *arguments = pickle.load(sys.stdin.buffer)
             if name == "get_ready":
-                threading.Thread(target=_get_ready, args=(busy,), daemon=True).start()
+                threading.Thread(target=_preload, args=(busy,), daemon=True).start()
             elif name == "run":
                 work, function, values, messages = arguments
                 busy.set()
-                send_for = partial(_send_for, send, work)
+                send_for = partial(_send_task_message, send, work)
                 link = Link(send_for)
                 for message, words in messages:
                     link.obey(message, *words)
-                threading.Thread(target=_work, args=(link, send_for, function, values), daemon=True).start()
+                threading.Thread(target=_execute_task, args=(link, send_for, function, values), daemon=True).start()
             else:
                 link.obey(name, *arguments)
     except EOFError:
@@ -59,7 +59,7 @@ def main() -> None:
         os._exit(0)
 
 
-def _send_for(send: Callable[[Any], None], work: int, message: Any) -> None:
+def _send_task_message(send: Callable[[Any], None], work: int, message: Any) -> None:
     """Send a message with the number of its task.
 
     With this number, the studio can drop late messages from earlier tasks.
@@ -67,18 +67,20 @@ def _send_for(send: Callable[[Any], None], work: int, message: Any) -> None:
     send((work, message))
 
 
-def _work(link: Link, send: Callable[[Any], None], function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+def _execute_task(
+    link: Link, send: Callable[[Any], None], function: Callable[..., Any], arguments: tuple[Any, ...]
+) -> None:
     try:
         send(Done(function(link, *arguments)))
     except BaseException as problem:
         send(Failed(error_line(problem), is_internal(problem)))
 
 
-def _get_ready(busy: threading.Event) -> None:
+def _preload(busy: threading.Event) -> None:
     """Load the modules and the compiled code for the most common tasks. Stop as soon as a task arrives."""
     with suppress(Exception):  # errors are shown when the user opens a file
         for source in READY:
             if not busy.is_set():
                 read_preview(source)
         if not busy.is_set():
-            run_job.run(Link(lambda _: None), READY_TASK, ("plate-10",))
+            run_job.run_task(Link(lambda _: None), READY_TASK, ("plate-10",))

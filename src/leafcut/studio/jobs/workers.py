@@ -81,7 +81,7 @@ class _Process:
             raise
 
     @property
-    def alive(self) -> bool:
+    def is_alive(self) -> bool:
         return self._process.poll() is None
 
     def send(self, *message: Any) -> None:
@@ -137,31 +137,31 @@ class StudioWorkers:
         self._closed = False
         shutil.rmtree(folder, ignore_errors=True)
 
-    def get_ready(self) -> None:
+    def start_spare_process(self) -> None:
         """Start a process for the next task, unless one is already idle."""
         with self._lock:
-            if self._spare and not any(process.alive for process in self._idle) and not self._closed:
-                process = self._start()
+            if self._spare and not any(process.is_alive for process in self._idle) and not self._closed:
+                process = self._start_process()
                 process.send("get_ready")
                 self._idle.append(process)
 
-    def take(self) -> _Process:
+    def take_process(self) -> _Process:
         """Return an idle process, or start a new one. Raises `WorkError` if the studio is closing."""
         with self._lock:
             if self._closed:
                 raise WorkError("the studio is closing; no new jobs are started")
             while self._idle:
                 process = self._idle.pop()
-                if process.alive:
+                if process.is_alive:
                     return process
                 self._all.discard(process)
                 process.close()
-            return self._start()
+            return self._start_process()
 
     def put_back(self, process: _Process, reusable: bool) -> None:
         """Keep a `reusable` process for the next task. Otherwise, end the process."""
         with self._lock:
-            if reusable and process.alive and not self._closed and len(self._idle) < _MAX_IDLE:
+            if reusable and process.is_alive and not self._closed and len(self._idle) < _MAX_IDLE:
                 self._idle.append(process)
                 return
             self._all.discard(process)
@@ -176,7 +176,7 @@ class StudioWorkers:
         for process in processes:
             process.close() if process in idle else process.kill()
 
-    def _start(self) -> _Process:
+    def _start_process(self) -> _Process:
         process = _Process(self._folder)
         self._all.add(process)
         return process
@@ -207,7 +207,7 @@ class StudioWork:
         sends over the link. Raises `WorkError` if the task has failed or was cancelled, if its process has died, or if
         the studio is closing.
         """
-        process = self._workers.take()
+        process = self._workers.take_process()
         with self._ending:
             self._taken, cancelled = process, self._cancelled
         if cancelled:
@@ -219,7 +219,7 @@ class StudioWork:
         began, step, answer = time.monotonic(), "", None
         try:
             with suppress(OSError):  # without a spare process, the next task only starts later
-                self._workers.get_ready()
+                self._workers.start_spare_process()
             while not isinstance(answer, Done | Failed):
                 number, message = process.receive()
                 if number != self._number:  # a late message of the previous task
@@ -248,7 +248,7 @@ class StudioWork:
             raise WorkError(answer.line, answer.internal)
         return answer.result
 
-    def send(self, name: str, *arguments: Any) -> None:
+    def call_link_method(self, name: str, *arguments: Any) -> None:
         """Call a method of the link in the process.
 
         If the task has not started yet, the call takes place when it starts.

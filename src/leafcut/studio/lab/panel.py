@@ -61,13 +61,13 @@ class LabPanel:
         if self._current_state() != self._drawn:
             self.draw()
         elif self._growing is not None and time.monotonic() >= self._next:
-            self._grow(self._growing)
+            self._update_progress_and_results(self._growing)
 
     def _current_state(self) -> tuple[object, ...]:
         state = self.lab.state
         if state is None:
             return (self.view.source,)
-        return self.view.source, state.description.key, state.running, state.line
+        return self.view.source, state.description.storage_key, state.running, state.line
 
     async def show(self) -> None:
         """Show the list and the selected experiment."""
@@ -75,7 +75,7 @@ class LabPanel:
 
     def draw(self) -> None:
         """Show the list and the selected experiment."""
-        w, counts = self.view.words, self.lab.counts()
+        w, counts = self.view.words, self.lab.run_counts()
         self._drawn, self._growing = self._current_state(), None
         self.place.clear()
         with self.place:
@@ -84,31 +84,31 @@ class LabPanel:
             with box("div", "halves"):
                 with box("nav", "list card", aria_label=w("lab.list")):
                     text("h2", w("lab.own"), "minor")
-                    self._entry(OWN_PART, self.view.name or w("lab.no_part"), counts)
+                    self._draw_list_entry(OWN_PART, self.view.name or w("lab.no_part"), counts)
                     text("h2", w("lab.published"), "minor")
                     for name, title in titles_of_included_experiments().items():
-                        self._entry(name, title, counts)
+                        self._draw_list_entry(name, title, counts)
                 with box("section", "card", aria_label=self.chosen):
                     if self.chosen == OWN_PART:
                         self._draw_own()
                     else:
-                        self._published()
+                        self._draw_published()
 
-    def _entry(self, name: str, title: str, counts: dict[str, int]) -> None:
+    def _draw_list_entry(self, name: str, title: str, counts: dict[str, int]) -> None:
         current = "true" if name == self.chosen else "false"
         done = counts.get(name, 0)
         words = f"{title} · {done:,}" if done else title
-        button(words, lambda: self._choose(name), "entry", aria_current=current, data_name=name)
+        button(words, lambda: self._choose_experiment(name), "entry", aria_current=current, data_name=name)
 
-    def _choose(self, name: str) -> None:
+    def _choose_experiment(self, name: str) -> None:
         self.chosen = name
         self.draw()
 
     # -- published experiments ----------------------------------------------------------------------------------------
 
-    def _published(self) -> None:
+    def _draw_published(self) -> None:
         w = self.view.words
-        experiment = self.lab.description_of(self.chosen, self.reduced)
+        experiment = self.lab.load_description(self.chosen, self.reduced)
         text("h2", experiment.title, lang="en")
         text("p", " ".join(experiment.about.split()), "", lang="en")
         if experiment.source:
@@ -116,14 +116,14 @@ class LabPanel:
         with box("div", "actions"):
             for reduced in (False, True):
                 pressed = "true" if reduced == self.reduced else "false"
-                n = self.lab.description_of(self.chosen, reduced).n_runs
+                n = self.lab.load_description(self.chosen, reduced).n_runs
                 words = w("lab.short" if reduced else "lab.whole", runs=f"{n:,}")
-                button(words, lambda reduced=reduced: self._form(reduced), "small", aria_pressed=pressed)
+                button(words, lambda reduced=reduced: self._choose_short_form(reduced), "small", aria_pressed=pressed)
         if self.reduced:
             text("p", w("lab.short_help"), "quiet small")
         self._draw_experiment(experiment)
 
-    def _form(self, reduced: bool) -> None:
+    def _choose_short_form(self, reduced: bool) -> None:
         self.reduced = reduced
         self.draw()
 
@@ -136,24 +136,24 @@ class LabPanel:
         if not view.source or view.work not in _COMPARABLE:
             text("p", w("lab.no_source" if not view.source else "lab.no_ways"), "hint", role="note")
         else:
-            option, names = compared_option_values(self._command())
-            flags = [plain_field(n, _label(n), "flag", help=w.table.get(f"algorithm.{n}", "")) for n in names]
+            option, names = compared_option_values(self._compared_command())
+            flags = [plain_field(n, _name_with_title(n), "flag", help=w.table.get(f"algorithm.{n}", "")) for n in names]
             groups = [plain_group(plain_field("runs", w("lab.runs_of_each"), help=w("lab.runs_help")), *flags)]
-            form = Form(w, self._put, groups)
+            form = Form(w, self._set_own_value, groups)
             form.show({"runs": self.runs, **{name: name in self.ways[option] for name in names}})
             count = int(self.runs) * len(self.ways[option] & set(names)) if self.runs.isdecimal() else 0
             if not self.lab.running:
                 with box("div", "actions"):
-                    button(w("lab.begin_runs", runs=f"{count:,}"), self._begin_own, "primary")
+                    button(w("lab.begin_runs", runs=f"{count:,}"), self._start_own, "primary")
         if self.lab.own is not None:
             self._draw_experiment(self.lab.own)
 
-    def _command(self) -> str:
-        task = self.view.task()
+    def _compared_command(self) -> str:
+        task = self.view.build_task()
         return task.command if task.command == "solve" or task.process == "auto" else task.process
 
-    def _put(self, name: str, value: Any, _: str) -> None:
-        option = compared_option_values(self._command())[0]
+    def _set_own_value(self, name: str, value: Any, _: str) -> None:
+        option = compared_option_values(self._compared_command())[0]
         if name == "runs":
             self.runs = str(value).strip() or _RUNS
         elif value:
@@ -162,25 +162,25 @@ class LabPanel:
             self.ways[option].discard(name)
         self.draw()
 
-    def _begin_own(self) -> None:
+    def _start_own(self) -> None:
         view, words = self.view, self.view.words
         try:
             if not self.runs.isdecimal():
                 raise OptionError("{}: '{}' is not a whole number", words("lab.runs_of_each"), self.runs)
-            ready, command = resolve_task(view.task(), view.studio.folder), self._command()
+            ready, command = resolve_task(view.build_task(), view.studio.folder), self._compared_command()
             option, names = compared_option_values(command)
             values = [name for name in names if name in self.ways[option]]
             options = {k: v for k, v in ready.options.items() if k != option}
             self._start(comparison_experiment(view.name, ready.sources[0], command, options, values, int(self.runs)))
         except Exception as problem:
-            self.page.show_message(view.studio.folder.without_paths(error_line(problem)), True)
+            self.page.show_message(view.studio.folder.hide_paths(error_line(problem)), True)
 
     # -- both kinds of experiments -----------------------------------------------------------------------------------
 
     def _draw_experiment(self, experiment: Description) -> None:
         w, state = self.view.words, self.lab.state
-        is_shown = state is not None and state.description.key == experiment.key
-        rows = self._rows(experiment)
+        is_shown = state is not None and state.description.storage_key == experiment.storage_key
+        rows = self._stored_rows(experiment)
         kept = [row for row in rows if not row.failed]
         done = text("p", "", "", role="status")
         bar = box("progress", "", max="1", value="0", aria_label=w("lab.done_label"))
@@ -195,31 +195,31 @@ class LabPanel:
                 begin_label = w(
                     "lab.go_on" if 0 < len(kept) < experiment.n_runs else "lab.again" if kept else "lab.begin"
                 )
-                button(begin_label, lambda: self._begin(experiment), "primary")
+                button(begin_label, lambda: self._start_or_show_error(experiment), "primary")
             if kept or is_shown:
                 query = "?reduced=true" if experiment.reduced else ""
                 stem = f"/api/lab/{experiment.name}"
                 link(w("lab.report"), f"{stem}/report.html{query}", "button small", target="_blank", rel="noopener")
                 link(w("lab.csv"), f"{stem}/runs.csv{query}", "button small", download="")
         if is_shown and state is not None and state.line:
-            text("p", w.plain(state.line), "error", role="alert")
+            text("p", w.translate_for_page(state.line), "error", role="alert")
         self._progress_elements = (done, bar, step, box("div"))
-        self._grow(experiment, rows)
+        self._update_progress_and_results(experiment, rows)
         self._growing = experiment if is_shown and self.lab.running else None
 
-    def _rows(self, experiment: Description) -> list[Row]:
+    def _stored_rows(self, experiment: Description) -> list[Row]:
         try:
             return self.lab.rows(experiment)
         except LeafcutError as problem:
-            self.page.show_message(self.view.studio.folder.without_paths(str(problem)), True)
+            self.page.show_message(self.view.studio.folder.hide_paths(str(problem)), True)
             return []
 
-    def _grow(self, experiment: Description, rows: list[Row] | None = None) -> None:
+    def _update_progress_and_results(self, experiment: Description, rows: list[Row] | None = None) -> None:
         w, state, (done, bar, step, place) = self.view.words, self.lab.state, self._progress_elements
-        rows = self._rows(experiment) if rows is None else rows
+        rows = self._stored_rows(experiment) if rows is None else rows
         kept = [row for row in rows if not row.failed]
         done.set_text(w("lab.done", done=f"{len(kept):,}", runs=f"{experiment.n_runs:,}"))
-        runs = state is not None and state.running and state.description.key == experiment.key
+        runs = state is not None and state.running and state.description.storage_key == experiment.storage_key
         bar.set_visibility(runs)
         if state is not None and runs:
             bar.props["value"] = f"{state.share:.4f}"
@@ -229,12 +229,12 @@ class LabPanel:
             step.set_text(" · ".join(filter(None, (state.doing, remaining))))
         place.clear()
         with place:
-            self._failed([row for row in rows if row.failed])
+            self._draw_failed_runs([row for row in rows if row.failed])
             if kept:
-                self._table(experiment, kept)
+                self._draw_means_table(experiment, kept)
         self._next = time.monotonic() + _PACE
 
-    def _begin(self, experiment: Description) -> None:
+    def _start_or_show_error(self, experiment: Description) -> None:
         try:
             self._start(experiment)
         except Exception as problem:
@@ -245,19 +245,21 @@ class LabPanel:
         self.page.show_message("")
         self.draw()
 
-    def _failed(self, rows: list[Row]) -> None:
+    def _draw_failed_runs(self, rows: list[Row]) -> None:
         if not rows:
             return
         w = self.view.words
         text("p", w("lab.failed", number=f"{len(rows):,}"), "hint", role="note")
         with box("ul", "small"):
             for row in rows[:_MAX_FAILED]:
-                line = self.view.studio.folder.without_paths(row.failed)
-                text("li", f"{row.instance}, {', '.join(row.levels.values())}: {w.plain(line)}", dir="auto")
+                line = self.view.studio.folder.hide_paths(row.failed)
+                text(
+                    "li", f"{row.instance}, {', '.join(row.levels.values())}: {w.translate_for_page(line)}", dir="auto"
+                )
 
-    def _table(self, experiment: Description, rows: Iterable[Row]) -> None:
-        w, results = self.view.words, Results.of(experiment, rows)
-        figures = [results.figures(item.name) for item in experiment.responses]
+    def _draw_means_table(self, experiment: Description, rows: Iterable[Row]) -> None:
+        w, results = self.view.words, Results.from_rows(experiment, rows)
+        figures = [results.values_by_cell(item.name) for item in experiment.responses]
         head = [(w("lab.instance"), ""), *((item.title, "") for item in experiment.factors), (w("lab.runs"), "n")]
         head += [(item.heading, "n") for item in experiment.responses]
         shown = []
@@ -270,7 +272,7 @@ class LabPanel:
         table(head, shown, w("lab.means"))
 
 
-def _label(name: str) -> str:
+def _name_with_title(name: str) -> str:
     """Return the name of a strategy or an algorithm, followed by its name in the literature."""
     title = _TITLES.get(name)
     return f"{name} – {title}" if title else name

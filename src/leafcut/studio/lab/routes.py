@@ -23,7 +23,7 @@ def add_lab(routes: APIRouter, lab: LabRuns) -> None:
 
         if file not in ("report.html", "runs.csv"):
             raise HTTPException(404, "the file does not exist")
-        description = lab.description_of(name, reduced)
+        description = lab.load_description(name, reduced)
         rows = lab.rows(description)
         headers = {"content-security-policy": STILL_POLICY}
         if file == "runs.csv":

@@ -65,7 +65,7 @@ class LabRuns:
         """Whether an experiment is running."""
         return self.state is not None and self.state.running
 
-    def description_of(self, name: str, reduced: bool) -> Description:
+    def load_description(self, name: str, reduced: bool) -> Description:
         """Return an included experiment, or the experiment on the user's part.
 
         Raises `OptionError` if the name is unknown.
@@ -87,7 +87,7 @@ class LabRuns:
                 self.own = description
             self._ended = threading.Event()
             self.state = LabState(description, began=time.monotonic())
-            self._thread = threading.Thread(target=self._work, args=(description, self._ended), daemon=True)
+            self._thread = threading.Thread(target=self._execute, args=(description, self._ended), daemon=True)
             self._thread.start()
 
     def stop(self) -> None:
@@ -105,7 +105,7 @@ class LabRuns:
         if self._thread is not None:
             self._thread.join()
 
-    def counts(self) -> dict[str, int]:
+    def run_counts(self) -> dict[str, int]:
         """Return the number of stored runs for each experiment.
 
         The result is empty if the results file cannot be read.
@@ -114,7 +114,7 @@ class LabRuns:
             return {}
         try:
             with Store(str(self.file), read_only=True) as store:
-                return store.counts()
+                return store.successful_run_counts()
         except LeafcutError:
             return {}
 
@@ -128,7 +128,7 @@ class LabRuns:
         with Store(str(self.file), read_only=True) as store:
             return stored_rows(description, store)
 
-    def _work(self, description: Description, cancel_event: threading.Event) -> None:
+    def _execute(self, description: Description, cancel_event: threading.Event) -> None:
         line, failed = "", tuple[str, ...]()
         try:
             with Store(str(self.file)) as store:
@@ -136,8 +136,8 @@ class LabRuns:
                     description, store, progress=self._record_progress, cancelled=cancel_event, mixed=True
                 ).failed
         except Exception as problem:
-            line = self.folder.without_paths(error_line(problem))
-        lines = tuple(self.folder.without_paths(text) for text in failed)
+            line = self.folder.hide_paths(error_line(problem))
+        lines = tuple(self.folder.hide_paths(text) for text in failed)
         assert self.state is not None
         self.state = replace(self.state, running=False, doing="", line=line, failed=lines)
 

@@ -24,15 +24,15 @@ class Badge:
 
     def tick(self) -> None:
         """Send the state if it has changed."""
-        state = json.dumps(self._state(), ensure_ascii=False)
+        state = json.dumps(self._badge_data(), ensure_ascii=False)
         if state != self._sent:
             self._sent = state
             self.place.props["data-job"] = state
             self.place.update()
 
-    def _state(self) -> dict[str, object]:
+    def _badge_data(self) -> dict[str, object]:
         jobs = self.view.studio.jobs
-        running = jobs.running()
+        running = jobs.unfinished_ids()
         if self.view.job in running:
             self._job = self.view.job
         elif self._job not in running and running:
@@ -50,7 +50,7 @@ def job_badge(jobs: Jobs, job: str) -> dict[str, object]:
     name = PurePath(live.names[0]).stem if len(live.names) == 1 else ", ".join(live.names[:2])
     name = name.removeprefix("example:")
     share = round(100.0 * min(max(live.latest.share, 0.0), 1.0))
-    return {"job": job, "name": name, "state": live.state.value, "share": 0 if live.state.over else share}
+    return {"job": job, "name": name, "state": live.state.value, "share": 0 if live.state.is_over else share}
 
 
 def add_notification_switch(view: View) -> None:

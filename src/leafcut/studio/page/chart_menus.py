@@ -10,7 +10,7 @@ from typing import Any
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.read.cutchart import ChartRow, available_choices, load_chart
 from leafcut.studio.folder import Folder
-from leafcut.studio.page.fitting_machines import machine_of
+from leafcut.studio.page.fitting_machines import find_machine
 from leafcut.studio.wording import Words
 from leafcut.units import parse_quantity
 
@@ -32,7 +32,7 @@ def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine
     choices = available_choices(rows, process, str(values.get("material") or "mild_steel"), thickness, amps)
     return {
         "cut_process": [(name, name) for name in choices.processes],
-        "material": [(name, words.named("material", name, name.replace("_", " "))) for name in choices.materials],
+        "material": [(name, words.item_name("material", name, name.replace("_", " "))) for name in choices.materials],
         "thickness": [(f"{mm:g}", f"{mm:g} mm") for mm in choices.thicknesses],
         "amps": [(f"{a:g}", f"{a:g} A") for a in choices.amps],
         "nozzle": [(name, name) for name in choices.nozzles],
@@ -44,7 +44,7 @@ def chart_error(values: Mapping[str, Any], folder: Folder) -> str:
     try:
         _read_chart(_chart_path(values, folder))
     except LeafcutError as problem:
-        return folder.without_paths(str(problem))
+        return folder.hide_paths(str(problem))
     return ""
 
 
@@ -59,7 +59,7 @@ def _read_chart(chart: Path | None) -> list[ChartRow]:
 
 
 def _cutting_process(machine: str, folder: Folder) -> str:
-    profile = machine_of(machine, folder)
+    profile = find_machine(machine, folder)
     return "" if profile is None else profile.cut_process or str(profile.head.method or "")
 
 

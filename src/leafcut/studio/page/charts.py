@@ -68,14 +68,14 @@ class SwitchedChart:
         `draw` receives ``iteration`` or ``time``, and returns the options and the label of the chart.
         """
         self._draw = draw
-        self._choose(self.by)
+        self._choose_axis(self.by)
 
     def _add_switch(self, words: str, by: str) -> TextElement:
         switch = text("button", words, "lc-mode", type="button")
-        switch.on("click", lambda: self._choose(by))
+        switch.on("click", lambda: self._choose_axis(by))
         return switch
 
-    def _choose(self, by: str) -> None:
+    def _choose_axis(self, by: str) -> None:
         self.by = by
         for name, switch in self._buttons.items():
             switch.props(f"aria-pressed={'true' if name == by else 'false'}")

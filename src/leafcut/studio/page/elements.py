@@ -102,7 +102,7 @@ class Opener(Element, component="../static/opener.js"):
         self.on("opened", lambda e: on_opened(e.args))
         self.on("refused", lambda e: on_refused(_upload_error(e.args)))
 
-    def set_several(self, several: bool) -> None:
+    def allow_several(self, several: bool) -> None:
         """Set whether the user may open several files at once. If not, only the first file is accepted."""
         if self.props["several"] != several:
             self.props["several"] = several
@@ -220,7 +220,7 @@ class BrowserState(Element, component="../static/browser_state.js"):
         self.on("went", lambda e: on_went(e.args["address"], str(e.args["choices"]), e.args["done"] == self._number))
         self.on("took", lambda e: self._forget(e.args))
 
-    def step(self, step: str, address: str, choices: str) -> None:
+    def add_step(self, step: str, address: str, choices: str) -> None:
         """Add an address and its choices to the history. `step` is ``pushState`` or ``replaceState``."""
         self._number += 1
         steps = self.props["steps"]
@@ -232,11 +232,11 @@ class BrowserState(Element, component="../static/browser_state.js"):
     def _forget(self, number: int) -> None:
         self.props["steps"] = [step for step in self.props["steps"] if step[0] > number]
 
-    async def read(self) -> str:
+    async def read_choices(self) -> str:
         """Return the choices of the current step, or an empty string."""
         return await self._call_browser("read")
 
-    async def read_last(self) -> str:
+    async def read_last_choices(self) -> str:
         """Return the choices of the page that was closed last, or an empty string."""
         return await self._call_browser("readLast")
 

@@ -24,7 +24,7 @@ def _included_machines() -> dict[str, Machine]:
     return machines
 
 
-def machine_of(name: str, folder: Folder) -> Machine | None:
+def find_machine(name: str, folder: Folder) -> Machine | None:
     """Return a machine by its name, or None if the name is unknown.
 
     For a user's own machine, read its current profile.
@@ -39,7 +39,7 @@ def machine_of(name: str, folder: Folder) -> Machine | None:
 
 def machine_head(name: str, folder: Folder) -> Head | None:
     """Return a machine's kind of head, or None if the machine is unknown."""
-    machine = machine_of(name, folder)
+    machine = find_machine(name, folder)
     return None if machine is None else machine.head
 
 

@@ -46,7 +46,7 @@ class FormValue:
 class FormValues(dict[str, FormValue]):
     """The entries of a form. Each option has a value and a setter."""
 
-    def put(self, name: str, value: Any, shown: str = "", setter: Setter = Setter.PERSON) -> None:
+    def set_value(self, name: str, value: Any, shown: str = "", setter: Setter = Setter.PERSON) -> None:
         """Set a value. A value that equals the default of leafcut resets the option."""
         reset = value in (None, "", group_of(name).defaults()[name])
         self[name] = FormValue(setter=setter) if reset else FormValue(value, setter, shown)
@@ -57,20 +57,20 @@ class FormValues(dict[str, FormValue]):
         return {name: entry.value for name, entry in self.items() if entry.value != ""}
 
     @property
-    def shown(self) -> dict[str, str]:
+    def file_names(self) -> dict[str, str]:
         """The displayed names of the files that options refer to."""
         return {name: entry.shown for name, entry in self.items() if entry.shown}
 
     @property
-    def places(self) -> dict[str, str]:
+    def default_places(self) -> dict[str, str]:
         """The file and line of each value that comes from the user's own defaults."""
         return {name: entry.place for name, entry in self.items() if entry.setter is Setter.FILE}
 
-    def set_by(self, *setters: Setter) -> set[str]:
+    def names_set_by(self, *setters: Setter) -> set[str]:
         """Return the options that were set by any of the given setters."""
         return {name for name, entry in self.items() if entry.setter in setters and entry.value != ""}
 
-    def follow_defaults(self, defaults: OwnDefaults) -> None:
+    def apply_defaults(self, defaults: OwnDefaults) -> None:
         """Apply the user's own defaults, except to options that another setter has set."""
         for name in [name for name, entry in self.items() if entry.setter is Setter.FILE]:
             del self[name]
@@ -78,12 +78,12 @@ class FormValues(dict[str, FormValue]):
             if name not in self and value != group_of(name).defaults()[name]:
                 self[name] = FormValue(value, Setter.FILE, defaults.shown.get(name, ""), defaults.places[name])
 
-    def leave_input(self) -> None:
+    def remove_input_values(self) -> None:
         """Remove all values that apply only to the open input."""
         for name in [name for name, entry in self.items() if entry.setter is Setter.INPUT]:
             del self[name]
 
-    def start_fresh(self) -> None:
+    def reset_for_new_input(self) -> None:
         """Reset the options that describe a file. All other values are marked as values from an earlier input."""
         of_file = {name for _, name, spec in all_options() if spec.of_file}
         for name, entry in list(self.items()):
@@ -92,7 +92,7 @@ class FormValues(dict[str, FormValue]):
             elif entry.setter is Setter.PERSON and entry.value != "":
                 self[name] = replace(entry, setter=Setter.EARLIER)
 
-    def take_job(self, options: Mapping[str, Any], shown: Mapping[str, str], of_input: Iterable[str]) -> None:
+    def apply_job_options(self, options: Mapping[str, Any], shown: Mapping[str, str], of_input: Iterable[str]) -> None:
         """Apply the options of a job.
 
         All other options are reset, so that the user's own defaults do not affect them.
@@ -108,7 +108,7 @@ class FormValues(dict[str, FormValue]):
         return {name: [entry.value, entry.setter, entry.shown, entry.place] for name, entry in self.items()}
 
     @classmethod
-    def of_plain(cls, plain: Any) -> FormValues:
+    def from_plain(cls, plain: Any) -> FormValues:
         """Convert the result of `as_plain` back to form values. Invalid entries are ignored."""
         options, table = {name for _, name, _ in all_options()}, cls()
         for name, entry in plain.items() if isinstance(plain, dict) else ():

@@ -32,7 +32,7 @@ def works_with_form() -> tuple[str, ...]:
     return tuple(work.name for work in registry.works() if work.form)
 
 
-def command_of(work: str) -> str:
+def work_command(work: str) -> str:
     """Return the command for a kind of work."""
     return work if work in registry.OTHER_WORKS else "optimize"
 
@@ -67,7 +67,7 @@ def applicable_options(work: str, values: Mapping[str, Any]) -> set[str]:
     return {name for _, names in option_groups(work, str(values.get("algorithm") or "auto")) for name in names}
 
 
-def form(
+def work_form(
     work: str,
     values: Mapping[str, Any],
     words: Words,
@@ -129,7 +129,7 @@ def _form_group(
 ) -> dict[str, Any]:
     return {
         "key": key,
-        "title": words.named("group", key),
+        "title": words.item_name("group", key),
         "folded": key not in ("main", "search", "cuts"),
         "changed": sum(1 for name in names if values.get(name) not in (None, "")),
         "fields": [
@@ -150,7 +150,7 @@ def plain_group(*fields: dict[str, Any]) -> dict[str, Any]:
     return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": list(fields)}
 
 
-def default_of(name: str, work: str = "") -> Any:
+def option_default(name: str, work: str = "") -> Any:
     """Return the default of an option for a kind of work."""
     if name == "machine" and work:
         return default_machine(work)
@@ -158,7 +158,7 @@ def default_of(name: str, work: str = "") -> Any:
 
 
 def _form_field(name: str, words: Words, work: str, own_choices: list[tuple[str, str]] | None) -> dict[str, Any]:
-    spec, default = group_of(name).specs()[name], default_of(name, work)
+    spec, default = group_of(name).specs()[name], option_default(name, work)
     choices: list[tuple[str, str]] = [(word, word) for word in spec.all_choices]
     if own_choices is not None:
         choices = own_choices
@@ -166,11 +166,11 @@ def _form_field(name: str, words: Words, work: str, own_choices: list[tuple[str,
     short = _shorten_default(default_text, _MAX_LETTERS - (len(unit) + 2 if unit else 0))
     return {
         "name": name,
-        "label": words.option(name),
+        "label": words.option_label(name),
         "flag": flag_name(name),
         "kind": spec.kind,
         "unit": unit,
-        "help": words.plain(words.help(name, _texts_for_work(name, work)[0] or spec.help, work)),
+        "help": words.translate_for_page(words.help_text(name, _texts_for_work(name, work)[0] or spec.help, work)),
         "choices": [list(pair) for pair in choices],
         "default": short,
         "rule": "" if short == default_text else words("form.otherwise", rule=default_text),
@@ -195,7 +195,7 @@ def default_words(name: str, default: Any, words: Words, work: str = "") -> str:
     spec = group_of(name).specs()[name]
     own = _texts_for_work(name, work)[1]
     if own or spec.default_words:
-        return words.plain(words.default(name, own or spec.default_words, work))
+        return words.translate_for_page(words.default_text(name, own or spec.default_words, work))
     if default in (None, (), ""):
         return words("form.none")
     if spec.kind == "flag":
@@ -213,7 +213,7 @@ def _shorten_default(text: str, limit: int) -> str:
     return (head[:limit].rpartition(" ")[0] or head[: limit - 1]).rstrip(",") + "…"
 
 
-def value_error(name: str, value: Any) -> str:
+def value_error_message(name: str, value: Any) -> str:
     """Check a value that the user has typed. Return an error message that starts with the flag of the option.
 
     The message is empty if the value is valid. Files and machines are only checked when they are used.
@@ -254,7 +254,7 @@ def values_of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
 def value_words(name: str, value: Any, words: Words, folder: Folder, work: str = "") -> str:
     """Format the value of an option, or its default, for display. It has a unit, or is shown as the name of a file."""
     spec = group_of(name).specs()[name]
-    default = default_of(name, work)
+    default = option_default(name, work)
     if spec.kind == "path" and value:
         with suppress(LeafcutError):  # the value names a library, or the file was deleted
             return folder.input_path(str(value)).name

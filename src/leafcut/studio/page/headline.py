@@ -68,10 +68,10 @@ def missing_words(answer: dict[str, Any], words: Words) -> str:
 
 def announcement(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     """Return the text that announces a new result to screen readers."""
-    return f"{record.title}: {_summary(record, answer, words)}"
+    return f"{record.title}: {_figures_sentence(record, answer, words)}"
 
 
-def _summary(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
+def _figures_sentence(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     command = record.task.command
     if command == "optimize":
         time_saving = saving_headline(answer, words)

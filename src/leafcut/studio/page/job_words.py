@@ -22,9 +22,9 @@ def machine_and_changed_options(task: Task, folder: Folder, words: Words) -> lis
     choices = [machine] if task.command == "optimize" or "machine" in task.options else []
     for name, value in options.items():
         if isinstance(value, bool):
-            choices.append(words.option(name) if value else f"{words.option(name)} {words('form.off')}")
+            choices.append(words.option_label(name) if value else f"{words.option_label(name)} {words('form.off')}")
         else:
-            choices.append(f"{words.option(name)} {value_words(name, value, words, folder)}")
+            choices.append(f"{words.option_label(name)} {value_words(name, value, words, folder)}")
     return choices
 
 
@@ -48,7 +48,7 @@ def result_words(record: JobRecord, words: Words) -> str:
         return words("nest.found", sheets=figures["sheets"], percent=used)
     if "same" in figures:
         return words("result.same" if figures["same"] else "result.differs")
-    return format_time(figures["time_s"]) if "time_s" in figures else words.plain(record.line)
+    return format_time(figures["time_s"]) if "time_s" in figures else words.translate_for_page(record.line)
 
 
 def search_terms(text: str, words: Words) -> list[SearchTerm]:
@@ -59,7 +59,7 @@ def search_terms(text: str, words: Words) -> list[SearchTerm]:
     terms = []
     for word in text.split()[:_MAX_WORDS]:
         low = word.lower()
-        options = tuple(name for _, name, _ in all_options() if low in words.option(name).lower())
+        options = tuple(name for _, name, _ in all_options() if low in words.option_label(name).lower())
         states = tuple(state for state in JobState if low in words(f"state.{state.value}").lower())
         terms.append(SearchTerm(word, options, states))
     return terms

@@ -6,7 +6,17 @@ from collections.abc import Iterator
 from html import escape
 
 from leafcut.model.snapshot import SearchStep
-from leafcut.studio.page.formulas import formula, frac, number, plain, power, raised, row, sub, total
+from leafcut.studio.page.formulas import (
+    formula,
+    frac,
+    power,
+    power_with_index,
+    rounded_number,
+    row,
+    short_number,
+    sub,
+    sum_over,
+)
 from leafcut.studio.wording import Words
 
 TAU, ETA, CHANCE = sub("τ", "ij"), sub("η", "ij"), sub("p", "ij")
@@ -32,13 +42,13 @@ def _ant_blocks(step: SearchStep, words: Words) -> Iterator[str]:
 
 def _choice_rule_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
-    yield _paragraph(words("lesson.rule", ants=plain(v["m"])))
+    yield _paragraph(words("lesson.rule", ants=short_number(v["m"])))
 
     def weight(index: str, alpha: str | float, beta: str | float) -> str:
-        return row(raised("τ", index, alpha), "·", raised("η", index, beta))
+        return row(power_with_index("τ", index, alpha), "·", power_with_index("η", index, beta))
 
     for alpha, beta in (("α", "β"), (v["alpha"], v["beta"])):
-        yield formula(CHANCE, "=", frac(weight("ij", alpha, beta), total("l", weight("il", alpha, beta))))
+        yield formula(CHANCE, "=", frac(weight("ij", alpha, beta), sum_over("l", weight("il", alpha, beta))))
     yield formula(ETA, "=", frac(1, row(sub("d", "ij"), "+", "ε")), ",", "ε", "=", v["epsilon"])
     if step.algorithm == "acs":
         share = f"{100 * v['q_0']:g}"
@@ -53,8 +63,9 @@ def _choice_example_blocks(step: SearchStep, words: Words) -> Iterator[str]:
         for head, css in ((words("lesson.to"), ""), *((head, ' class="n"') for head in ("d", "τ", "η", "p")))
     )
     rows = "".join(
-        f'<tr><th scope="row">{c.place}</th><td class="n">{plain(c.cost)}</td>'
-        f'<td class="n"><math>{number(c.pheromone)}</math></td><td class="n"><math>{number(c.attraction)}</math></td>'
+        f'<tr><th scope="row">{c.place}</th><td class="n">{short_number(c.cost)}</td>'
+        f'<td class="n"><math>{rounded_number(c.pheromone)}</math></td>'
+        f'<td class="n"><math>{rounded_number(c.attraction)}</math></td>'
         f'<td class="n">{100 * c.probability:.1f}\u00a0%</td></tr>'
         for c in step.choices
     )
@@ -77,8 +88,8 @@ def _evaporation_blocks(step: SearchStep, words: Words) -> Iterator[str]:
 def _ant_system_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield from _evaporation_blocks(step, words)
-    yield _paragraph(words("lesson.all_ants", ants=plain(v["m"])))
-    yield formula(TAU, "←", TAU, "+", total("k", frac(1, sub("C", "k"))))
+    yield _paragraph(words("lesson.all_ants", ants=short_number(v["m"])))
+    yield formula(TAU, "←", TAU, "+", sum_over("k", frac(1, sub("C", "k"))))
     if "c_iteration" in v:
         best = v["c_iteration"]
         yield _paragraph(words("lesson.shortest_now"))
@@ -88,15 +99,15 @@ def _ant_system_blocks(step: SearchStep, words: Words) -> Iterator[str]:
 def _elitist_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield from _ant_system_blocks(step, words)
-    yield _paragraph(words("lesson.elite", weight=plain(v["e"])))
+    yield _paragraph(words("lesson.elite", weight=short_number(v["e"])))
     yield formula(TAU, "←", TAU, "+", frac("e", _cost_of_best()), "=", TAU, "+", v["e"] / v["c_best"])
 
 
 def _rank_based_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield from _evaporation_blocks(step, words)
-    yield _paragraph(words("lesson.ranks", ranks=plain(v["w"] - 1), weight=plain(v["w"])))
-    by_rank = total("r", frac(row("w", "−", "r"), sub("C", "r")))
+    yield _paragraph(words("lesson.ranks", ranks=short_number(v["w"] - 1), weight=short_number(v["w"])))
+    by_rank = sum_over("r", frac(row("w", "−", "r"), sub("C", "r")))
     yield formula(TAU, "←", TAU, "+", by_rank, "+", frac("w", _cost_of_best()))
     yield formula(frac("w", _cost_of_best()), "=", frac(v["w"], v["c_best"]), "=", v["w"] / v["c_best"])
 
@@ -133,10 +144,14 @@ _LEARNING = {
 def _firefly_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     v = step.values
     yield _title(words("lesson.attraction"))
-    yield _paragraph(words("lesson.dark", number=plain(v["dark"]), count=plain(v["n"]), length=plain(v["c_dark"])))
+    yield _paragraph(
+        words(
+            "lesson.dark", number=short_number(v["dark"]), count=short_number(v["n"]), length=short_number(v["c_dark"])
+        )
+    )
     if "target" in v:
-        target, length = plain(v["target"]), plain(v["c_target"])
-        yield _paragraph(words("lesson.target", number=target, length=length, apart=plain(v["edges_apart"])))
+        target, length = short_number(v["target"]), short_number(v["c_target"])
+        yield _paragraph(words("lesson.target", number=target, length=length, apart=short_number(v["edges_apart"])))
         yield formula(
             "r", "=", frac(row(10, "·", "A"), "h"), "=", frac(row(10, "·", v["edges_apart"]), v["h"]), "=", v["r"]
         )
@@ -146,7 +161,7 @@ def _firefly_blocks(step: SearchStep, words: Words) -> Iterator[str]:
     else:
         yield _paragraph(words("lesson.alone"))
     yield _title(words("lesson.flight"))
-    yield _paragraph(words("lesson.moves", moves=plain(v["moves"]), longest=plain(v["longest"])))
+    yield _paragraph(words("lesson.moves", moves=short_number(v["moves"]), longest=short_number(v["longest"])))
 
 
 def _cost_of_best() -> str:

@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from leafcut.errors import DataError, OptionError
-from leafcut.files.whole_files import line_of
+from leafcut.files.whole_files import key_line_number
 from leafcut.message import map_text
 from leafcut.studio.folder import Folder
 
@@ -70,8 +70,8 @@ def check_profile(kind: str, name: str, text: str) -> None:
 
 def _line_of_error(text: str, problem: DataError) -> int | None:
     table, number, key = problem.table, problem.number, problem.key
-    line = line_of(text, table, key, number) if key else None
-    return line or (line_of(text, table, "", number) if table else 1)
+    line = key_line_number(text, table, key, number) if key else None
+    return line or (key_line_number(text, table, "", number) if table else 1)
 
 
 def save_profile(folder: Folder, kind: str, name: str, text: str) -> None:

@@ -71,11 +71,11 @@ class Memory:
 
     async def load(self) -> KeptState | None:
         """Return the choices of the current step in the browser, or None."""
-        state = _parsed(await self.browser.read())
+        state = _parse_state(await self.browser.read_choices())
         self._loaded = True
         if state is None:
             return None
-        name, latest = str(state.get("page")), self._latest(state)
+        name, latest = str(state.get("page")), self._latest_choices(state)
         other = self._page.studio.open_pages.get(name)
         if other is None or not other.memory.is_open():  # otherwise this is a duplicated tab
             self._register_page_as(name)
@@ -83,16 +83,16 @@ class Memory:
 
     async def load_last(self) -> KeptState | None:
         """Return the choices of the page that was closed last in this browser, or None."""
-        state = _parsed(await self.browser.read_last())
-        return None if state is None else self._latest(state)
+        state = _parse_state(await self.browser.read_last_choices())
+        return None if state is None else self._latest_choices(state)
 
-    def _latest(self, state: KeptState) -> KeptState:
+    def _latest_choices(self, state: KeptState) -> KeptState:
         """Return the choices of a page that was closed or reloaded a moment ago.
 
         The server has received the last edits of this page, but the browser had no time to store them.
         """
         other = self._page.studio.open_pages.get(str(state.get("page")))
-        return state if other is None or other.memory.is_open() else dict(other.state())
+        return state if other is None or other.memory.is_open() else dict(other.choices_to_save())
 
     def save(self) -> None:
         """Store the page's state if it has changed, unless another input is being opened."""
@@ -108,23 +108,23 @@ class Memory:
 
     def has_input(self) -> bool:
         """Return whether the page shows an input, a job, or parts to nest."""
-        state = self._page.state()
+        state = self._page.choices_to_save()
         return bool(state["source"] or state["job"] or state["parts"])
 
-    def stay(self) -> None:
+    def cancel_step(self) -> None:
         """Stay in this step, because no other input was opened."""
         self._opening = False
 
-    def settle(self) -> None:
+    def store_opened_input(self) -> None:
         """Store the state. If another input was opened, store it as a new step."""
         if self._opening:
             self._opening = False
             self._register_page_as(secrets.token_urlsafe(9))
-            self.push()
+            self.store_as_new_step()
         else:
             self.save()
 
-    def push(self) -> None:
+    def store_as_new_step(self) -> None:
         """Store the state as a new step."""
         if self._loaded:
             self._send_step("pushState")
@@ -137,11 +137,11 @@ class Memory:
         `newest` is set if the browser has recorded all steps. Otherwise, the browser adds the missing step later, and
         the page sends the state of this step again.
         """
-        kept, self._opening = _parsed(state), False
+        kept, self._opening = _parse_state(state), False
         name = self.name if kept is None else str(kept.get("page"))
         other = name != self.name
         if other:
-            self._left[self.name] = self._page.state()
+            self._left[self.name] = self._page.choices_to_save()
             kept = self._left.get(name, kept)
         self._register_page_as(name)
         await self._on_went(address, kept if other else None)
@@ -150,7 +150,7 @@ class Memory:
         self.save()
 
     def _send_step(self, step: str) -> None:
-        state = self._page.state()
+        state = self._page.choices_to_save()
         text = json.dumps({**state, "page": self.name})
         if len(text) > MAX_CHARACTERS:
             text = json.dumps({**state, "page": self.name, "edit": None})
@@ -159,10 +159,10 @@ class Memory:
         sent = ("/?" + urlencode({key: word for key, word in query.items() if word}), text)
         if sent != self._sent:
             self._sent = sent
-            self.browser.step(step, *sent)
+            self.browser.add_step(step, *sent)
 
 
-def _parsed(text: str) -> KeptState | None:
+def _parse_state(text: str) -> KeptState | None:
     with suppress(ValueError, RecursionError):
         state = json.loads(text)
         if isinstance(state, dict):
@@ -175,7 +175,7 @@ def kept_state(view: View, tab: str, edit: dict[str, Any] | None) -> KeptState:
     return {
         **{name: getattr(view, name) for name in _TEXTS},
         "table": view.table.as_plain(),
-        "parts": [part.word for part in view.parts],
+        "parts": [part.encoded for part in view.parts],
         "part_names": dict(view.part_names),
         "sheet": list(view.sheet),
         "job": view.job or "",
@@ -184,7 +184,7 @@ def kept_state(view: View, tab: str, edit: dict[str, Any] | None) -> KeptState:
     }
 
 
-def restore(view: View, plain: Mapping[str, Any]) -> None:
+def restore_choices(view: View, plain: Mapping[str, Any]) -> None:
     """Apply stored choices (see `kept_state`) to a page. Invalid entries are ignored.
 
     The ids of files and jobs are only checked when they are used, in the same way as ids that a page sends.
@@ -194,10 +194,10 @@ def restore(view: View, plain: Mapping[str, Any]) -> None:
     view.work = _known_or_default(plain.get("work"), forms.works_with_form(), "drill")
     view.process = _known_or_default(plain.get("process"), forms.program_processes(), "auto")
     view.pace = _known_or_default(plain.get("pace"), PACES, "full")
-    view.table = FormValues.of_plain(plain.get("table"))
+    view.table = FormValues.from_plain(plain.get("table"))
     names = plain.get("part_names")
     view.part_names = {k: str(v) for k, v in names.items()} if isinstance(names, dict) else {}
-    view.parts, view.sheet, view.seen = _parts(plain.get("parts")), _sheet(plain.get("sheet")), None
+    view.parts, view.sheet, view.seen = _parse_parts(plain.get("parts")), _parse_sheet(plain.get("sheet")), None
     job = str(plain.get("job", ""))
     view.job = job if _JOB.fullmatch(job) and view.studio.jobs.record(job) is not None else None
 
@@ -206,15 +206,15 @@ def _known_or_default(word: Any, known: Iterable[str], default: str) -> str:
     return word if isinstance(word, str) and word in set(known) else default
 
 
-def _parts(words: Any) -> list[WantedPart]:
+def _parse_parts(words: Any) -> list[WantedPart]:
     parts = []
     for word in words if isinstance(words, list) else []:
         with suppress(OptionError, AttributeError):
-            parts.append(WantedPart.of(word))
+            parts.append(WantedPart.decode(word))
     return parts
 
 
-def _sheet(plain: Any) -> tuple[int, int]:
+def _parse_sheet(plain: Any) -> tuple[int, int]:
     with suppress(TypeError, ValueError):
         variant, number = plain
         return int(variant), int(number)

@@ -10,7 +10,7 @@ from typing import Any
 
 from leafcut.errors import LeafcutError
 from leafcut.files.user_files import defaults_file
-from leafcut.files.whole_files import decode_text, toml_bytes
+from leafcut.files.whole_files import decode_text, read_toml_bytes
 from leafcut.processes import registry
 from leafcut.processes.settings import (
     collect_settings,
@@ -45,7 +45,7 @@ class OwnDefaults:
     problem: str = ""
 
 
-def own_defaults(folder: Folder) -> OwnDefaults:
+def read_own_defaults(folder: Folder) -> OwnDefaults:
     """Read the user's own defaults. Files that they name are copied to the studio's folder."""
     defaults = OwnDefaults()
     try:
@@ -56,20 +56,20 @@ def own_defaults(folder: Folder) -> OwnDefaults:
             name, value = entry.name, entry.value
             if group_of(name).specs()[name].names_file(str(value)):
                 path = Path(resolve_files(file.parent, {name: value})[name])
-                value, defaults.shown[name] = _copied(path, name, folder), path.name
-            defaults.values[name] = value if isinstance(value, bool) else _typed(value)
+                value, defaults.shown[name] = _copy_into_studio(path, name, folder), path.name
+            defaults.values[name] = value if isinstance(value, bool) else _typed_text(value)
             defaults.places[name] = f"{file.name}:{entry.line}" if entry.line else file.name
     except LeafcutError as problem:
         return OwnDefaults(problem=str(problem))
     return defaults
 
 
-def _copied(path: Path, name: str, folder: Folder) -> str:
+def _copy_into_studio(path: Path, name: str, folder: Folder) -> str:
     """Copy a file to the library or to the uploads, and return its new name.
 
     Raises `LeafcutError` if the file cannot be read.
     """
-    data = toml_bytes(path)
+    data = read_toml_bytes(path)
     kind = OWN_KINDS.get(name)
     if kind is None:
         return folder.add_input(path.name, data)
@@ -81,11 +81,11 @@ def _copied(path: Path, name: str, folder: Folder) -> str:
     return OWN + called
 
 
-def _typed(value: Any) -> str:
+def _typed_text(value: Any) -> str:
     return ",".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def without_idle(
+def without_unused_defaults(
     options: Mapping[str, Any], usual: Mapping[str, str], work: str, input_kind: str = ""
 ) -> dict[str, Any]:
     """Remove the user's own defaults that a kind of work does not use. Options that the user has typed are kept."""

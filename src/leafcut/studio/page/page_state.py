@@ -16,14 +16,14 @@ from leafcut.processes import registry
 from leafcut.processes.settings import all_options, group_of, read_options_file
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.nest_request import WantedPart
-from leafcut.studio.jobs.preview import Preview, preview, stock_scene
+from leafcut.studio.jobs.preview import Preview, preview_without_part, stock_scene
 from leafcut.studio.jobs.task import Task, command_line, program_name, resolve_task
 from leafcut.studio.jobs.whole import Zero
 from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page import fitting_machines, forms
 from leafcut.studio.page.chart_menus import Menus, chart_error, chart_menus
 from leafcut.studio.page.form_values import FormValues, Setter
-from leafcut.studio.page.own_defaults import own_defaults, without_idle
+from leafcut.studio.page.own_defaults import read_own_defaults, without_unused_defaults
 from leafcut.studio.wording import Words
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class View:
     def errors(self) -> dict[str, str]:
         """Errors of single values. Each message starts with the flag of its option."""
         values = self.values
-        lines = {name: forms.value_error(name, value) for name, value in values.items()}
+        lines = {name: forms.value_error_message(name, value) for name, value in values.items()}
         if line := chart_error(values, self.studio.folder) if "chart" in values else "":
             lines["chart"] = Message("{}: {}", flag_name("chart"), line)
         return {name: line for name, line in lines.items() if line}
@@ -100,18 +100,20 @@ class View:
             errors = self.errors
             options = {n: v for n, v in known.items() if n in OF_READING and n not in errors}
             call = resolve_task(Task("simulate", (self.source,), "auto", options), self.studio.folder)
-            seen: Preview = reading.run(preview, call.sources[0], work, call.options, on_message=on_message)
+            seen: Preview = reading.run(
+                preview_without_part, call.sources[0], work, call.options, on_message=on_message
+            )
         except LeafcutError as problem:
-            raise LeafcutError(self.studio.folder.without_paths(str(problem))) from None
+            raise LeafcutError(self.studio.folder.hide_paths(str(problem))) from None
         has_stock = seen.format == "gcode" and not seen.error
         stock = partial(self._stock_scene, call.sources[0], call.options) if has_stock else None
-        return replace(seen, error=self.studio.folder.without_paths(seen.error), stock=stock)
+        return replace(seen, error=self.studio.folder.hide_paths(seen.error), stock=stock)
 
     def _stock_scene(self, source: str, options: dict[str, Any]) -> bytes:
         try:
             scene: bytes = StudioWork(self.studio.workers).run(stock_scene, source, options)
         except LeafcutError as problem:
-            raise LeafcutError(self.studio.folder.without_paths(str(problem))) from None
+            raise LeafcutError(self.studio.folder.hide_paths(str(problem))) from None
         return scene
 
     def works(self) -> tuple[str, ...]:
@@ -120,44 +122,44 @@ class View:
         return (*known, "nest") if self.parts and "nest" not in known else known
 
     @property
-    def studied(self) -> bool:
+    def is_study(self) -> bool:
         """Whether the search is an algorithm from the literature, which users can watch step by step."""
         values = self.values
         chosen = str(values.get("algorithm") or "auto")
         return "algorithm" in forms.values_of_work(self.work, values) and chosen in LITERATURE
 
-    def follow_study(self) -> None:
+    def turn_off_local_search_for_study(self) -> None:
         """Turn off local search while an algorithm from the literature solves a map, unless the user has set this
         option.
 
         Local search would hide how ants and fireflies learn.
         """
         entry = self.table.get("local_search")
-        if self.work == "solve" and self.studied:
+        if self.work == "solve" and self.is_study:
             if entry is None:
-                self.table.put("local_search", False, setter=Setter.STUDY)
+                self.table.set_value("local_search", False, setter=Setter.STUDY)
         elif entry is not None and entry.setter is Setter.STUDY:
             del self.table["local_search"]
 
-    def leave_unsuitable_machine(self) -> str:
+    def reset_unsuitable_options(self) -> str:
         """Reset options of an earlier input that do not suit the current input.
 
         Return a message for the user, or "" if nothing was reset.
         """
         if self.values.get("pixel_size") and self.seen is not None and self.seen.format != "picture":
-            self.table.put("pixel_size", "")
+            self.table.set_value("pixel_size", "")
         machine = str(self.values.get("machine") or "")
         if not fitting_machines.unsuitable_reason(machine, self.work, self.studio.folder, self.words):
             return ""
-        self.table.put("machine", "")
+        self.table.set_value("machine", "")
         return self.words("choose.left", machine=machine.removeprefix(OWN), usual=api.default_machine(self.work))
 
-    def take(self, source: str, name: str, origin: str = "") -> None:
+    def switch_input(self, source: str, name: str, origin: str = "") -> None:
         """Switch to another input, and reset the values of the previous input."""
-        self.table.leave_input()
+        self.table.remove_input_values()
         if self.source not in ("", source):
-            self.table.start_fresh()
-            self.follow_defaults()
+            self.table.reset_for_new_input()
+            self.apply_defaults()
         self.source, self.name, self.origin = source, name, origin
         self.second = self.second_name = ""
 
@@ -180,56 +182,59 @@ class View:
         They have no flags, because each error appears next to its field.
         """
         lines = {name: self.words.translate(line) for name, line in self.problems.items()}
-        return {name: self.words.plain(line.removeprefix(f"{flag_name(name)}: ")) for name, line in lines.items()}
+        return {
+            name: self.words.translate_for_page(line.removeprefix(f"{flag_name(name)}: "))
+            for name, line in lines.items()
+        }
 
-    def follow_defaults(self) -> str:
+    def apply_defaults(self) -> str:
         """Apply the user's own defaults to options that the user has not changed. Return an error message, or ""."""
-        defaults = own_defaults(self.studio.folder)
+        defaults = read_own_defaults(self.studio.folder)
         if not defaults.problem:
-            self.table.follow_defaults(defaults)
+            self.table.apply_defaults(defaults)
         return defaults.problem
 
-    def take_options(self, input_id: str) -> None:
+    def load_options_file(self, input_id: str) -> None:
         """Load an options file that was opened. Raises `OptionError` if its content is invalid or names other files."""
         try:
             options = read_options_file(self.studio.folder.input_path(input_id))
         except OptionError as problem:
-            raise OptionError(self.studio.folder.without_paths(str(problem))) from None
+            raise OptionError(self.studio.folder.hide_paths(str(problem))) from None
         for name, value in options.items():
             spec = group_of(name).specs()[name]
             if spec.names_file(value):
                 raise OptionError("{}: choose a file opened in the studio, not a path", flag_name(name))
         if "algorithm" in options:
-            self.table.put("local_search", "")  # the options file may set it
+            self.table.set_value("local_search", "")  # the options file may set it
         for name, value in options.items():
             words = ",".join(map(str, value)) if isinstance(value, list) else value
-            self.table.put(name, words if isinstance(words, bool) else str(words))
+            self.table.set_value(name, words if isinstance(words, bool) else str(words))
 
-    def form(self) -> list[dict[str, Any]]:
+    def options_form(self) -> list[dict[str, Any]]:
         """Return the options form for the selected kind of work."""
         tools = self.studio.folder.own_names("tools")
         chosen = str(self.values.get("machine") or "")
-        machines = fitting_machines.offered_machines(self._machines(), self.work, chosen, self.studio.folder)
-        return forms.form(
+        machines = fitting_machines.offered_machines(self._machine_labels(), self.work, chosen, self.studio.folder)
+        return forms.work_form(
             self.work,
             self.values,
             self.words,
             machines=machines,
             tools=tools,
             menus=self._chart_menus(self.work),
-            usual=self.table.places,
-            kept=self.table.set_by(Setter.EARLIER),
+            usual=self.table.default_places,
+            kept=self.table.names_set_by(Setter.EARLIER),
         )
 
     def cut_form(self) -> list[dict[str, Any]]:
         """Return the form with the options for cutting nested sheets."""
-        machines = fitting_machines.offered_machines(self._machines(), "cut", "", self.studio.folder)
+        machines = fitting_machines.offered_machines(self._machine_labels(), "cut", "", self.studio.folder)
         return forms.single_group_form("cuts", forms.CUT_OF_NEST, self.words, "cut", machines, self._chart_menus("cut"))
 
     def _chart_menus(self, work: str) -> Menus:
         if "cut_process" not in forms.applicable_options(work, {}):
             return {}
-        return chart_menus(self.values, self.studio.folder, self.words, str(forms.default_of("machine", work)))
+        return chart_menus(self.values, self.studio.folder, self.words, str(forms.option_default("machine", work)))
 
     def cut_options(self) -> dict[str, Any]:
         """Return the options for cutting nested sheets. Raises `OptionError` if a value is invalid."""
@@ -238,48 +243,50 @@ class View:
                 raise OptionError(line)
         return {name: value for name, value in forms.values_of_work("cut", self.values).items() if name != "quantity"}
 
-    def _machines(self) -> dict[str, str]:
+    def _machine_labels(self) -> dict[str, str]:
         own_names = self.studio.folder.own_names("machines")
         return {name: name for name in _known_machines()} | {
             OWN + n: self.words("machines.own", name=n) for n in own_names
         }
 
     @property
-    def zero(self) -> Zero:
+    def program_zero(self) -> Zero:
         """Position of program zero in the drawing, mm, or None if the kind of work has no such option."""
         return self.seen.zero if self.seen is not None and "origin" in forms.applicable_options(self.work, {}) else None
 
     @property
-    def ready(self) -> bool:
+    def has_all_inputs(self) -> bool:
         """Whether all inputs that the selected kind of work needs are available."""
         if self.work == "nest":
             return bool(self.parts)
         return bool(self.source) and bool(self.work != "verify" or self.second)
 
-    def task(self) -> Task:
+    def build_task(self) -> Task:
         """Return the task that the choices describe."""
         inputs: tuple[str, ...] = (self.source, self.second) if self.work == "verify" else (self.source,)
         if self.work == "nest":
-            inputs = tuple(part.word for part in self.parts)
+            inputs = tuple(part.encoded for part in self.parts)
         process = self.process if self.work == "program" else registry.work(self.work).asks
         if self.work == "drill" and next(iter(self.seen.whole.suits if self.seen else ()), "drill") != "drill":
             process = self.work  # with ``auto``, leafcut would choose another process
         origin = self.origin if self.work == "cut" else ""
         kind = self.seen.format if self.seen is not None else ""
-        options = without_idle(forms.values_of_work(self.work, self.values), self.table.places, self.work, kind)
-        return Task(forms.command_of(self.work), inputs, process, options, origin)
+        options = without_unused_defaults(
+            forms.values_of_work(self.work, self.values), self.table.default_places, self.work, kind
+        )
+        return Task(forms.work_command(self.work), inputs, process, options, origin)
 
     def command_line(self) -> str:
         """Return the shell command for this task. It is empty while an input is missing."""
-        if not self.ready:
+        if not self.has_all_inputs:
             return ""
         try:
-            task = self.task()
-            return command_line(task, self.studio.folder, self._output(task))
+            task = self.build_task()
+            return command_line(task, self.studio.folder, self._output_name(task))
         except LeafcutError:
             return ""
 
-    def _output(self, task: Task) -> str:
+    def _output_name(self, task: Task) -> str:
         if task.command != "optimize":
             return ""
         call = resolve_task(task, self.studio.folder)

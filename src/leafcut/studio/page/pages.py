@@ -19,7 +19,7 @@ from leafcut.studio.drawing.canvas import STATIC
 from leafcut.studio.folder import Folder
 from leafcut.studio.page.badge import Badge
 from leafcut.studio.page.elements import box, button, link, text
-from leafcut.studio.page.memory import KeptState, Memory, kept_state, restore
+from leafcut.studio.page.memory import KeptState, Memory, kept_state, restore_choices
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
 from leafcut.studio.page.panel_jobs import JobsPanel
@@ -84,7 +84,7 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
     @ui.page("/", title="leafcut studio")
     def page(request: Request, lang: str = "", view: str = "", job: str = "") -> None:
         Page(studio, words(_language(studio.folder, request, lang)), job).build(view)
-        ui.context.client.on_connect(studio.workers.get_ready)  # the page is visible, so this delays nobody
+        ui.context.client.on_connect(studio.workers.start_spare_process)  # the page is visible, so this delays nobody
 
     # No compression over the loopback interface. Tailwind would run a compiler in the page.
     ui.run_with(
@@ -140,7 +140,7 @@ class Page:
         self.view = View(studio, words)
         self._keys = (*VIEWS, *sorted(((room.name, room.key) for room in studio.rooms.values()), key=itemgetter(1)))
         #: Error in the file with the user's own defaults.
-        self._unread = self.view.follow_defaults()
+        self._unread = self.view.apply_defaults()
         #: The job in the address. It opens if the browser has not stored any choices.
         self._asked = job
         #: Choices of the page that this browser closed last. They are offered while this page is empty.
@@ -155,11 +155,11 @@ class Page:
         w = self.words
         lost = escape(w("help.lost") + "|" + w("help.again"))
         meta = f'<meta name="leafcut-language" content="{w.language}"><meta name="leafcut-lost" content="{lost}">'
-        ui.add_head_html(meta + self._head())
-        ui.add_body_html(first_bar())
+        ui.add_head_html(meta + self._head_html())
+        ui.add_body_html(loading_bar_html())
         ui.context.client.content.classes("all")
         with box("div", "studio loading", lang=w.language) as self.place:
-            self._top()
+            self._draw_top_bar()
             self.views = {}
             with box("div", "work", id="view-work") as self.views["work"]:
                 with box("aside", "left", id="column-left", aria_label=w("left.title")):
@@ -181,42 +181,42 @@ class Page:
             for name in self.studio.rooms:
                 self.views[name] = box("div", "sheet", id=f"view-{name}")
             self._bars = [room.add_bar(self) for room in self.studio.rooms.values()]
-            help_dialog(w, self._keys)
+            add_help_dialog(w, self._keys)
             self.message_line = text("div", "", "said", id="said", role="status", aria_live="polite")
             self.message_line.on("click", lambda: self.show_message(""))
             self.announced = text("div", "", "unseen", id="announced", role="status", aria_live="polite")
-            self.memory = Memory(self, ui.context.client, self.follow)
+            self.memory = Memory(self, ui.context.client, self.return_to_step)
             self.badge = Badge(self.view)
         self.built = True
         if self._unread:
-            self.show_message(w("form.usual_wrong", line=w.plain(self._unread)), True)
-        self.show(view if view in self.views else "work")
+            self.show_message(w("form.usual_wrong", line=w.translate_for_page(self._unread)), True)
+        self.show_view(view if view in self.views else "work")
         self.timer = ui.timer(_TICK, self.tick)
-        ui.context.client.on_delete(self._forget)
-        ui.timer(0.0, self._load, once=True)
+        ui.context.client.on_delete(self._release)
+        ui.timer(0.0, self._restore_and_reveal, once=True)
 
-    def _head(self) -> str:
+    def _head_html(self) -> str:
         rooms = self.studio.rooms.values()
-        return head(sum((room.styles for room in rooms), ()), sum((room.modules for room in rooms), ()))
+        return head_html(sum((room.styles for room in rooms), ()), sum((room.modules for room in rooms), ()))
 
-    def _forget(self) -> None:
+    def _release(self) -> None:
         """Release large objects when the page closes. The garbage collector frees the rest."""
-        self.input.leave()
+        self.input.abandon_reading()
         self.view.seen = None
-        self.run.forget()
+        self.run.release_drawn()
 
-    def _top(self) -> None:
+    def _draw_top_bar(self) -> None:
         w = self.words
         with box("header", "top"):
             with box("div", "mark"):
-                self._fold("left", "[")
+                self._add_fold_button("left", "[")
                 ui.html(LEAF, sanitize=False)
                 text("b", "leafcut")
                 text("span", "studio", "quiet")
             self.tabs = {}
             with box("nav", "tabs", aria_label=w("top.views"), data_roving=""):
                 for name, key in self._keys:
-                    tab = button(w(f"top.{name}"), lambda name=name: self.go(name), "tab", data_key=key)
+                    tab = button(w(f"top.{name}"), lambda name=name: self.go_to_view(name), "tab", data_key=key)
                     self.tabs[name] = tab
             with box("div", "tools"):
                 with box("nav", "languages", aria_label=w("top.language")):
@@ -233,9 +233,9 @@ class Page:
                         )
                 button(w("top.theme"), None, "plain", data_theme_switch="", data_key="t")
                 button("?", None, "plain round", data_dialog="help", data_key="?", aria_label=w("top.help"))
-                self._fold("right", "]")
+                self._add_fold_button("right", "]")
 
-    def _fold(self, side: str, key: str) -> None:
+    def _add_fold_button(self, side: str, key: str) -> None:
         button(
             "",
             None,
@@ -248,7 +248,7 @@ class Page:
             aria_controls=f"column-{side}",
         )
 
-    def show(self, name: str) -> None:
+    def show_view(self, name: str) -> None:
         """Show one of the views."""
         self.shown = name
         for view_name, view in self.views.items():
@@ -262,66 +262,66 @@ class Page:
         elif name in ("machines", "tools"):
             self.__dict__[name].draw()
         elif name in self.studio.rooms:
-            background_tasks.create(self._room(name).show())
+            background_tasks.create(self._open_room(name).show())
 
-    def _room(self, name: str) -> RoomView:
+    def _open_room(self, name: str) -> RoomView:
         if name not in self.rooms:
             with self.views[name]:
                 self.rooms[name] = self.studio.rooms[name].open(self, self.views[name].client)
         return self.rooms[name]
 
-    def go(self, name: str) -> None:
+    def go_to_view(self, name: str) -> None:
         """Show one of the views, and add a step to the browser's history."""
         if name != self.shown:
-            self.show(name)
-            self.memory.push()
+            self.show_view(name)
+            self.memory.store_as_new_step()
 
-    async def follow(self, address: dict[str, Any], kept: KeptState | None) -> None:
+    async def return_to_step(self, address: dict[str, Any], kept: KeptState | None) -> None:
         """Show the view to which the user has returned. Restore its choices, unless they are None."""
         view = str(address.get("view", ""))
-        self.show(view if view in self.views else "work")
+        self.show_view(view if view in self.views else "work")
         if kept is not None:
-            restore(self.view, kept)
+            restore_choices(self.view, kept)
             await self._show_restored(kept)
 
-    async def _load(self) -> None:
+    async def _restore_and_reveal(self) -> None:
         """Restore the choices that the browser has stored, and make the page visible."""
         try:
             kept = await self.memory.load()
             if kept is None and not self._asked:
                 last = await self.memory.load_last()
                 self.last = last if last is not None and last.get("source") else None
-                self.run.invite()
+                self.run.redraw_suggestions()
         finally:
             self.place.classes(remove="loading")
         if self.memory.has_input():
             pass  # opened before the browser answered
         elif kept is not None:
-            await self.resume(kept)
+            await self.restore_choices(kept)
         elif self._asked:
             await self.open_job(self._asked)
         self.memory.save()
 
-    async def resume(self, kept: KeptState) -> None:
+    async def restore_choices(self, kept: KeptState) -> None:
         """Restore stored choices."""
-        restore(self.view, kept)
-        self.view.follow_defaults()
+        restore_choices(self.view, kept)
+        self.view.apply_defaults()
         await self._show_restored(kept)
 
     async def _show_restored(self, kept: KeptState) -> None:
-        self.result.take_tab(str(kept.get("tab")))
+        self.result.preselect_tab(str(kept.get("tab")))
         edit = kept.get("edit")
-        self.run.edit.hold(edit if isinstance(edit, dict) else None)
-        self.run.resume()
+        self.run.edit.store_order(edit if isinstance(edit, dict) else None)
+        self.run.show_job_again()
         self.result.draw()
-        if await self.input.resume():
+        if await self.input.draw_and_reread():
             self.run.draw()
             self.result.show_input()
-            self.run.edit.resume()
+            self.run.edit.resume_stored_order()
 
-    def state(self) -> KeptState:
+    def choices_to_save(self) -> KeptState:
         """Return the state to save."""
-        return kept_state(self.view, self.result.tab, self.run.edit.kept())
+        return kept_state(self.view, self.result.tab, self.run.edit.order_to_store())
 
     def show_message(self, line: str, bad: bool = False, stays: bool = False) -> None:
         """Show a message at the top of the page. It disappears after a few seconds, unless it is `bad` or `stays`.
@@ -329,14 +329,14 @@ class Page:
         The user can close such a message with a click.
         """
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
-        self.message_line.set_text(self.words.plain(line))
+        self.message_line.set_text(self.words.translate_for_page(line))
         self.message_line.classes(replace="said bad" if bad else "said")
 
     def announce(self, line: str) -> None:
         """Announce a message to screen readers."""
-        self.announced.set_text(self.words.plain(line))
+        self.announced.set_text(self.words.translate_for_page(line))
 
-    def changed(self) -> None:
+    def store_changed_choices(self) -> None:
         """Store the changed choices, and check whether the result is outdated."""
         if self.built:
             self.result.mark.refresh()
@@ -350,10 +350,10 @@ class Page:
             return
         self.memory.prepare_step()
         self.view.job = job
-        self.show("work")
-        self.run.watch()
-        self.remember()
-        if not await self.input.restore(record.task):
+        self.show_view("work")
+        self.run.watch_job()
+        self.update_address()
+        if not await self.input.restore_task(record.task):
             return
         self.view.sheet = sheet
         self.run.draw()
@@ -361,13 +361,13 @@ class Page:
 
     def files_in_use(self) -> set[str]:
         """Return all texts in the choices that may be ids of uploads."""
-        state = self.state()
+        state = self.choices_to_save()
         values = (entry[0] for entry in state["table"].values() if isinstance(entry[0], str))
         return {state["source"], state["second"], *(part.input for part in self.view.parts), *values}
 
-    def remember(self) -> None:
+    def update_address(self) -> None:
         """Update the address, so that it leads to this view and job even after the studio has restarted."""
-        self.memory.settle()
+        self.memory.store_opened_input()
 
     def tick(self) -> None:
         """Update the visible parts of the page. This method is called every `_TICK` seconds."""
@@ -385,7 +385,7 @@ class Page:
 
 
 @cache
-def head(styles: tuple[str, ...] = (), modules: tuple[str, ...] = ()) -> str:
+def head_html(styles: tuple[str, ...] = (), modules: tuple[str, ...] = ()) -> str:
     """Return the style sheets and scripts of the page and its rooms as HTML."""
     # Browsers cache by address, so a newer file gets a new address.
     newest = int(max(file.stat().st_mtime for file in STATIC.iterdir()))
@@ -395,20 +395,20 @@ def head(styles: tuple[str, ...] = (), modules: tuple[str, ...] = ()) -> str:
     return "".join([*links, first, *scripts])
 
 
-def first_bar() -> str:
+def loading_bar_html() -> str:
     """Return the HTML of the top bar, which is visible until the page has loaded."""
     return f'<div class="boot" aria-hidden="true"><div class="mark">{LEAF}<b>leafcut</b><span>studio</span></div></div>'
 
 
-def help_dialog(words: Words, views: tuple[tuple[str, str], ...]) -> None:
+def add_help_dialog(words: Words, views: tuple[tuple[str, str], ...]) -> None:
     """Add the help dialog to the page. It is hidden at first."""
     # A single element instead of hundreds, because every page contains the dialog and few pages show it.
-    dialog = ui.html(_text(words, views), sanitize=False, tag="dialog").classes("help")
+    dialog = ui.html(_help_html(words, views), sanitize=False, tag="dialog").classes("help")
     dialog.props.update({"id": "help", "aria-label": words("top.help")})
 
 
 @cache
-def _text(words: Words, views: tuple[tuple[str, str], ...]) -> str:
+def _help_html(words: Words, views: tuple[tuple[str, str], ...]) -> str:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     from leafcut import api

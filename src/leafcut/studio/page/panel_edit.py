@@ -15,7 +15,7 @@ from nicegui.events import GenericEventArguments
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.studio.drawing.canvas import Canvas
-from leafcut.studio.drawing.editing import CutOrder, Edited, HoleOrder, OrderStop, cuts_one_by_one
+from leafcut.studio.drawing.editing import CutOrder, Edited, HoleOrder, OrderStop, has_only_single_cuts
 from leafcut.studio.drawing.scene import edited_scene
 from leafcut.studio.jobs.history import History, JobRecord
 from leafcut.studio.page.elements import box, button, text
@@ -32,14 +32,14 @@ _SAME = 1e-6
 _EDITABLE = ("order", "plan")
 
 
-def edited_order_of(history: History, job: str) -> Edited | None:
+def load_edited_order(history: History, job: str) -> Edited | None:
     """Return the order of a job's result, or None if users cannot edit it."""
     order, holes, plan = (history.artefact(job, name) for name in ("order", "holes", "plan"))
     if order is not None and holes is not None:
         rows = json.loads(order.data)["operations"]
         operations = {row["operation"] - 1: tuple(hole - 1 for hole in row["holes"]) for row in rows}
         return HoleOrder(operations, np.array(json.loads(holes.data), dtype=np.float64).reshape(-1, 2))
-    if plan is not None and cuts_one_by_one(plan.data.decode()):
+    if plan is not None and has_only_single_cuts(plan.data.decode()):
         return CutOrder(plan.data.decode())
     return None
 
@@ -79,52 +79,52 @@ class EditPanel:
                 self.hint = text("span", "", "what quiet")
                 self.chosen = text("span", "", "chosen-stop quiet", role="status", aria_live="polite")
             with box("div", "ends"):
-                self.keys = StopKeys(w, self._stops, self._choose, self._change)
+                self.keys = StopKeys(w, self._stops, self._choose_stop, self._change_order)
             with box("div", "ends"):
-                button(w("edit.undo"), lambda: self._go(back=True), "", data_key="u")
-                button(w("edit.redo"), lambda: self._go(back=False), "", data_key="y")
+                button(w("edit.undo"), lambda: self._undo_or_redo(back=True), "", data_key="u")
+                button(w("edit.redo"), lambda: self._undo_or_redo(back=False), "", data_key="y")
                 for name, act in (
-                    ("first", lambda e: e.to_end(self._stop, True)),
-                    ("last", lambda e: e.to_end(self._stop, False)),
+                    ("first", lambda e: e.move_to_end(self._stop, True)),
+                    ("last", lambda e: e.move_to_end(self._stop, False)),
                     ("reverse", lambda e: e.reverse(self._stop)),
-                    ("free", lambda e: e.free_after(self._stop)),
+                    ("free", lambda e: e.fix_order_up_to(self._stop)),
                 ):
-                    button(w(f"edit.{name}"), lambda act=act: self._change_chosen(act), "")
+                    button(w(f"edit.{name}"), lambda act=act: self._change_chosen_stop(act), "")
                 button(w("edit.write"), self.run_edited_order, "primary")
                 self.close = button(w("edit.close"), self._close, "plain")
         self.place.set_visibility(False)
 
     def start(self, record: JobRecord) -> None:
         """Start to edit the result of a job."""
-        edited = edited_order_of(self.view.studio.history, record.id)
+        edited = load_edited_order(self.view.studio.history, record.id)
         if edited is None:
             self.page.show_message(self.view.words("edit.cannot"), True)
             return
-        self._before = _length(edited.stops())
+        self._before = _fixed_order_length(edited.stops())
         self._open(edited)
 
-    def kept(self) -> dict[str, Any] | None:
+    def order_to_store(self) -> dict[str, Any] | None:
         """Return the edited order as plain values for `hold`, or None if the user is not editing an order."""
         if self.edited is None:
             return self._waiting
         return {"job": self.view.job, **self.edited.as_plain()}
 
-    def hold(self, kept: dict[str, Any] | None) -> None:
+    def store_order(self, kept: dict[str, Any] | None) -> None:
         """Store the result of `kept` until the page shows the result of its job."""
         self._waiting = kept
 
-    def resume(self) -> None:
+    def resume_stored_order(self) -> None:
         """Continue to edit the stored order, if the page shows its result."""
         kept, self._waiting = self._waiting, None
         if kept is None or self.view.job is None or kept.get("job") != self.view.job:
             return
-        edited = edited_order_of(self.view.studio.history, self.view.job)
+        edited = load_edited_order(self.view.studio.history, self.view.job)
         if edited is not None:
-            self._before = _length(edited.stops())
-            edited.take_plain(kept)
+            self._before = _fixed_order_length(edited.stops())
+            edited.restore_plain(kept)
             self._open(edited)
 
-    def leave(self) -> None:
+    def discard(self) -> None:
         """Stop editing and discard any stored order."""
         self._waiting = None
         self.end()
@@ -148,25 +148,25 @@ class EditPanel:
         self.canvas.hide("live")
 
     def _close(self) -> None:
-        self.leave()
-        self.page.changed()
+        self.discard()
+        self.page.store_changed_choices()
 
-    def select(self, event: GenericEventArguments) -> None:
+    def remember_selected_stop(self, event: GenericEventArguments) -> None:
         """Remember the stop that the user has selected in the drawing."""
         self._stop = int((event.args or {}).get("stop") or 0)
-        self._show_chosen(self._stops())
+        self._show_chosen_stop(self._stops())
 
     def _stops(self) -> list[OrderStop]:
         return [] if self.edited is None else self.edited.stops()
 
-    def _choose(self, stop: int) -> None:
+    def _choose_stop(self, stop: int) -> None:
         self._stop = stop
         self.canvas.select_stop(stop)
-        self._show_chosen(self._stops())
+        self._show_chosen_stop(self._stops())
 
-    def _show_chosen(self, stops: list[OrderStop]) -> None:
+    def _show_chosen_stop(self, stops: list[OrderStop]) -> None:
         w = self.view.words
-        self.keys.show(self._stop)
+        self.keys.set_chosen(self._stop)
         index = next((k for k, stop in enumerate(stops) if stop.name == self._stop), None)
         if index is None:
             self.chosen.set_text("")
@@ -183,18 +183,18 @@ class EditPanel:
         args: dict[str, Any] = event.args
         number, onto = int(args["number"]), args.get("onto")
         if onto is not None and int(onto) != number:
-            self._change(lambda e: e.move(number, int(onto)))
+            self._change_order(lambda e: e.move(number, int(onto)))
         elif onto is None:
             x, y = args["to"]
-            self._change(lambda e: e.place(number, (float(x), float(y))))
+            self._change_order(lambda e: e.move_start(number, (float(x), float(y))))
 
-    def _change_chosen(self, act: Any) -> None:
+    def _change_chosen_stop(self, act: Any) -> None:
         if self._stop:
-            self._change(act)
+            self._change_order(act)
         else:
             self.page.show_message(self.view.words("edit.choose"), True)
 
-    def _change(self, act: Any) -> None:
+    def _change_order(self, act: Any) -> None:
         if self.edited is None:
             return
         try:
@@ -205,7 +205,7 @@ class EditPanel:
         self.page.show_message("")
         self._draw()
 
-    def _go(self, *, back: bool) -> None:
+    def _undo_or_redo(self, *, back: bool) -> None:
         if self.edited is None:
             return
         w = self.view.words
@@ -217,10 +217,10 @@ class EditPanel:
         if self.edited is None:
             return
         stops, w = self.edited.stops(), self.view.words
-        self._note()
+        self._store_edited_state()
         self.canvas.show(edited_scene(stops), "live")
-        self._show_chosen(stops)
-        length, n_fixed = _length(stops), sum(stop.held for stop in stops)
+        self._show_chosen_stop(stops)
+        length, n_fixed = _fixed_order_length(stops), sum(stop.held for stop in stops)
         if n_fixed < len(stops):
             # The length of a partial order is not comparable with the initial length.
             self.length.set_text(w("edit.held", held=n_fixed, count=len(stops), length=format_length(length)))
@@ -242,14 +242,14 @@ class EditPanel:
         self.change.set_text(w("edit.change", **figures) if changed else w("edit.unchanged"))
         self.change.classes(replace=f"figure {'quiet' if not changed else 'longer' if difference > 0 else 'shorter'}")
 
-    def _note(self) -> None:
+    def _store_edited_state(self) -> None:
         self.view.edited = self.edited is not None and self.edited.changed
         if self.view.edited:
             self.close.props["data-sure"] = self.view.words("edit.sure")
         else:
             self.close.props.pop("data-sure", None)
         self.close.update()
-        self.page.changed()
+        self.page.store_changed_choices()
 
     def run_edited_order(self) -> None:
         """Run the edited order. The result is measured and verified as usual."""
@@ -258,17 +258,17 @@ class EditPanel:
             return
         # The edited order must not have the file name of the result's own plan or order.
         name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
-        input_id = view.studio.folder.add_input(name, edited.text().encode())
+        input_id = view.studio.folder.add_input(name, edited.file_text().encode())
         base, sheet = view.job, view.sheet
         plan = view.table.get("plan")
-        view.table.put("plan", input_id, name, Setter.INPUT)
+        view.table.set_value("plan", input_id, name, Setter.INPUT)
         self.page.input.draw()
         self.page.run.start()
         self._tried = TriedOrder(edited, base, sheet, view.job, plan)
         if view.job == base:
-            self.take_back()
+            self.undo_failed_run()
 
-    def take_back(self) -> bool:
+    def undo_failed_run(self) -> bool:
         """Undo a failed run with an edited order. Return whether a run had failed.
 
         Otherwise, the next run would fail as well.
@@ -281,7 +281,7 @@ class EditPanel:
             view.table.pop("plan", None)
         else:
             view.table["plan"] = tried.plan
-        self.page.remember()
+        self.page.update_address()
         self.page.input.draw()
         self.page.run.draw()
         self._open(tried.edited)
@@ -291,11 +291,11 @@ class EditPanel:
 def can_be_edited(history: History, record: JobRecord, files: dict[str, str]) -> bool:
     """Return whether users can edit the result of a job."""
     if record.task.options.get("chains"):
-        return edited_order_of(history, record.id) is not None  # a result with chains cannot be edited
+        return load_edited_order(history, record.id) is not None  # a result with chains cannot be edited
     return any(name in files for name in _EDITABLE)
 
 
-def _length(stops: list[OrderStop]) -> float:
+def _fixed_order_length(stops: list[OrderStop]) -> float:
     """Return the length of the straight moves between consecutive stops whose order is fixed, mm."""
     return sum(
         math.dist(stop.place, next_stop.place) for stop, next_stop in pairwise(stops) if stop.held and next_stop.held
@@ -321,10 +321,10 @@ class StopKeys:
         with box("div", "stops", role="toolbar", aria_label=w("edit.stops"), data_roving=""):
             for position, (name, pattern, act) in enumerate(
                 (
-                    ("previous", "‹ {}", lambda: self._step(-1)),
-                    ("next", "{} ›", lambda: self._step(1)),
-                    ("earlier", "{}", lambda: self._shift(-1)),
-                    ("later", "{}", lambda: self._shift(1)),
+                    ("previous", "‹ {}", lambda: self._choose_neighbour(-1)),
+                    ("next", "{} ›", lambda: self._choose_neighbour(1)),
+                    ("earlier", "{}", lambda: self._move_by(-1)),
+                    ("later", "{}", lambda: self._move_by(1)),
                 )
             ):
                 short = pattern.format(w(f"edit.{name}_short"))
@@ -343,43 +343,43 @@ class StopKeys:
                 )
             button(w("edit.move"), None, "small").props("type=submit")
         self._number = ""
-        self._to.on("input", self._note, js_handler="(e) => emit(e.target.value)")
-        form.on("submit", self._put, js_handler="(e) => { e.preventDefault(); emit(); }")
+        self._to.on("input", self._store_typed_number, js_handler="(e) => emit(e.target.value)")
+        form.on("submit", self._move_to_typed_number, js_handler="(e) => { e.preventDefault(); emit(); }")
 
-    def show(self, chosen: int) -> None:
+    def set_chosen(self, chosen: int) -> None:
         """Set the selected stop, or 0 if no stop is selected."""
         self._chosen = chosen
 
-    def _note(self, event: Any) -> None:
+    def _store_typed_number(self, event: Any) -> None:
         self._number = str(event.args)
 
-    def _at(self) -> int:
+    def _chosen_index(self) -> int:
         return next((k for k, stop in enumerate(self._stops()) if stop.name == self._chosen), -1)
 
-    def _step(self, step: int) -> None:
-        stops, index = self._stops(), self._at()
+    def _choose_neighbour(self, step: int) -> None:
+        stops, index = self._stops(), self._chosen_index()
         if stops:
             target = (0 if step > 0 else len(stops) - 1) if index < 0 else min(max(index + step, 0), len(stops) - 1)
             self._choose(stops[target].name)
 
-    def _shift(self, step: int) -> None:
-        self._move(self._at() + step if self._at() >= 0 else -1)
+    def _move_by(self, step: int) -> None:
+        self._move_to(self._chosen_index() + step if self._chosen_index() >= 0 else -1)
 
-    def _put(self) -> None:
+    def _move_to_typed_number(self) -> None:
         number, count = self._number.strip(), len(self._stops())
         target = int(number) - 1 if number.isdecimal() and len(number) < 10 else -1
-        self._move(target if 0 <= target < count else -1, self._words("edit.places", count=count))
+        self._move_to(target if 0 <= target < count else -1, self._words("edit.places", count=count))
 
-    def _move(self, target: int, refusal: str = "") -> None:
-        stops, index = self._stops(), self._at()
+    def _move_to(self, target: int, refusal: str = "") -> None:
+        stops, index = self._stops(), self._chosen_index()
         if index < 0 or (refusal and target < 0):
-            self._change(_refused(refusal if index >= 0 else self._words("edit.choose")))
+            self._change(_refusing_change(refusal if index >= 0 else self._words("edit.choose")))
         elif 0 <= target < len(stops) and target != index:
             name, onto = stops[index].name, stops[target].name
             self._change(lambda edited: edited.move(name, onto))
 
 
-def _refused(line: str) -> Callable[[Edited], None]:
+def _refusing_change(line: str) -> Callable[[Edited], None]:
     def act(_: Edited) -> None:
         raise OptionError(line)
 

@@ -20,12 +20,12 @@ def draw_figures(overview: dict[str, Any], words: Words) -> None:
     # Results of earlier versions lack the counts.
     text("p", " · ".join(words.translate(sentence) for sentence in overview.get("title", ())), "quiet")
     draw_times(rows, words, kinds)
-    _tiles(overview["tiles"], words)
-    _parts(overview["parts"], words)
-    _norms(overview.get("norms") or {"rows": []}, words)
+    _draw_tiles(overview["tiles"], words)
+    _draw_parts(overview["parts"], words)
+    _draw_norms(overview.get("norms") or {"rows": []}, words)
 
 
-def _tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:
+def _draw_tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:
     if not tiles:
         return
     with box("dl", "tiles"):
@@ -59,10 +59,10 @@ def draw_times(rows: Sequence[tuple[str, dict[str, float], str]], words: Words, 
                         if kind in seconds:
                             share = 100.0 * seconds[kind] / longest
                             box("i", f"time-{kind}").style(f"width: {share:.3f}%")
-    _legend(rows, kinds, words)
+    _draw_legend(rows, kinds, words)
 
 
-def _legend(rows: Sequence[tuple[str, dict[str, float], str]], kinds: dict[str, str], words: Words) -> None:
+def _draw_legend(rows: Sequence[tuple[str, dict[str, float], str]], kinds: dict[str, str], words: Words) -> None:
     known = [kind for kind in kinds if any(kind in seconds for _, seconds, _ in rows)]
     with box("div", "scroll"), box("table", "kinds", aria_label=words("result.where")):
         with box("thead"), box("tr"):
@@ -77,7 +77,7 @@ def _legend(rows: Sequence[tuple[str, dict[str, float], str]], kinds: dict[str, 
                         text("td", format_time(seconds[kind]) if kind in seconds else "–", "n")
 
 
-def _parts(parts: dict[str, Any], words: Words) -> None:
+def _draw_parts(parts: dict[str, Any], words: Words) -> None:
     rows, cost = parts["rows"][:_MAX_PARTS], parts.get("cost", False)
     if not rows:
         return
@@ -93,7 +93,7 @@ def _parts(parts: dict[str, Any], words: Words) -> None:
         text("p", words("open.more", number=left), "quiet small")
 
 
-def _norms(norms: dict[str, Any], words: Words) -> None:
+def _draw_norms(norms: dict[str, Any], words: Words) -> None:
     rows = norms["rows"][:_MAX_PARTS]
     if not rows:
         return

@@ -55,15 +55,15 @@ class InputPanel:
         w = view.words
         with box("div", "scrolls"):
             with box("section", "part", aria_label=w("open.title")):
-                self._opener()
+                self._draw_opener()
                 self.parts = PartsPanel(view, page)
                 self.about = box("div", "about-part")
             self.second = box("div", "second")
             with box("section", "choose", aria_label=w("choose.title")):
-                self.works = WorkChoice(w("choose.work"), lambda work: self._choose("work", work, ""))
-                self.work = Form(w, self._choose)
-                self.options = Form(w, self._put, on_refused=self._refuse, searchable=True)
-                self.kept = Form(w, self._take_options, [self._options_field()], self._refuse)
+                self.works = WorkChoice(w("choose.work"), lambda work: self._choose_work_or_process("work", work, ""))
+                self.work = Form(w, self._choose_work_or_process)
+                self.options = Form(w, self._set_option, on_refused=self._show_refusal, searchable=True)
+                self.kept = Form(w, self._load_options_file, [self._options_field()], self._show_refusal)
                 self.pace = Form(w, self._set_pace, [pace_field(view)])
                 self.without_local_search = text("p", w("choose.no_local_search"), "hint", role="note")
         with box("footer", "foot"):
@@ -72,10 +72,10 @@ class InputPanel:
                 self.copy = button(
                     w("command.copy"), None, "plain small", data_copy="command", data_said=w("command.copied")
                 )
-            self.begin = button(w("run.begin"), self.page_run, "primary wide", data_key="r")
+            self.begin = button(w("run.begin"), self.request_run, "primary wide", data_key="r")
         self.draw()
 
-    def _opener(self) -> None:
+    def _draw_opener(self) -> None:
         w = self.view.words
         mib = LARGEST_UPLOAD >> 20
         self.opener = Opener(
@@ -89,16 +89,16 @@ class InputPanel:
             },
             LARGEST_UPLOAD,
             self._opened,
-            self._refuse,
+            self._show_refusal,
         )
         with box("details", "built-in") as self.built_in:
             text("summary", w("open.built_in"))
-            self.example = Form(w, self._example)
+            self.example = Form(w, self._open_example)
             self.random = {"points": "200", "seed": "1"}
             with box("div", "random"):
-                self.map = Form(w, self._random, self._random_fields())
+                self.map = Form(w, self._set_random_value, self._random_fields())
                 self.map.show(self.random)
-                button(w("open.make"), self._make_random, "small")
+                button(w("open.make"), self._open_random_map, "small")
                 self.saved_map = link(w("open.save_map"), self._map_address(), "button small", download="")
         self._draw_examples()
         self.recent = RecentPanel(self.view, self.page)
@@ -119,16 +119,16 @@ class InputPanel:
         w = self.view.words
         return plain_group(plain_field("options", w("form.options"), file=True, default=w("form.toml")))
 
-    def _take_options(self, _: str, value: str, name: str) -> Awaitable[None] | None:
+    def _load_options_file(self, _: str, value: str, name: str) -> Awaitable[None] | None:
         view = self.view
         before = view.values
         try:
-            view.take_options(value)
+            view.load_options_file(value)
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
             return None
         finally:
-            view.studio.folder.drop_inputs([value])
+            view.studio.folder.delete_inputs([value])
         self.draw()
         line = view.words("form.taken", name=name)
         if not view.source or not any(before.get(option) != view.values.get(option) for option in OF_READING):
@@ -138,17 +138,17 @@ class InputPanel:
         return self._read_and_report(line)
 
     async def _read_and_report(self, line: str) -> None:
-        if await self.read(self.view.work) and self.view.seen is not None and not self.view.seen.error:
+        if await self.read_input(self.view.work) and self.view.seen is not None and not self.view.seen.error:
             self.page.show_message(line)
 
-    def _refuse(self, line: str) -> None:
+    def _show_refusal(self, line: str) -> None:
         self.page.show_message(line, True)
 
-    async def _example(self, _: str, value: str, __: str) -> None:
+    async def _open_example(self, _: str, value: str, __: str) -> None:
         if value:
             await self.open(f"example:{value}", value)
 
-    def _random(self, name: str, value: str, _: str) -> None:
+    def _set_random_value(self, name: str, value: str, _: str) -> None:
         self.random[name] = value
         self.map.show(self.random)
         self.saved_map.props["href"] = self._map_address()
@@ -160,7 +160,7 @@ class InputPanel:
     def _random_name(self) -> str:
         return f"random:{self.random['points']}:{self.random['seed']}"
 
-    async def _make_random(self) -> None:
+    async def _open_random_map(self) -> None:
         await self.open(self._random_name(), "")
 
     def _opened(self, kept: dict[str, Any]) -> Awaitable[None]:
@@ -175,23 +175,23 @@ class InputPanel:
 
     async def _open(self, source: str, name: str) -> None:
         view = self.view
-        if view.work == "nest" and await self.parts.take(source, name):
+        if view.work == "nest" and await self.parts.add_part_or_list(source, name):
             return
         before = {k: copy(v) if isinstance(v, dict | list) else v for k, v in vars(view).items()}
-        edit, shown = self.page.run.edit.kept(), self.page.result.kept()
+        edit, shown = self.page.run.edit.order_to_store(), self.page.result.kept()
         self.page.memory.prepare_step()
-        view.take(source, name or source)
-        self.page.run.leave()
+        view.switch_input(source, name or source)
+        self.page.run.leave_job()
         taken = dict(view.table)
-        if not await self.read(""):
+        if not await self.read_input(""):
             return
         broken = not view.source or (view.seen is not None and view.seen.broken)
         if not broken or not before["source"]:
-            if not broken and (left := view.leave_unsuitable_machine()):
-                if not await self.read(view.work):
+            if not broken and (left := view.reset_unsuitable_options()):
+                if not await self.read_input(view.work):
                     return
                 self.page.show_message(left)
-            self.page.remember()
+            self.page.update_address()
             self.page.run.canvas.fit()
             if not broken:
                 view.studio.recent.add(view.source, view.name)
@@ -201,17 +201,17 @@ class InputPanel:
         typed = {name: entry for name, entry in view.table.items() if taken.get(name) != entry}
         vars(view).update(before)
         view.table.update(typed)
-        self.page.run.edit.hold(edit)
-        self.page.memory.stay()
+        self.page.run.edit.store_order(edit)
+        self.page.memory.cancel_step()
         if view.seen is None and not self._is_cancelled(line):  # this input has interrupted the reading
-            await self.read("")
+            await self.read_input("")
         self.draw()
-        self.page.run.resume()
-        self.page.run.edit.resume()
+        self.page.run.show_job_again()
+        self.page.run.edit.resume_stored_order()
         self.page.result.show_again(shown)
         self._show_problem(line)
 
-    async def cut(self, sheet: SheetOfNest) -> None:
+    async def open_sheet(self, sheet: SheetOfNest) -> None:
         """Open a sheet of a nest for cutting."""
         view, self._run_wanted = self.view, False
         try:
@@ -220,12 +220,12 @@ class InputPanel:
             self.page.show_message(str(problem), True)
             return
         self.page.memory.prepare_step()
-        view.take(source, sheet.file, sheet.origin)
-        self.page.run.leave()
-        view.table.put("quantity", str(sheet.count) if sheet.count > 1 else "", setter=Setter.INPUT)
+        view.switch_input(source, sheet.file, sheet.origin)
+        self.page.run.leave_job()
+        view.table.set_value("quantity", str(sheet.count) if sheet.count > 1 else "", setter=Setter.INPUT)
         view.work = "cut"
-        self.page.remember()
-        if await self.read("cut"):
+        self.page.update_address()
+        if await self.read_input("cut"):
             self.page.run.canvas.fit()
 
     async def read_preview(self, view: View, work: str) -> tuple[Preview | None, str, bool]:
@@ -237,7 +237,7 @@ class InputPanel:
         if self.newest is not None:
             self.newest.cancel(_GRACE_SECONDS)
         self.newest = reading = PreviewReading(view.studio.workers, view.name)
-        thread = asyncio.ensure_future(run.io_bound(_read, view, work, reading))
+        thread = asyncio.ensure_future(run.io_bound(_read_or_error, view, work, reading))
         waiting = asyncio.ensure_future(reading.cancelled.wait())
         await asyncio.wait((thread, waiting), return_when=asyncio.FIRST_COMPLETED)
         waiting.cancel()
@@ -251,15 +251,15 @@ class InputPanel:
             self._end_reading(worked=not line and seen is not None and not seen.error)
         return seen, line, newest
 
-    def cancel(self) -> None:
+    def cancel_reading(self) -> None:
         """Cancel the current reading, if there is one."""
         if self.newest is not None:
             self.newest.cancel()
 
-    def leave(self) -> None:
+    def abandon_reading(self) -> None:
         """Cancel the reading of a page that has been closed. No message is shown."""
         self._turn += 1
-        self.cancel()
+        self.cancel_reading()
 
     def _is_cancelled(self, line: str) -> bool:
         return line == self.view.words("open.cancelled")
@@ -272,7 +272,7 @@ class InputPanel:
         """Record that the input will be read, and enable Run in the meantime. Return the number of this reading."""
         self._turn += 1
         self.reading = True
-        self.ready(True)
+        self.show_ready(True)
         return self._turn
 
     def _end_reading(self, worked: bool) -> None:
@@ -286,7 +286,7 @@ class InputPanel:
             with self.begin:
                 ui.timer(0.0, self.page.run.start, once=True)
 
-    async def read(self, work: str) -> bool:
+    async def read_input(self, work: str) -> bool:
         """Read the input for a kind of work and show it. Return False if another input was read in the meantime."""
         view = self.view
         self.page.show_message(view.words("open.reading", name=view.name), stays=True)
@@ -302,17 +302,17 @@ class InputPanel:
             line = "" if seen.pixels else seen.error  # the drawing asks for the size of a picture
             fits = work in (*seen.works, "nest")
             if not work and seen.whole.machine and not view.values.get("machine"):
-                view.table.put("machine", seen.whole.machine, setter=Setter.INPUT)
+                view.table.set_value("machine", seen.whole.machine, setter=Setter.INPUT)
             view.work = work if fits else seen.work or (view.work if view.work in seen.works else seen.works[0])
         self._show_problem(line)
         self.draw()
         self.page.run.draw()
         self.page.result.draw()
         if work:  # not a new input
-            self.page.remember()
+            self.page.update_address()
         return True
 
-    def _choose(self, name: str, value: str, _: str) -> Awaitable[None] | None:
+    def _choose_work_or_process(self, name: str, value: str, _: str) -> Awaitable[None] | None:
         view = self.view
         if name == "process":
             view.process = value
@@ -324,24 +324,24 @@ class InputPanel:
         read_again = bool(view.source) and (view.seen is None or view.seen.format != "gcode")
         if read_again:
             self._begin_reading()
-        return self._take_work(value, read_again)
+        return self._switch_work(value, read_again)
 
-    async def _take_work(self, work: str, read_again: bool) -> None:
-        if read_again and not await self.read(work):
+    async def _switch_work(self, work: str, read_again: bool) -> None:
+        if read_again and not await self.read_input(work):
             return
         if work == "nest":
             self.parts.add_open_drawing()
-            self.view.leave_unsuitable_machine()  # a nest has no machine
+            self.view.reset_unsuitable_options()  # a nest has no machine
         self.draw()
 
-    def _put(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
+    def _set_option(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
         view = self.view
-        view.table.put(name, value, shown)
+        view.table.set_value(name, value, shown)
         self._show_values()
         if name not in OF_READING or not view.source or name in view.errors:
             return None
         self._begin_reading()  # at once, because Run may be pressed before the reading starts
-        return self.read(view.work)
+        return self.read_input(view.work)
 
     def scale_picture(self, width: str) -> Awaitable[bool] | None:
         """Set the pixel size of the open picture from its width. The width may have a unit."""
@@ -353,43 +353,43 @@ class InputPanel:
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
             return None
-        self.view.table.put("pixel_size", f"{size:.6g}mm", setter=Setter.INPUT)
+        self.view.table.set_value("pixel_size", f"{size:.6g}mm", setter=Setter.INPUT)
         self._show_values()
         if "pixel_size" in self.view.errors:
             self.page.show_message(self.view.errors["pixel_size"], True)
             return None
         self._begin_reading()
-        return self.read(self.view.work)
+        return self.read_input(self.view.work)
 
     def move_zero(self, x: float, y: float) -> Awaitable[bool] | None:
         """Move program zero by (x, y), mm. This changes the option `origin`."""
-        zero = self.view.zero
+        zero = self.view.program_zero
         if zero is None:
             return None
-        return self._put("origin", ",".join(f"{round(v, 4):g}" for v in (zero[0] + x, zero[1] + y)), "")
+        return self._set_option("origin", ",".join(f"{round(v, 4):g}" for v in (zero[0] + x, zero[1] + y)), "")
 
     def _show_values(self) -> None:
         view = self.view
-        view.follow_study()
-        off = view.work == "solve" and view.studied and view.values.get("local_search") is False
+        view.turn_off_local_search_for_study()
+        off = view.work == "solve" and view.is_study and view.values.get("local_search") is False
         self.without_local_search.set_visibility(off)
-        self.options.show(view.values, view.table.shown, view.field_errors(), view.form())
+        self.options.show(view.values, view.table.file_names, view.field_errors(), view.options_form())
         self.draw_pace()
         self._show_command()
 
     def draw_pace(self) -> None:
         """Show the field for the speed of the search, if users can watch this search."""
-        self.pace.set_visibility(self.view.studied)
+        self.pace.set_visibility(self.view.is_study)
         self.pace.show({"pace": self.view.pace})
 
     def _set_pace(self, _: str, value: str, __: str) -> None:
         self.view.pace = value
         self.draw_pace()
 
-    async def restore(self, task: Task) -> bool:
+    async def restore_task(self, task: Task) -> bool:
         """Show the input and the choices of a task. Return False if another input was read in the meantime."""
         view = self.view
-        names = [self._display_name(word) for word in task.inputs]
+        names = [self._input_display_name(word) for word in task.inputs]
         view.source, view.name, view.seen = task.inputs[0].partition(":")[0], names[0], None
         if task.inputs[0].startswith(BUILT_IN):
             view.source = task.inputs[0]
@@ -398,17 +398,17 @@ class InputPanel:
             view.parts = list(nested_parts(task))
             view.part_names = {part.input: name for part, name in zip(view.parts, names, strict=True)}
         view.origin = task.origin
-        view.process, view.work = task.process, work_of_task(task, view.name)
+        view.process, view.work = task.process, task_work(task, view.name)
         removed = {name: line for name in task.options if (line := removal_message(name))}
         options = {name: value for name, value in task.options.items() if name not in removed}
-        shown = {name: self._display_name(value) for name, value in options.items() if isinstance(value, str)}
-        view.table.take_job(options, shown, of_input=("plan", "quantity") if task.origin else ("plan",))
-        newest = await self.resume()
+        shown = {name: self._input_display_name(value) for name, value in options.items() if isinstance(value, str)}
+        view.table.apply_job_options(options, shown, of_input=("plan", "quantity") if task.origin else ("plan",))
+        newest = await self.draw_and_reread()
         if removed:
             self._show_problem("; ".join(removed.values()))
         return newest
 
-    async def resume(self) -> bool:
+    async def draw_and_reread(self) -> bool:
         """Show the choices and read the input again. Return False if another input was read in the meantime."""
         view, self._run_wanted = self.view, False
         self.draw()
@@ -423,7 +423,7 @@ class InputPanel:
         self.draw()
         return True
 
-    def _display_name(self, word: str) -> str:
+    def _input_display_name(self, word: str) -> str:
         if word.startswith(BUILT_IN):
             return source_display_name(word)
         try:
@@ -438,15 +438,15 @@ class InputPanel:
         self.works.show(work_cards(kinds_of_work, view.seen, w), view.work, suggestion_words(view.seen, w))
         fields = []
         if view.work == "program":
-            kinds = [[process, w.named("process", process)] for process in forms.program_processes()]
+            kinds = [[process, w.item_name("process", process)] for process in forms.program_processes()]
             fields.append(plain_field("process", w("choose.process"), choices=kinds))
         self.work.set_visibility(bool(fields))
         self.work.show({"process": view.process}, groups=[plain_group(*fields)])
-        self.opener.set_several(view.work == "nest")
+        self.opener.allow_several(view.work == "nest")
         self.built_in.set_visibility(view.work != "nest")  # built-in sources are not drawings of parts
         self.parts.draw()
         self._draw_part()
-        self._draw_second()
+        self._draw_second_program()
         self._show_values()
 
     def _draw_part(self) -> None:
@@ -467,28 +467,29 @@ class InputPanel:
                     text("summary", w("open.issues", number=len(view.seen.issues)))
                     with box("ul"):
                         for issue in view.seen.issues[:_MAX_ISSUES]:
-                            meaning = w.issue(issue["code"])
+                            meaning = w.explain_issue(issue["code"])
                             with box("li", issue["severity"]):
                                 if meaning:
                                     text("b", f"{meaning}.")
-                                message = f"{w.plain(issue['message'])} {w.plain(issue['place'])}".strip()
+                                words = (w.translate_for_page(issue[key]) for key in ("message", "place"))
+                                message = " ".join(words).strip()
                                 text("span", message, "", lang=w.language_of(issue["message"]))
                         if len(view.seen.issues) > _MAX_ISSUES:
                             text("li", w("open.more", number=len(view.seen.issues) - _MAX_ISSUES))
 
-    def _draw_second(self) -> None:
+    def _draw_second_program(self) -> None:
         view, w = self.view, self.view.words
         self.second.clear()
         if view.work != "verify":
             return
         with self.second:
             field = plain_field("second", w("open.second"), file=True, default=w("form.none"))
-            form = Form(w, self._take_second, [plain_group(field)], self._refuse)
+            form = Form(w, self._set_second_program, [plain_group(field)], self._show_refusal)
             form.show({"second": view.second}, {"second": view.second_name})
 
-    def _take_second(self, _: str, value: str, shown: str) -> None:
+    def _set_second_program(self, _: str, value: str, shown: str) -> None:
         self.view.second, self.view.second_name = value, shown
-        self._draw_second()
+        self._draw_second_program()
         self._show_command()
 
     def _show_command(self) -> None:
@@ -500,10 +501,10 @@ class InputPanel:
             for word in re.findall(r"\S+\s*", line or view.words(missing)):
                 text("span", word)
         self.copy.set_visibility(bool(line))
-        self.ready(view.ready)
-        self.page.changed()
+        self.show_ready(view.has_all_inputs)
+        self.page.store_changed_choices()
 
-    def ready(self, ready: bool) -> None:
+    def show_ready(self, ready: bool) -> None:
         """Show whether the run can start. The Run button always stays enabled, and reports a missing input when it is
         pressed.
 
@@ -513,7 +514,7 @@ class InputPanel:
         can_start = ready or (self.reading and not self.page.run.running)
         self.begin.props(f'aria-disabled="{"false" if can_start else "true"}"')
 
-    def page_run(self) -> None:
+    def request_run(self) -> None:
         """Start the run. If a reading is in progress, the run starts after the reading."""
         view, w = self.view, self.view.words
         if self.page.run.running:
@@ -521,28 +522,28 @@ class InputPanel:
         elif self.reading:
             self._run_wanted = True
             self.page.show_message(w("run.when_read", name=view.name), stays=True)
-        elif not view.ready:
-            self.page.show_message(w(self._missing_input_text()))
+        elif not view.has_all_inputs:
+            self.page.show_message(w(self._missing_input_key()))
         elif view.edited:  # run the visible order
             self.page.run.edit.run_edited_order()
         else:
             self.page.run.start()
 
-    def _missing_input_text(self) -> str:
+    def _missing_input_key(self) -> str:
         view = self.view
         if view.work == "nest":
             return "parts.none"
         return "open.second_missing" if view.source and view.work == "verify" else "command.none"
 
 
-def _read(view: View, work: str, reading: PreviewReading) -> tuple[Preview | None, str]:
+def _read_or_error(view: View, work: str, reading: PreviewReading) -> tuple[Preview | None, str]:
     try:
         return view.read_preview(work, reading.work, reading.record_progress), ""
     except Exception as problem:
         return None, error_line(problem)
 
 
-def work_of_task(task: Task, name: str) -> str:
+def task_work(task: Task, name: str) -> str:
     """Return the kind of work that a task belongs to."""
     if task.command != "optimize":
         return "solve" if task.command == "study" else task.command  # leafcut 0.2 had studies
@@ -572,7 +573,7 @@ class WorkChoice(Element, component="../static/works.js"):
 def work_cards(kinds: tuple[str, ...], seen: Preview | None, words: Words) -> list[dict[str, Any]]:
     """Return a card for each kind of work. Its thumbnail emphasizes the objects that this kind of work machines."""
     pictures = seen.whole.pictures if seen is not None else {}
-    return [{"name": work, "title": words.named("work", work), "picture": pictures.get(work)} for work in kinds]
+    return [{"name": work, "title": words.item_name("work", work), "picture": pictures.get(work)} for work in kinds]
 
 
 def suggestion_words(seen: Preview | None, words: Words) -> str:
@@ -580,5 +581,5 @@ def suggestion_words(seen: Preview | None, words: Words) -> str:
     if seen is None or len(seen.whole.suits) < 2:
         return ""
     work, best = next(iter(seen.whole.suits.items()))
-    reason = words.named("guess", best.reason).format(**best.figures)
-    return words("choose.suggested", work=words.named("work", work), why=reason)
+    reason = words.item_name("guess", best.reason).format(**best.figures)
+    return words("choose.suggested", work=words.item_name("work", work), why=reason)

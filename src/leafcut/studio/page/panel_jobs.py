@@ -17,7 +17,7 @@ from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.forms import changed_values, value_words
 from leafcut.studio.page.job_words import machine_and_changed_options, result_words, search_terms
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_input import work_of_task
+from leafcut.studio.page.panel_input import task_work
 from leafcut.studio.wording import Words, day_and_time
 from leafcut.units import format_length, format_time
 
@@ -60,27 +60,27 @@ class JobsPanel:
             self.queue = QueueCard(w, view.studio.jobs, page.open_job, self.draw)
             self.compared = box("section", "card compare", aria_label=w("compare.title"))
             self.place = box("div", "found")
-        find.on("input", self._find, throttle=_PACE, leading_events=False, js_handler="(e) => emit(e.target.value)")
+        find.on("input", self._search, throttle=_PACE, leading_events=False, js_handler="(e) => emit(e.target.value)")
 
     def tick(self) -> None:
         """Update the table if the state of any job has changed."""
-        if self._states() != self._drawn:
+        if self._unfinished_states() != self._drawn:
             self.draw()
         else:
             self.queue.tick()
 
-    def _states(self) -> list[tuple[str, JobState]]:
+    def _unfinished_states(self) -> list[tuple[str, JobState]]:
         jobs = self.view.studio.jobs
-        order = [*jobs.running(), *jobs.waiting()]
+        order = [*jobs.unfinished_ids(), *jobs.waiting_ids()]
         return [(job, live.state) for job in order if (live := jobs.find_live_job(job)) is not None]
 
-    def _find(self, event: Any) -> None:
+    def _search(self, event: Any) -> None:
         self._wanted, self._skip = str(event.args), 0
         self._draw_list()
 
     def draw(self) -> None:
         """Show the current jobs."""
-        self._drawn = self._states()
+        self._drawn = self._unfinished_states()
         self.queue.draw()
         self._compare()
         self._draw_list()
@@ -113,7 +113,7 @@ class JobsPanel:
                         text("th", w(f"jobs.{key}"), classes, scope="col")
                 with box("tbody"):
                     for record in records:
-                        self._row(record)
+                        self._draw_row(record)
         return None
 
     def _draw_pager(self, shown: int, count: int) -> None:
@@ -125,15 +125,18 @@ class JobsPanel:
                 for name, target in (("newer", self._skip - MAX_ROWS), ("older", self._skip + MAX_ROWS)):
                     attributes = {} if 0 <= target < count else {"aria_disabled": "true"}
                     button(
-                        f"{w(f'jobs.{name}')}", lambda target=target: self._turn(target, count), "small", **attributes
+                        f"{w(f'jobs.{name}')}",
+                        lambda target=target: self._turn_page(target, count),
+                        "small",
+                        **attributes,
                     )
 
-    def _turn(self, target: int, count: int) -> None:
+    def _turn_page(self, target: int, count: int) -> None:
         if 0 <= target < count:
             self._skip = target
             self._draw_list()
 
-    def _row(self, record: JobRecord) -> None:
+    def _draw_row(self, record: JobRecord) -> None:
         w = self.view.words
         with box("tr", "", data_focus=f"job-{record.id}"):
             with box("td"):
@@ -149,7 +152,7 @@ class JobsPanel:
                 text("span", record.title, "", dir="auto")
                 chosen = machine_and_changed_options(record.task, self.view.studio.folder, w)
                 text("small", " · ".join(chosen), "chosen quiet", title=" · ".join(chosen), dir="auto")
-            text("td", w.named("work", work_of_task(record.task, record.title)), "quiet")
+            text("td", w.item_name("work", task_work(record.task, record.title)), "quiet")
             with box("td"):
                 tag = text("span", "", "tag")
             self._rows[record.id] = _ShownJob(tag, text("td", "", "n"))
@@ -163,7 +166,7 @@ class JobsPanel:
         w, row = self.view.words, self._rows[record.id]
         row.tag.set_text(w(f"state.{record.state.value}"))
         row.tag.classes(replace=f"tag {record.state.value}")
-        if row.tag.props.get("title") != (line := w.plain(record.line)):
+        if row.tag.props.get("title") != (line := w.translate_for_page(record.line)):
             row.tag.props["title"] = line
             row.tag.update()
         row.figures.set_text(result_words(record, w))
@@ -207,9 +210,9 @@ class JobsPanel:
                             text("small", f" {created}", "quiet")
                     text("td", "")
                 for title, part in (("compare.figures", rows), ("compare.options", chosen)):
-                    self._compared_rows(w(title), part)
+                    self._draw_compared_rows(w(title), part)
 
-    def _compared_rows(self, title: str, rows: list[ComparedRow]) -> None:
+    def _draw_compared_rows(self, title: str, rows: list[ComparedRow]) -> None:
         if not rows:
             return
         with box("tbody"):
@@ -239,10 +242,10 @@ class JobsPanel:
     def _delete(self, record: JobRecord) -> None:
         self.view.studio.jobs.delete(record.id)
         if self.view.job == record.id:
-            self.page.run.leave()
-            self.page.remember()
+            self.page.run.leave_job()
+            self.page.update_address()
             self.page.run.draw()
-            self.page.input.ready(bool(self.view.source))
+            self.page.input.show_ready(bool(self.view.source))
             self.page.result.draw()
         self.draw()
 
@@ -257,8 +260,8 @@ class QueueCard:
 
     def draw(self) -> None:
         """Show the current jobs."""
-        waiting = self._jobs.waiting()
-        running = [job for job in self._jobs.running() if job not in waiting]
+        waiting = self._jobs.waiting_ids()
+        running = [job for job in self._jobs.unfinished_ids() if job not in waiting]
         self._shares = {}
         self.place.clear()
         self.place.set_visibility(bool(running or waiting))
@@ -266,9 +269,9 @@ class QueueCard:
             text("h2", self._words("jobs.queue"), "minor")
             with box("ol"):
                 for job in running:
-                    self._row(job, 0, 0)
+                    self._draw_row(job, 0, 0)
                 for place, job in enumerate(waiting, 1):
-                    self._row(job, place, len(waiting))
+                    self._draw_row(job, place, len(waiting))
         self.tick()
 
     def tick(self) -> None:
@@ -280,7 +283,7 @@ class QueueCard:
                 if shown.text != share:
                     shown.set_text(share)
 
-    def _row(self, job: str, place: int, last: int) -> None:
+    def _draw_row(self, job: str, place: int, last: int) -> None:
         w, record = self._words, self._jobs.record(job)
         if record is None:
             return
@@ -297,13 +300,16 @@ class QueueCard:
                             continue
                         label = f"{w(f'jobs.{name}')}: {record.title}"
                         button(
-                            w(f"jobs.{name}"), lambda target=target: self._move(job, target), "small", aria_label=label
+                            w(f"jobs.{name}"),
+                            lambda target=target: self._move_job(job, target),
+                            "small",
+                            aria_label=label,
                         )
                 button(w("jobs.open"), lambda: self._open(job), "small")
                 button(w("run.cancel"), lambda: self._jobs.cancel(job), "small plain", data_sure=w("run.sure"))
 
-    def _move(self, job: str, place: int) -> None:
-        self._jobs.move(job, place)
+    def _move_job(self, job: str, place: int) -> None:
+        self._jobs.move_in_queue(job, place)
         self._on_change()
 
 
@@ -321,11 +327,11 @@ class ComparedRow:
         return self.one != self.other
 
 
-def _percent(value: float) -> str:
+def _percent_text(value: float) -> str:
     return f"{value:.2f} %"
 
 
-def _plain(value: Any) -> str:
+def _value_text(value: Any) -> str:
     return f"{value:,.10g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
@@ -333,20 +339,20 @@ def _plain(value: Any) -> str:
 _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
     ("result.before", ("before", "time_s"), format_time),
     ("result.after", ("after", "time_s"), format_time),
-    ("compare.saved", ("saved_percent",), _percent),
+    ("compare.saved", ("saved_percent",), _percent_text),
     ("result.travel", ("after", "travel_mm"), format_length),
     ("result.cutting", ("after", "cut_mm"), format_length),
     ("result.time", ("time_s",), format_time),
     ("result.rapid", ("rapid_mm",), format_length),
     ("result.feed", ("feed_mm",), format_length),
-    ("compare.length", ("length",), _plain),
-    ("compare.gap", ("gap_percent",), _percent),
-    ("result.lower_bound", ("lower_bound",), _plain),
-    ("result.iterations", ("iterations",), _plain),
-    ("result.machine", ("machine",), _plain),
-    ("result.dialect", ("dialect",), _plain),
-    ("result.algorithm", ("algorithm",), _plain),
-    ("result.seed", ("seed",), _plain),
+    ("compare.length", ("length",), _value_text),
+    ("compare.gap", ("gap_percent",), _percent_text),
+    ("result.lower_bound", ("lower_bound",), _value_text),
+    ("result.iterations", ("iterations",), _value_text),
+    ("result.machine", ("machine",), _value_text),
+    ("result.dialect", ("dialect",), _value_text),
+    ("result.algorithm", ("algorithm",), _value_text),
+    ("result.seed", ("seed",), _value_text),
     ("result.computing", ("seconds",), format_time),
 )
 
@@ -373,10 +379,10 @@ def compared_options(records: tuple[JobRecord, JobRecord], folder: Folder, words
     given = tuple(changed_values(record.task.options) for record in records)
     names = [name for _, name, _ in all_options() if name in given[0] or name in given[1]]
 
-    def shown(record: JobRecord, options: Mapping[str, Any], name: str) -> str:
+    def value_text(record: JobRecord, options: Mapping[str, Any], name: str) -> str:
         return value_words(name, options.get(name), words, folder, record.task.process)
 
     return [
-        ComparedRow(words.option(name), *(shown(*job, name) for job in zip(records, given, strict=True)))
+        ComparedRow(words.option_label(name), *(value_text(*job, name) for job in zip(records, given, strict=True)))
         for name in names
     ]

@@ -74,26 +74,26 @@ class LibraryPanel:
         self.draw()
 
     @property
-    def now(self) -> str:
+    def current_text(self) -> str:
         """The current text, which is the unsaved draft if there is one, and otherwise the saved text."""
         draft = self.view.studio.folder.draft(self.kind, self.chosen) if self.own else None
         return self._saved if draft is None else draft
 
-    def _read(self) -> None:
+    def _read_saved_text(self) -> None:
         self._saved = (
             library.own_text(self.view.studio.folder, self.kind, self.chosen)
             if self.own
             else library.shipped_text(self.kind, self.chosen)
         )
 
-    def _ensure_current(self) -> bool:
+    def _is_current_or_redraw(self) -> bool:
         """Return whether this page shows the current text. If it does not, update the page and show a message."""
         try:
-            self._read()
+            self._read_saved_text()
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
         else:
-            if self.now == self._shown:
+            if self.current_text == self._shown:
                 return True
             self.page.show_message(self.view.words("library.elsewhere", name=self.chosen), True)
         self.draw()
@@ -102,17 +102,17 @@ class LibraryPanel:
     def _draw_profile(self) -> None:
         w = self.view.words
         try:
-            self._read()
+            self._read_saved_text()
         except Exception as problem:
-            text("p", w.plain(error_line(problem)), "error")
+            text("p", w.translate_for_page(error_line(problem)), "error")
             return
         with box("div", "title"):
             text("h2", self.chosen)
             self.unsaved = text("span", w("library.unsaved"), "tag cancelled")
-            self.discard = button(w("library.discard"), self._discard, "small plain", data_sure=w("edit.sure"))
-            button(w("library.copy"), lambda: self._copy(self._saved), "small")
+            self.discard = button(w("library.discard"), self._discard_changes, "small plain", data_sure=w("edit.sure"))
+            button(w("library.copy"), lambda: self._copy_profile(self._saved), "small")
             if self.own:
-                button(w("library.delete"), self._delete, "small plain", data_sure=w("jobs.sure"))
+                button(w("library.delete"), self._delete_profile, "small plain", data_sure=w("jobs.sure"))
         if self.own:
             self._draw_save_bar()
         with box("div", "tabs", role="tablist", aria_label=self.chosen):
@@ -130,7 +130,7 @@ class LibraryPanel:
                 )
         with box("div", "", role="tabpanel", id=f"{self.kind}-panel", aria_labelledby=f"{self.kind}-{self.tab}"):
             self._draw_tab()
-        self._check()
+        self._check_and_show_problem()
 
     def _draw_save_bar(self) -> None:
         w, field = self.view.words, f"editor-name-{self.kind}"
@@ -142,7 +142,11 @@ class LibraryPanel:
             button(w("library.save"), None, "primary").props("type=submit")
             self.problem = box("p", "error problem", role="status")
         typed = "e.target.querySelector('input').value"
-        form.on("submit", lambda e: self._save(e.args), js_handler=f"(e) => {{ e.preventDefault(); emit({typed}); }}")
+        form.on(
+            "submit",
+            lambda e: self._save_profile(e.args),
+            js_handler=f"(e) => {{ e.preventDefault(); emit({typed}); }}",
+        )
 
     def _show_problem(self, problem: str, line: int) -> None:
         """Show an error with a link to its line, unless `line` is 0. If `problem` is empty, remove the error."""
@@ -159,9 +163,9 @@ class LibraryPanel:
 
     def _draw_tab(self) -> None:
         w, self.form, self.editor = self.view.words, None, None
-        data = profile_form.parse_profile(self.now)
+        data = profile_form.parse_profile(self.current_text)
         if self.tab == "toml":
-            self.editor = Editor(self.now, self._typed if self.own else None, f"{self.chosen}.toml")
+            self.editor = Editor(self.current_text, self._set_text if self.own else None, f"{self.chosen}.toml")
         elif data is None:
             text("p", w("library.no_form"), "quiet")
         elif self.kind == "tools":
@@ -171,7 +175,7 @@ class LibraryPanel:
 
     def _draw_form(self, data: dict[str, Any], table: Any) -> None:
         groups = self._form_groups(data, table)
-        form = self.form = Form(self.view.words, self._put, groups, fixed=not self.own)
+        form = self.form = Form(self.view.words, self._set_field, groups, fixed=not self.own)
         form.classes("profile")
         form.show(profile_form.form_values(self.array, table))
 
@@ -193,14 +197,14 @@ class LibraryPanel:
                     for number, row in enumerate(rows):
                         self._entry_button(array, number, profile_form.entry_title(array, row))
                     if self.own:
-                        button(w(f"library.add_{array}"), lambda array=array: self._add(array), "small")
+                        button(w(f"library.add_{array}"), lambda array=array: self._add_entry(array), "small")
             with box("div", "tool-one"):
                 if not entries[self.array]:
                     return
                 self._draw_form({}, entries[self.array][self.entry])
                 if self.own:
                     words = w(f"library.remove_{self.array}")
-                    button(words, self._remove, "small plain", data_sure=w("jobs.sure"))
+                    button(words, self._remove_entry, "small plain", data_sure=w("jobs.sure"))
 
     def _entry_button(self, array: str, number: int, title: str) -> None:
         is_current = (array, number) == (self.array, self.entry)
@@ -217,69 +221,69 @@ class LibraryPanel:
         self.array, self.entry = array, number
         self.draw()
 
-    def _add(self, array: str) -> None:
-        if self._edit(lambda words: profile_form.add_entry(words, array)):
+    def _add_entry(self, array: str) -> None:
+        if self._change_draft(lambda words: profile_form.add_entry(words, array)):
             self._choose_entry(
-                array, len(profile_form.array_entries(profile_form.parse_profile(self.now) or {}, array)) - 1
+                array, len(profile_form.array_entries(profile_form.parse_profile(self.current_text) or {}, array)) - 1
             )
 
-    def _remove(self) -> None:
-        if self._edit(lambda words: profile_form.remove_entry(words, self.array, self.entry)):
+    def _remove_entry(self) -> None:
+        if self._change_draft(lambda words: profile_form.remove_entry(words, self.array, self.entry)):
             self._choose_entry(self.array, max(self.entry - 1, 0))
 
-    def _edit(self, change: Callable[[str], str]) -> bool:
-        if not self._ensure_current():
+    def _change_draft(self, change: Callable[[str], str]) -> bool:
+        if not self._is_current_or_redraw():
             return False
         try:
             # Runs and lists use the saved text.
-            self.view.studio.folder.set_draft(self.kind, self.chosen, change(self.now))
+            self.view.studio.folder.set_draft(self.kind, self.chosen, change(self.current_text))
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
             self.draw()
             return False
         return True
 
-    def _put(self, name: str, value: Any, _: str) -> None:
-        if not self._edit(lambda words: profile_form.set_value(words, self.array, self.entry, name, value)):
+    def _set_field(self, name: str, value: Any, _: str) -> None:
+        if not self._change_draft(lambda words: profile_form.set_value(words, self.array, self.entry, name, value)):
             return
-        data = profile_form.parse_profile(self.now) or {}
+        data = profile_form.parse_profile(self.current_text) or {}
         rows = profile_form.array_entries(data, self.array) if self.array else [data]
         if self.form is not None and self.entry < len(rows):
             row = rows[self.entry]
             if self.array and self._title is not None:
                 self._title.set_text(profile_form.entry_title(self.array, row))
             self.form.show(profile_form.form_values(self.array, row), groups=self._form_groups(data, row))
-        self._check()
+        self._check_and_show_problem()
 
-    def _typed(self, words: str) -> None:
-        if self._edit(lambda _: words):
-            self._check()
+    def _set_text(self, words: str) -> None:
+        if self._change_draft(lambda _: words):
+            self._check_and_show_problem()
 
-    def _drop_draft(self, name: str) -> None:
+    def _delete_draft(self, name: str) -> None:
         self.view.studio.folder.set_draft(self.kind, name, None)
 
-    def _discard(self) -> None:
-        if not self._ensure_current():
+    def _discard_changes(self) -> None:
+        if not self._is_current_or_redraw():
             return
-        self._drop_draft(self.chosen)
+        self._delete_draft(self.chosen)
         self.draw()
 
-    def _check(self) -> None:
-        self._shown = self.now
+    def _check_and_show_problem(self) -> None:
+        self._shown = self.current_text
         for part in (self.unsaved, self.discard):
-            part.set_visibility(self.now != self._saved)
+            part.set_visibility(self.current_text != self._saved)
         if not self.own:
             return
         problem, place = "", DataError("")
         try:
-            library.check_profile(self.kind, self.chosen, self.now)
+            library.check_profile(self.kind, self.chosen, self.current_text)
         except OptionError as refusal:
             place = refusal if isinstance(refusal, DataError) else place
-            problem = self.view.words.plain(str(refusal))
+            problem = self.view.words.translate_for_page(str(refusal))
         line = place.line or 0
         self._show_problem(problem, line)
         if self.editor is not None:
-            self.editor.show(self.now, line, problem)
+            self.editor.show(self.current_text, line, problem)
         if self.form is not None:
             name = f"{place.table}.{place.key}" if place.table and not self.array else place.key
             is_here = not self.array or (place.table, place.number) == (self.array, self.entry + 1)
@@ -292,7 +296,7 @@ class LibraryPanel:
         if self.editor is not None:
             self.editor.run_method("go")
 
-    def _copy(self, words: str) -> None:
+    def _copy_profile(self, words: str) -> None:
         taken = {*self.view.studio.folder.own_names(self.kind), *library.shipped_names(self.kind)}
         base = f"my-{self.chosen.removeprefix('my-')}"
         names = [base, *(f"{base}-{number}" for number in range(2, 1000))]
@@ -303,17 +307,17 @@ class LibraryPanel:
         """Rename a profile if it is a machine. Otherwise, return the profile unchanged."""
         return profile_form.rename_profile(words, shown, name) if self.kind == "machines" else words
 
-    def _save(self, name: str) -> None:
-        if not self._ensure_current():
+    def _save_profile(self, name: str) -> None:
+        if not self._is_current_or_redraw():
             return
         shown, name = self.chosen, name.strip()
         if name != shown and name in self.view.studio.folder.own_names(self.kind) and name != self._asked:
             self._asked = name
             self.page.show_message(self.view.words("library.taken", name=name), True)
             return
-        words = self.now if name == shown else self._rename_in_text(self.now, shown, name)
+        words = self.current_text if name == shown else self._rename_in_text(self.current_text, shown, name)
         if self._write_profile(name, words):
-            self._drop_draft(shown)
+            self._delete_draft(shown)
 
     def _write_profile(self, name: str, words: str) -> bool:
         try:
@@ -322,13 +326,13 @@ class LibraryPanel:
             self.page.show_message(error_line(problem), True)
             return False
         self.page.show_message(self.view.words("library.saved", name=name))
-        self._drop_draft(name)
+        self._delete_draft(name)
         self.choose(name, True)
         self.page.input.draw()
         return True
 
-    def _delete(self) -> None:
+    def _delete_profile(self) -> None:
         library.delete_profile(self.view.studio.folder, self.kind, self.chosen)
-        self._drop_draft(self.chosen)
+        self._delete_draft(self.chosen)
         self.choose(library.shipped_names(self.kind)[0], False)
         self.page.input.draw()

@@ -41,12 +41,12 @@ PACES = {"full": None, "20": 20.0, "5": 5.0, "1": 1.0, "step": None}
 _EVERY = 1.0
 
 
-def watch_of(pace: str) -> Watch:
+def watch_at_pace(pace: str) -> Watch:
     """Create a watch with one of the `PACES`."""
     return Watch(PACES[pace], paused=pace == "step")
 
 
-def pace_of(watch: Watch) -> str:
+def watch_pace(watch: Watch) -> str:
     """Return the current speed of a search as a key of `PACES`."""
     speeds = [pace for pace, speed in PACES.items() if speed is not None and speed == watch.speed]
     return speeds[0] if speeds else "step" if watch.paused else "full"
@@ -79,12 +79,12 @@ class LivePanel:
                     self.workers = box("div")
             self.track = box("progress", "", max="1", value="0", aria_label=w("run.progress"))
             with box("div", "ends", data_focus_after=".left [data-key~=r]"):
-                button(w("run.stop"), self._stop, "", data_key="s esc")
-                button(w("run.cancel"), self._cancel, "plain", data_sure=w("run.sure"))
+                button(w("run.stop"), self._stop_job, "", data_key="s esc")
+                button(w("run.cancel"), self._cancel_job, "plain", data_sure=w("run.sure"))
                 with box("div", "study", role="group", aria_label=w("run.study")) as self.study:
                     self.iteration = text("span", "", "quiet figure")
-                    self.hold = button(w("run.pause"), self._hold, "", data_key="p")
-                    button(w("run.step"), self._step, "", data_key="n")
+                    self.hold = button(w("run.pause"), self._toggle_pause, "", data_key="p")
+                    button(w("run.step"), self._make_step, "", data_key="n")
                     self.pace = Form(w, self._set_pace, [pace_field(view)])
             self.lesson = LessonPanel(w)
         self.clear()
@@ -104,28 +104,28 @@ class LivePanel:
         number, snapshot = live.watch.poll()
         seconds = time.perf_counter() - live.began if live.began else 0.0
         now = (live.state, live.latest, live.latest_s, int(seconds))
-        figures = (*now, pace_of(live.watch), live.watch.paused, live.watch.can_hold)
+        figures = (*now, watch_pace(live.watch), live.watch.paused, live.watch.can_pause)
         if figures != self._shown_figures:
             self._shown_figures = figures
-            self._figures(live, seconds)
+            self._show_figures(live, seconds)
         if snapshot is not None and number != self._number:
             self._number = number
-            self._draw(snapshot)
+            self._draw_snapshot(snapshot)
         self.lesson.show(snapshot, live.watch.paused)
 
-    def _figures(self, live: LiveJob, seconds: float) -> None:
+    def _show_figures(self, live: LiveJob, seconds: float) -> None:
         w, latest = self.view.words, live.latest
         self.place.set_visibility(True)
         self.what.set_text(
             w.translate(latest.step) or w("run.waiting" if live.state is JobState.WAITING else "run.reading")
         )
-        unit = live.call.unit
+        unit = live.call.objective_unit
         self.cost.set_text("" if latest.cost is None else f"{latest.cost:,.2f} {unit}".strip())
         self.gap.set_text("" if latest.gap is None else w("run.gap", percent=f"{100 * latest.gap:.2f}"))
         self.time.set_text(format_time(seconds) if seconds >= 1 else "")
         self.track.props(f"value={latest.share:.4f}")
-        self.study.set_visibility(live.watch.can_hold)
-        self.pace.show({"pace": pace_of(live.watch)})
+        self.study.set_visibility(live.watch.can_pause)
+        self.pace.show({"pace": watch_pace(live.watch)})
         self.hold.set_text(w("run.go_on" if live.watch.paused else "run.pause"))
         bound = None if latest.gap is None or latest.cost is None else latest.cost / (1.0 + latest.gap)
         picture = live.watch.picture  # the job's thread replaces the watch at the end
@@ -144,7 +144,7 @@ class LivePanel:
             shown.append((points[-1][0] - start_s, points[-1][1]))
             self.chart.show(*convergence_chart(shown, bound, unit, words, live.latest_s - start_s))
 
-    def _draw(self, snapshot: Snapshot) -> None:
+    def _draw_snapshot(self, snapshot: Snapshot) -> None:
         if len(snapshot.path):
             self.canvas.show(path_scene(snapshot.path), "live")
         pheromone = snapshot.pheromone
@@ -176,34 +176,34 @@ class LivePanel:
             )
             bar_chart(self.workers, rows)
 
-    def _job(self) -> LiveJob | None:
+    def _live_job(self) -> LiveJob | None:
         return self.view.studio.jobs.find_live_job(self.view.job or "")
 
-    def _stop(self) -> None:
+    def _stop_job(self) -> None:
         if self.view.job is not None:
             self.view.studio.jobs.stop(self.view.job)
             self.page.show_message(self.view.words("run.stopping"), stays=True)
 
-    def _cancel(self) -> None:
-        live = self._job()
-        if live is not None and not live.state.over:
+    def _cancel_job(self) -> None:
+        live = self._live_job()
+        if live is not None and not live.state.is_over:
             self.view.studio.jobs.cancel(live.id)
             self.page.show_message(self.view.words("run.cancelling"), stays=True)
 
-    def _hold(self) -> None:
-        live = self._job()
+    def _toggle_pause(self) -> None:
+        live = self._live_job()
         if live is not None:
             live.watch.pause(not live.watch.paused)
 
-    def _step(self) -> None:
-        live = self._job()
+    def _make_step(self) -> None:
+        live = self._live_job()
         if live is not None:
             live.watch.step()
 
     def _set_pace(self, _: str, value: str, __: str) -> None:
         self.view.pace = value
-        live = self._job()
-        if live is not None and not live.state.over:
+        live = self._live_job()
+        if live is not None and not live.state.is_over:
             live.watch.go(PACES[value])
             live.watch.pause(value == "step")
         self.page.input.draw_pace()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.studio.jobs.history import JobRecord, JobState
 from leafcut.studio.jobs.jobs import error_line
-from leafcut.studio.jobs.sheets import GOING, SheetOfNest, compare_variants, plan_cuts, sheets_in_answer
+from leafcut.studio.jobs.sheets import GOING, SheetOfNest, compare_variants, sheets_in_answer, start_cut_planning
 from leafcut.studio.page import headline
 from leafcut.studio.page.elements import Form, box, button, link, text
 from leafcut.studio.page.page_state import View
@@ -55,8 +55,8 @@ class NestPanel:
         text("p", w("nest.verified_placed" if missing else "nest.verified"), "badge")
         self.variants = box("div", "variants")
         with box("section", "cuts", aria_label=w("group.cuts")):
-            self.form = Form(w, self._put, on_refused=lambda line: self.page.show_message(line, True))
-            button(w("nest.compare"), self._plan, "primary wide")
+            self.form = Form(w, self._set_option, on_refused=lambda line: self.page.show_message(line, True))
+            button(w("nest.compare"), self._start_cut_planning, "primary wide")
             text("p", w("nest.compare_text"), "quiet small")
         self._show_form()
         self._draw_variants()
@@ -93,10 +93,10 @@ class NestPanel:
                         text("th", w(f"nest.{key}"), classes, scope="col")
                 with box("tbody"):
                     for number, variant in enumerate(self._answer["variants"], 1):
-                        self._variant(number, variant, timed)
+                        self._draw_variant(number, variant, timed)
             self._draw_sheets()
 
-    def _variant(self, number: int, variant: dict[str, Any], timed: bool) -> None:
+    def _draw_variant(self, number: int, variant: dict[str, Any], timed: bool) -> None:
         w, row = self.view.words, self._rows[number - 1]
         is_current = number == self.view.sheet[0]
         with box("tr", "here" if is_current else ""):
@@ -105,7 +105,7 @@ class NestPanel:
                 words = f"{number} · {w('nest.' + variant['method'])}"
                 button(
                     words,
-                    lambda: self.show(number, 1),
+                    lambda: self.show_sheet(number, 1),
                     "small",
                     aria_pressed=pressed,
                     title=w("nest.seed", seed=variant["seed"]),
@@ -113,11 +113,16 @@ class NestPanel:
             text("td", f"{variant['utilisation_of_used_percent']:.1f}", "n")
             text("td", str(variant["sheets"]), "n")
             if timed:
-                text("td", self._time(row), "n best" if row["quickest"] else "n", title=w.plain(row["line"]))
+                text(
+                    "td",
+                    self._time_text(row),
+                    "n best" if row["quickest"] else "n",
+                    title=w.translate_for_page(row["line"]),
+                )
             else:
                 text("td", f"{variant['used_length_of_last_mm']:,.0f} mm", "n")
 
-    def _time(self, row: dict[str, Any]) -> str:
+    def _time_text(self, row: dict[str, Any]) -> str:
         w = self.view.words
         if row["time_s"] is not None:
             return format_time(row["time_s"])
@@ -130,20 +135,20 @@ class NestPanel:
         sheets = [sheet for sheet in self._sheets if sheet.variant == self.view.sheet[0]]
         with box("ul", "sheets", aria_label=w("nest.sheets_of", number=self.view.sheet[0])):
             for sheet in sheets:
-                self._sheet(sheet, variant["layouts"][sheet.number - 1], row["jobs"][sheet.number - 1])
+                self._draw_sheet(sheet, variant["layouts"][sheet.number - 1], row["jobs"][sheet.number - 1])
         if row["time_s"] is not None:
             figures = w("nest.cut", metres=f"{row['cut_mm'] / 1000.0:,.1f}", pierces=f"{row['pierces']:,}")
             cost = "" if row["cost"] is None else w("nest.cost", cost=f"{row['cost']:,.2f}")
             text("p", f"{figures}{cost}", "quiet small")
         if row["line"]:
-            text("p", w.plain(row["line"]), "error small")
+            text("p", w.translate_for_page(row["line"]), "error small")
         if variant["cost"] is not None:
             text("p", w("nest.sheets_cost", cost=f"{variant['cost']:,.2f}"), "quiet small")
         if variant["unplaced"]:
             left = ", ".join(f"{count} × {name}" for name, count in list(variant["unplaced"].items())[:5])
             text("p", w("nest.unplaced", left=left), "error")
 
-    def _sheet(self, sheet: SheetOfNest, layout: dict[str, Any], job: str | None) -> None:
+    def _draw_sheet(self, sheet: SheetOfNest, layout: dict[str, Any], job: str | None) -> None:
         w = self.view.words
         record = None if job is None else self.view.studio.jobs.record(job)
         with box("li", "here" if (sheet.variant, sheet.number) == self.view.sheet else ""):
@@ -151,7 +156,11 @@ class NestPanel:
             words = w("nest.sheet", number=sheet.number) + (f" × {sheet.count}" if sheet.count > 1 else "")
             parts = ", ".join(f"{count} × {name}" for name, count in layout["parts"].items())
             button(
-                words, lambda: self.show(sheet.variant, sheet.number), "small plain", aria_pressed=pressed, title=parts
+                words,
+                lambda: self.show_sheet(sheet.variant, sheet.number),
+                "small plain",
+                aria_pressed=pressed,
+                title=parts,
             )
             text("span", w("nest.parts", number=sum(layout["parts"].values())), "quiet small")
             link(
@@ -161,31 +170,31 @@ class NestPanel:
                 download=sheet.file,
                 title=sheet.file,
             )
-            if record is not None and record.state.kept:
+            if record is not None and record.state.has_result:
                 button(w("nest.program"), lambda: self.page.open_job(record.id), "small")
             else:
-                button(w("nest.take"), lambda: self.page.input.cut(sheet), "small", title=w("nest.take_text"))
+                button(w("nest.take"), lambda: self.page.input.open_sheet(sheet), "small", title=w("nest.take_text"))
 
-    def show(self, variant: int, number: int) -> None:
+    def show_sheet(self, variant: int, number: int) -> None:
         """Show a sheet of a variant in the drawing."""
         self.view.sheet = (variant, number)
         self.page.run.draw()
         self._draw_variants()
 
     def _show_form(self) -> None:
-        self.form.show(self.view.values, self.view.table.shown, self.view.field_errors(), self.view.cut_form())
+        self.form.show(self.view.values, self.view.table.file_names, self.view.field_errors(), self.view.cut_form())
 
-    def _put(self, name: str, value: Any, shown: str) -> None:
-        self.view.table.put(name, value, shown)
+    def _set_option(self, name: str, value: Any, shown: str) -> None:
+        self.view.table.set_value(name, value, shown)
         self._show_form()
         self.page.input.draw()
 
-    def _plan(self) -> None:
+    def _start_cut_planning(self) -> None:
         view = self.view
         if self._record is None:
             return
         try:
-            plan_cuts(view.studio.jobs, self._record.id, view.cut_options())
+            start_cut_planning(view.studio.jobs, self._record.id, view.cut_options())
         except Exception as problem:
             self.page.show_message(error_line(problem), True)
             return

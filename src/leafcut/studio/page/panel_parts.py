@@ -28,7 +28,7 @@ class PartsPanel:
         self._one_by_one = asyncio.Lock()
         w = view.words
         with box("div", "parts") as self.place:
-            self.rows = PartsTable(w.section("parts"), self._change, self._remove, self._show_drawing)
+            self.rows = PartsTable(w.section("parts"), self._change_part, self._remove_part, self._show_drawing)
             self.hint = text("p", w("parts.hint"), "quiet small")
 
     def draw(self) -> None:
@@ -48,25 +48,25 @@ class PartsPanel:
         ]
         self.rows.show(rows, str(view.values.get("rotations") or "0,90,180,270").replace(",", " "))
 
-    async def take(self, source: str, name: str) -> bool:
+    async def add_part_or_list(self, source: str, name: str) -> bool:
         """Add a drawing or apply a parts list. Return False for all other files."""
         if source.startswith(BUILT_IN):
             return False
         async with self._one_by_one:
             if name.lower().endswith(".csv"):
                 self._list = source
-                self._follow_list()
-                self._drawn()
+                self._apply_parts_list()
+                self._redraw_page()
                 return True
-            return await self._add(source, name)
+            return await self._add_part(source, name)
 
-    async def _add(self, source: str, name: str) -> bool:
+    async def _add_part(self, source: str, name: str) -> bool:
         view = self.view
         parts = view.parts
         seen, line, newest = await self.page.input.read_preview(replace(view, source=source, name=name), "nest")
         if line:
             self.page.show_message(line, True)
-            self.page.input.ready(view.ready)
+            self.page.input.show_ready(view.has_all_inputs)
             return True
         if view.work != "nest" or view.parts is not parts:
             return True  # the user has left nesting meanwhile
@@ -74,28 +74,28 @@ class PartsPanel:
             return False
         if seen.error and view.source:  # keep the open input
             self.page.show_message(seen.error, True)
-            self.page.input.ready(view.ready)
+            self.page.input.show_ready(view.has_all_inputs)
             return True
-        if not seen.error and (existing := self._same_part(source, name)):
+        if not seen.error and (existing := self._find_same_part(source, name)):
             self.page.show_message(view.words("parts.there", name=name))
-            view.studio.folder.drop_inputs([source])
+            view.studio.folder.delete_inputs([source])
             source = existing
         if newest:
-            view.take(source, name)
+            view.switch_input(source, name)
             view.seen = seen
-            self.page.run.leave()
+            self.page.run.leave_job()
         if seen.error:
             self.page.show_message(seen.error, True)
         elif source not in {part.input for part in parts}:
             self.page.show_message("")
             view.parts.append(WantedPart(source))
             view.part_names[source] = name
-            self._follow_list()
-        self.page.remember()
-        self._drawn()
+            self._apply_parts_list()
+        self.page.update_address()
+        self._redraw_page()
         return True
 
-    def _same_part(self, source: str, name: str) -> str:
+    def _find_same_part(self, source: str, name: str) -> str:
         view, folder = self.view, self.view.studio.folder
         for part in view.parts:
             if view.part_names.get(part.input) == name and part.input != source and not part.input.startswith(BUILT_IN):
@@ -113,7 +113,7 @@ class PartsPanel:
             view.parts.append(WantedPart(view.source))
             view.part_names[view.source] = view.name
 
-    def _follow_list(self) -> None:
+    def _apply_parts_list(self) -> None:
         view = self.view
         if not self._list:
             return
@@ -122,7 +122,7 @@ class PartsPanel:
             parts, missing = read_parts_list(view.studio.folder.input_path(self._list), opened)
         except LeafcutError as problem:
             self._list = ""
-            self.page.show_message(view.studio.folder.without_paths(str(problem)), True)
+            self.page.show_message(view.studio.folder.hide_paths(str(problem)), True)
             return
         listed = {part.input for part in parts}
         view.parts = [*(part for part in view.parts if part.input not in listed), *parts]
@@ -132,15 +132,15 @@ class PartsPanel:
             self._list = ""
             self.page.show_message(view.words("parts.listed", number=len(parts)))
 
-    def _index(self, row: str) -> int | None:
+    def _part_index(self, row: str) -> int | None:
         """Return the index of the part in a row.
 
         The result is None if the row no longer exists, for example after a double click.
         """
         return next((index for index, part in enumerate(self.view.parts) if _row_id(index, part) == row), None)
 
-    def _change(self, row: str, key: str, typed: str) -> None:
-        view, index = self.view, self._index(row)
+    def _change_part(self, row: str, key: str, typed: str) -> None:
+        view, index = self.view, self._part_index(row)
         if index is None:
             return
         try:
@@ -154,25 +154,25 @@ class PartsPanel:
             return
         self.page.show_message("")
         view.parts[index] = replace(view.parts[index], **changes)
-        self._drawn()
+        self._redraw_page()
 
-    def _remove(self, row: str) -> None:
-        index = self._index(row)
+    def _remove_part(self, row: str) -> None:
+        index = self._part_index(row)
         if index is not None:
             del self.view.parts[index]
-            self._drawn()
+            self._redraw_page()
 
     async def _show_drawing(self, row: str) -> None:
-        view, index = self.view, self._index(row)
+        view, index = self.view, self._part_index(row)
         if index is None:
             return
         source = view.parts[index].input
-        view.take(source, view.part_names[source])
-        self.page.run.leave()
-        self.page.remember()
-        await self.page.input.read("nest")
+        view.switch_input(source, view.part_names[source])
+        self.page.run.leave_job()
+        self.page.update_address()
+        await self.page.input.read_input("nest")
 
-    def _drawn(self) -> None:
+    def _redraw_page(self) -> None:
         self.page.input.draw()
         self.page.run.draw()
         self.page.result.draw()

@@ -30,7 +30,7 @@ def show_opened_program(view: View, drawing: Canvas) -> None:
     source = view.source
     drawn = view.seen is not None and "after" in view.seen.scenes
     folder = view.studio.folder
-    _add_program_text(view, drawing, None if drawn else lambda: program_scene(_text(folder, source)))
+    _add_program_text(view, drawing, None if drawn else lambda: program_scene(_input_text(folder, source)))
 
 
 def show_created_program(view: View, drawing: Canvas, record: JobRecord, answer: dict[str, Any]) -> bool:
@@ -38,13 +38,13 @@ def show_created_program(view: View, drawing: Canvas, record: JobRecord, answer:
     studio, command = view.studio, record.task.command
     names = studio.history.artefacts(record.id)
     if command in ("optimize", "verify") and "lines" in names:
-        _add_program_text(view, drawing, lambda: _compared(studio, record, answer))
+        _add_program_text(view, drawing, lambda: _compared_programs_scene(studio, record, answer))
     elif command == "optimize":
         _add_program_text(view, drawing, None)
     elif command == "solve" and "tour" in names:
         _add_program_text(view, drawing, lambda: program_scene(_artefact_text(studio, record, "tour")))
     elif command in ("simulate", "verify"):
-        _add_program_text(view, drawing, lambda: program_scene(_text(studio.folder, record.task.inputs[-1])))
+        _add_program_text(view, drawing, lambda: program_scene(_input_text(studio.folder, record.task.inputs[-1])))
     else:
         return False
     return True
@@ -54,16 +54,16 @@ def _add_program_text(view: View, drawing: Canvas, source: Callable[[], bytes] |
     ProgramText(drawing, view.words.section("canvas"), source).classes("code")
 
 
-def _compared(studio: Studio, record: JobRecord, answer: dict[str, Any]) -> bytes:
+def _compared_programs_scene(studio: Studio, record: JobRecord, answer: dict[str, Any]) -> bytes:
     inputs, verifying = record.task.inputs, record.task.command == "verify"
-    new = _text(studio.folder, inputs[1]) if verifying else _artefact_text(studio, record, "program")
+    new = _input_text(studio.folder, inputs[1]) if verifying else _artefact_text(studio, record, "program")
     kept = studio.history.artefact(record.id, "lines")
     pairs = np.frombuffer(zlib.decompress(kept.data), dtype=np.uint32) if kept is not None else ()
     rows = answer["differences"] if verifying else []
     lines = [pair for row in rows for pair in ((row["original"], row["new"]), *row.get("also", ()))]
     return program_scene(
         new,
-        _text(studio.folder, inputs[0]),
+        _input_text(studio.folder, inputs[0]),
         pairs,
         missing=[line for line, _ in lines if line],
         added=[line for _, line in lines if line],
@@ -76,8 +76,8 @@ def _artefact_text(studio: Studio, record: JobRecord, name: str) -> str:
     return "" if artefact is None else artefact.text
 
 
-def _text(folder: Folder, word: str) -> str:
+def _input_text(folder: Folder, word: str) -> str:
     try:
         return read_program(folder.input_path(word.partition(":")[0]))
     except LeafcutError as problem:
-        return folder.without_paths(str(problem))
+        return folder.hide_paths(str(problem))

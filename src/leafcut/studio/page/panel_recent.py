@@ -38,9 +38,9 @@ class RecentPanel:
             with box("ul"):
                 for recent in rows:
                     with box("li"):
-                        self._button(recent, "plain small")
+                        self._add_button(recent, "plain small")
                         text("span", day_and_time(recent.opened), "quiet small")
-            button(w("recent.clear"), self._clear, "plain small", data_sure=w("recent.sure"))
+            button(w("recent.clear"), self._clear_list, "plain small", data_sure=w("recent.sure"))
 
     def draw_short(self) -> None:
         """Show the most recent files and the page that was closed last in the current container."""
@@ -48,17 +48,17 @@ class RecentPanel:
         rows = self.view.studio.recent.newest()[:_SHORT]
         if last is not None:
             with box("p", "continue"):
-                button(w("recent.continue", name=str(last.get("name", ""))), lambda: self.page.resume(last))
+                button(w("recent.continue", name=str(last.get("name", ""))), lambda: self.page.restore_choices(last))
         if rows:
             with box("div", "try", role="group", aria_label=w("recent.title")):
                 text("span", w("recent.title"), "quiet")
                 for recent in rows:
-                    self._button(recent, "small")
+                    self._add_button(recent, "small")
 
-    def _button(self, recent: RecentFile, classes: str) -> None:
+    def _add_button(self, recent: RecentFile, classes: str) -> None:
         opening = lambda: self.page.input.open(recent.source, recent.name)  # noqa: E731
         button(recent.name, opening, classes, title=day_and_time(recent.opened), dir="auto")
 
-    def _clear(self) -> None:
+    def _clear_list(self) -> None:
         self.view.studio.recent.clear()
         self.draw()

@@ -74,13 +74,13 @@ class ResultPanel:
         self.place = box("div", "result")
         self.draw()
 
-    def choose(self, tab: str) -> None:
+    def choose_tab(self, tab: str) -> None:
         """Show one of the tabs."""
         self.tab = tab
         self.draw()
-        self.page.changed()
+        self.page.store_changed_choices()
 
-    def take_tab(self, tab: str) -> None:
+    def preselect_tab(self, tab: str) -> None:
         """Select the tab for the next result."""
         self.tab = tab if tab in _TABS else "summary"
 
@@ -100,7 +100,7 @@ class ResultPanel:
         answer = self.view.studio.history.answer(record.id)
         if answer is not None:
             self.page.announce(headline.announcement(record, answer, self.view.words))
-        self.page.changed()
+        self.page.store_changed_choices()
 
     def draw(self) -> None:
         """Show the result of the job, or explain why it has no result."""
@@ -108,7 +108,7 @@ class ResultPanel:
         record = view.studio.jobs.record(view.job) if view.job else None
         # At the end of a run, the middle column redraws everything. Drawing the result earlier would undo the user's
         # changes to a previous result.
-        over = record is not None and record.state.kept and not self.page.run.watching
+        over = record is not None and record.state.has_result and not self.page.run.watching
         if not over and is_program(view) and self._opened is not view.seen:
             self._opened, self.tab = view.seen, "program"
         reading = (view.seen, record.id if over and record is not None else "") if self.tab == "program" else None
@@ -169,11 +169,11 @@ class ResultPanel:
     def _draw_state_of_job(self, record: JobRecord | None) -> None:
         w = self.view.words
         live = None if record is None else self.view.studio.jobs.find_live_job(record.id)
-        if live is None or live.state.over:
+        if live is None or live.state.is_over:
             over = w("result.none") if record is None else w(f"state.{record.state.value}")
             line = record.line if record is not None and record.line else over
-            text("p", w.plain(line), "error" if record is not None and record.line else "quiet")
-        if live is not None and not live.state.over and live.call.command in _TRYING:
+            text("p", w.translate_for_page(line), "error" if record is not None and record.line else "quiet")
+        if live is not None and not live.state.is_over and live.call.command in _TRYING:
             self.tried = TriedPanel(w, live)
         if record is not None:
             self._draw_messages(record.id)
@@ -183,7 +183,11 @@ class ResultPanel:
         messages = self.view.studio.jobs.messages(job)
         text("h3", w("result.messages"))
         if messages:
-            table([("s", _NUMBER), ("", "")], [[f"{seconds:.2f}", w.plain(line)] for seconds, line in messages], "")
+            table(
+                [("s", _NUMBER), ("", "")],
+                [[f"{seconds:.2f}", w.translate_for_page(line)] for seconds, line in messages],
+                "",
+            )
         else:
             text("p", w("result.no_messages"), "quiet")
 
@@ -199,7 +203,7 @@ class ResultPanel:
                 chosen = "true" if tab == self.tab else "false"
                 button(
                     words,
-                    lambda tab=tab: self.choose(tab),
+                    lambda tab=tab: self.choose_tab(tab),
                     classes,
                     role="tab",
                     id=f"tab-{tab}",
@@ -251,11 +255,11 @@ class ResultPanel:
         with box("ul", classes):
             for issue in issues[:limit]:
                 with box("li"):
-                    meaning = self.view.words.issue(issue["code"])
+                    meaning = self.view.words.explain_issue(issue["code"])
                     language = self.view.words.language_of(issue["message"])
                     if meaning:
                         text("b", f"{meaning}: ")
-                    text("span", self.view.words.plain(issue["message"]), "", dir="auto", lang=language)
+                    text("span", self.view.words.translate_for_page(issue["message"]), "", dir="auto", lang=language)
             if len(issues) > limit:
                 text("li", self.view.words("open.more", number=len(issues) - limit))
 
@@ -370,7 +374,7 @@ class ResultPanel:
                 for number, row in enumerate(answer["differences"][:_MAX_ISSUES]):
                     with box("li"):
                         show = lambda number=number: self.page.run.canvas.select_difference(number)  # noqa: E731
-                        button(w.plain(row["words"]), show, "plain small", title=w("result.show_place"))
+                        button(w.translate_for_page(row["words"]), show, "plain small", title=w("result.show_place"))
 
     def _draw_simulated_time(self, answer: dict[str, Any]) -> None:
         w = self.view.words
@@ -419,7 +423,7 @@ class ResultPanel:
         w = self.view.words
         text("code", code)
         with box("div"):
-            if meaning := w.issue(code):
+            if meaning := w.explain_issue(code):
                 text("b", f"{meaning}.")
             foldable = len(issues) > _UNFOLDED + 1 and issues[0]["severity"] in ("warning", "note")
             limit = _UNFOLDED if foldable else len(issues)
@@ -434,9 +438,9 @@ class ResultPanel:
     def _draw_issue(self, issue: dict[str, str]) -> None:
         w = self.view.words
         with box("p"):
-            text("span", w.plain(issue["message"]), dir="auto", lang=w.language_of(issue["message"]))
+            text("span", w.translate_for_page(issue["message"]), dir="auto", lang=w.language_of(issue["message"]))
             if issue["place"]:
-                text("span", w.plain(issue["place"]), "quiet small")
+                text("span", w.translate_for_page(issue["place"]), "quiet small")
 
     def _draw_program(self, record: JobRecord, answer: dict[str, Any]) -> None:
         if not show_created_program(self.view, self.page.run.canvas, record, answer):

@@ -16,7 +16,7 @@ from leafcut.studio.jobs.jobs import error_line
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_edit import EditPanel
-from leafcut.studio.page.panel_live import LivePanel, watch_of
+from leafcut.studio.page.panel_live import LivePanel, watch_at_pace
 from leafcut.studio.page.panel_reading import ReadingPanel
 from leafcut.studio.page.panel_recent import RecentPanel
 
@@ -54,7 +54,7 @@ class RunPanel:
             )
             self.empty = box("div", "empty")
         with page.progress_place:
-            self.reading = ReadingPanel(w, page.input.cancel)
+            self.reading = ReadingPanel(w, page.input.cancel_reading)
             self.live = LivePanel(view, page, self.canvas)
         self.edit = EditPanel(view, page, self.canvas)
         self._drawn: object = None
@@ -62,7 +62,7 @@ class RunPanel:
         self._unseen: tuple[str, str] | None = None
         self.draw()
 
-    def invite(self) -> None:
+    def redraw_suggestions(self) -> None:
         """Redraw the suggestions on an empty page."""
         self._unseen = None
         self._show_why_empty()
@@ -83,7 +83,7 @@ class RunPanel:
                 return
             with box("div", "inviting"):
                 text("h2", view.words("empty.unseen", name=unseen[0]), "", dir="auto")
-                text("p", view.words.plain(unseen[1]), "quiet")
+                text("p", view.words.translate_for_page(unseen[1]), "quiet")
 
     def _draw_width_question(self, width: int, height: int) -> None:
         w = self.view.words
@@ -91,7 +91,7 @@ class RunPanel:
             text("h2", w("empty.how_wide"))
             text("p", w("empty.pixels", width=f"{width:,}", height=f"{height:,}"), "quiet")
             if self.view.seen is not None:
-                text("p", w.plain(self.view.seen.error), "quiet small")
+                text("p", w.translate_for_page(self.view.seen.error), "quiet small")
             with box("form", "to-place") as form:
                 text("label", w("empty.width"), for_="picture-width")
                 with box("span", "box"):
@@ -120,7 +120,7 @@ class RunPanel:
         text("p", w("empty.text"), "quiet small")
 
     def _forward_selection(self, event: GenericEventArguments) -> None:
-        self.edit.select(event)
+        self.edit.remember_selected_stop(event)
 
     def _forward_drag(self, event: GenericEventArguments) -> None:
         self.edit.drag(event)
@@ -131,7 +131,7 @@ class RunPanel:
     @property
     def running(self) -> bool:
         """Whether the visible job is still waiting or running."""
-        return self.view.job is not None and self.view.job in self.view.studio.jobs.running()
+        return self.view.job is not None and self.view.job in self.view.studio.jobs.unfinished_ids()
 
     def start(self) -> None:
         """Start a run with the current choices."""
@@ -141,43 +141,43 @@ class RunPanel:
         try:
             if view.invalid_values:
                 raise OptionError(next(iter(view.invalid_values.values())))
-            view.job = view.studio.jobs.start(view.task(), watch_of(view.pace if view.studied else "full"))
+            view.job = view.studio.jobs.start(view.build_task(), watch_at_pace(view.pace if view.is_study else "full"))
         except Exception as problem:
             self.page.show_message(error_line(problem), True)
             return
         self.page.show_message("")
-        self.page.remember()
-        self.watch()
+        self.page.update_address()
+        self.watch_job()
         self.page.result.draw()
 
-    def watch(self) -> None:
+    def watch_job(self) -> None:
         """Start to watch the page's job."""
         self.watching, self._n_announced = True, 0
         self.view.sheet = (1, 1)
-        self.edit.leave()
+        self.edit.discard()
         self.live.clear()
         self.draw()
         self.tick()
 
-    def leave(self) -> None:
+    def leave_job(self) -> None:
         """Stop showing a job. If it is running, it continues."""
         self.view.job, self.watching = None, False
-        self.edit.leave()
+        self.edit.discard()
         self.live.clear()
 
-    def resume(self) -> None:
+    def show_job_again(self) -> None:
         """Show the page's job again, with its progress or its result."""
         self.watching, self._n_announced = self.running, 0
         self.edit.end()
         self.live.clear()
         self.draw()
 
-    def tell_earlier(self, line: str) -> None:
+    def show_outdated_notice(self, line: str) -> None:
         """Show a notice that the drawing belongs to earlier choices. If the text is empty, remove the notice."""
         self.frame.props["data-earlier"] = line
         self.frame.update()
 
-    def forget(self) -> None:
+    def release_drawn(self) -> None:
         """Release the drawn objects."""
         self._drawn = None
 
@@ -187,8 +187,8 @@ class RunPanel:
         if not self.watching or self.view.job is None:
             return
         live = self.view.studio.jobs.find_live_job(self.view.job)
-        if live is not None and not live.state.over:
-            self.page.input.ready(False)
+        if live is not None and not live.state.is_over:
+            self.page.input.show_ready(False)
             self.live.show(live)
             if live.said != self._n_announced:
                 self._n_announced = live.said
@@ -199,14 +199,14 @@ class RunPanel:
         record = self.view.studio.jobs.record(self.view.job)
         if record is not None:
             self._announce_end(record)
-        if record is not None and record.state.kept:
+        if record is not None and record.state.has_result:
             self.draw()
             self.page.result.show_new_result(record)
         else:
-            if not self.edit.take_back():
+            if not self.edit.undo_failed_run():
                 self.draw()
             self.page.result.draw()
-        self.page.input.ready(self.view.ready)
+        self.page.input.show_ready(self.view.has_all_inputs)
 
     def _announce_end(self, record: JobRecord) -> None:
         w = self.view.words
@@ -228,7 +228,7 @@ class RunPanel:
         )  # a nest has no machine yet
         travel = machine_travel.as_shown() if machine_travel is not None else None
         # Program zero can be dragged only in the opened drawing, not in a result.
-        self.canvas.set_placement(travel, movable=now is seen and self.view.zero is not None)
+        self.canvas.set_placement(travel, movable=now is seen and self.view.program_zero is not None)
         if scenes and (now is self._drawn or (isinstance(now, str) and now == self._drawn)):
             return
         self._drawn = now
@@ -271,7 +271,7 @@ class RunPanel:
             }
             for layer in SOLIDS:
                 if (artefact := kept[layer]) is not None:
-                    scenes[layer] = translate_refusal(artefact.data, view.words.plain)
+                    scenes[layer] = translate_refusal(artefact.data, view.words.translate_for_page)
             background = self._background_layer()
             return f"{view.job}{'/whole' if background else ''}", scenes | background
         seen = view.seen
@@ -286,4 +286,4 @@ class RunPanel:
 
         If the scene contains a refusal, it is translated.
         """
-        return lambda: translate_refusal(make(), self.view.words.plain)
+        return lambda: translate_refusal(make(), self.view.words.translate_for_page)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from leafcut.report.wording import clock
+from leafcut.report.wording import clock_text
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
@@ -43,32 +43,34 @@ class StrategiesPanel:
                     text("th", w(f"result.{key}"), "n", scope="col")
             with box("tbody"):
                 for row in answer["strategies"]:
-                    self._row(row, f"way-{row['strategy']}" in known)
+                    self._draw_row(row, f"way-{row['strategy']}" in known)
         for row in answer["strategies"]:
             reason = row.get("refused") or row.get("passed_over")
             if reason:
-                text("p", f"{row['strategy']}: {w.plain(reason)}", "quiet small", lang=w.language_of(reason))
+                text(
+                    "p", f"{row['strategy']}: {w.translate_for_page(reason)}", "quiet small", lang=w.language_of(reason)
+                )
 
     def leave(self) -> None:
         """Draw the program instead of a strategy, unless the page shows a different job."""
         if self._shown and self.view.job == self._job:
-            self._put("")
+            self._draw_strategy("")
         self._shown = ""
 
-    def _row(self, row: dict[str, Any], drawn: bool) -> None:
+    def _draw_row(self, row: dict[str, Any], drawn: bool) -> None:
         name = row["strategy"]
         words = f"{name}\u00a0✓" if row["chosen"] else name
         with box("tr"):
             with box("th", scope="row"):
                 if drawn:
-                    show = lambda: self._put("" if self._shown == name else name)  # noqa: E731
+                    show = lambda: self._draw_strategy("" if self._shown == name else name)  # noqa: E731
                     self._buttons[name] = button(words, show, "small", aria_pressed="false")
                 else:
                     text("span", words)
-            for cell in _cells(row):
+            for cell in _figure_texts(row):
                 text("td", cell, "n")
 
-    def _put(self, name: str) -> None:
+    def _draw_strategy(self, name: str) -> None:
         """Draw the toolpath of a strategy. If `name` is empty, draw the program before and after."""
         self._shown = name
         canvas, history = self.page.run.canvas, self.view.studio.history
@@ -82,12 +84,12 @@ class StrategiesPanel:
             strategy_button.props(f'aria-pressed="{"true" if strategy == name else "false"}"')
 
 
-def _cells(row: dict[str, Any]) -> tuple[str, ...]:
+def _figure_texts(row: dict[str, Any]) -> tuple[str, ...]:
     if "refused" in row:
         return ("–",) * len(_FIGURES)
     return (
         format_length(row["feed_mm"] + row["rapid_mm"]),
         f"{row['retracts']:,}",
         f"{row['uncovered_percent']:.2f}",
-        clock(row["time_s"]),
+        clock_text(row["time_s"]),
     )

@@ -117,11 +117,11 @@ def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
     An empty value removes the key. The source of the changed value becomes `BY_HAND`. Raises `OptionError` if the text
     is not valid TOML, if the entry does not exist, or if the text has a different value in place of the key's table.
     """
-    document = _document(text)
+    document = _parse_document(text)
     key = next(key for key in profile_keys(array) if key.name == name)
     table: Any = document
     if array:
-        listed, place = _place(document, array, number)
+        listed, place = _array_and_index(document, array, number)
         table = listed[place]
     if key.table:
         if key.table not in table:
@@ -186,7 +186,7 @@ def array_entries(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]
     return [item for item in items if isinstance(item, Mapping)] if isinstance(items, list) else []
 
 
-def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[Any], int]:
+def _array_and_index(document: Mapping[str, Any], array: str, number: int) -> tuple[list[Any], int]:
     """Return an array, and the index of table `number` in this array. The array may also contain other values."""
     items = document.get(array)
     listed = items if isinstance(items, list) else []
@@ -198,7 +198,7 @@ def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[A
 
 def add_entry(text: str, array: str) -> str:
     """Add a new tool or a new recipe, and return the new text. Raises `OptionError` if the text is invalid."""
-    document = _document(text)
+    document = _parse_document(text)
     numbers = [tool.get("number") for tool in array_entries(document.unwrap(), "tool")]
     known = [number for number in numbers if isinstance(number, int)]
     entry_table = tomlkit.table()
@@ -223,8 +223,8 @@ def remove_entry(text: str, array: str, number: int) -> str:
 
     Raises `OptionError` if the text is invalid or does not have this entry.
     """
-    document = _document(text)
-    listed, place = _place(document, array, number)
+    document = _parse_document(text)
+    listed, place = _array_and_index(document, array, number)
     del listed[place]
     if not listed:
         document.pop(array)
@@ -234,7 +234,7 @@ def remove_entry(text: str, array: str, number: int) -> str:
 def rename_profile(text: str, shown: str, name: str) -> str:
     """If the name of a machine is `shown`, change it to `name`. Return the new text."""
     try:
-        document = _document(text)
+        document = _parse_document(text)
     except OptionError:
         return text
     if document.get("name") == shown:
@@ -256,7 +256,7 @@ def entry_title(array: str, entry: Mapping[str, Any]) -> str:
     return " · ".join(str(part) for part in parts if part)
 
 
-def _document(text: str) -> TOMLDocument:
+def _parse_document(text: str) -> TOMLDocument:
     try:
         return tomlkit.parse(text)
     except (ValueError, RecursionError) as problem:

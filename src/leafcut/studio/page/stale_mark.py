@@ -18,7 +18,7 @@ from leafcut.studio.jobs.task import OWN_KINDS, Task, nested_parts, source_displ
 from leafcut.studio.page import forms
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_input import work_of_task
+from leafcut.studio.page.panel_input import task_work
 from leafcut.studio.wording import Words
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class StaleMark:
         self._record = None
         if self._shown_changes:
             self._shown_changes = []
-            self.page.run.tell_earlier("")
+            self.page.run.show_outdated_notice("")
 
     def add_badge(self, badge: TextElement) -> None:
         """Mark a badge whenever the result is outdated."""
@@ -63,13 +63,13 @@ class StaleMark:
         record, w = self._record, self.view.words
         if record is None:
             return
-        changes = [difference.line(w) for difference in differences(record, self.view)]
+        changes = [difference.line(w) for difference in changed_choices(record, self.view)]
         if changes == self._shown_changes:
             return
         self._shown_changes = changes
         # If only the order was edited, the drawing already shows the edited order.
-        drawn = changes != [edited_by_hand(w).line(w)]
-        self.page.run.tell_earlier(w("stale.title") if changes and drawn else "")
+        drawn = changes != [edited_order_entry(w).line(w)]
+        self.page.run.show_outdated_notice(w("stale.title") if changes and drawn else "")
         lines = changes[:_MAX_LINES] + (
             [w("open.more", number=len(changes) - _MAX_LINES)] if len(changes) > _MAX_LINES else []
         )
@@ -99,14 +99,14 @@ class StaleMark:
         with box("div", "ends"):
             button(w("stale.again"), self._run_again, "small")
             if chosen:
-                button(w("stale.back"), self._back, "small plain", title=w("stale.back_text"))
+                button(w("stale.back"), self._restore_choices, "small plain", title=w("stale.back_text"))
 
     def _run_again(self) -> None:
-        self.page.input.page_run()
+        self.page.input.request_run()
 
-    async def _back(self) -> None:
+    async def _restore_choices(self) -> None:
         if self._record is not None:
-            await self.page.input.restore(self._record.task)
+            await self.page.input.restore_task(self._record.task)
 
 
 @dataclass(frozen=True)
@@ -122,20 +122,20 @@ class ChangedChoice:
         return words("stale.line", what=self.what, then=self.then, now=self.now)
 
 
-def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
+def changed_choices(record: JobRecord, view: View) -> list[ChangedChoice]:
     """Compare the choices on the page with the choices of a job. The most important differences come first."""
     task, w = record.task, view.words
-    work = work_of_task(task, record.title)
+    work = task_work(task, record.title)
     return [
         *_changed_work(task, work, view),
-        *_inputs(task, view),
-        *_options(task, work, view),
+        *_changed_inputs(task, view),
+        *_changed_options(task, work, view),
         *_changed_files(record, view.studio.folder, w),
-        *([edited_by_hand(w)] if view.edited else []),
+        *([edited_order_entry(w)] if view.edited else []),
     ]
 
 
-def edited_by_hand(words: Words) -> ChangedChoice:
+def edited_order_entry(words: Words) -> ChangedChoice:
     """Return the entry for an order that the user has edited since the run."""
     return ChangedChoice(words("stale.order"), words("stale.found"), words("stale.by_hand"))
 
@@ -143,28 +143,32 @@ def edited_by_hand(words: Words) -> ChangedChoice:
 def _changed_work(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
     w = view.words
     if work != view.work:
-        yield ChangedChoice(w("choose.work"), w.named("work", work), w.named("work", view.work))
+        yield ChangedChoice(w("choose.work"), w.item_name("work", work), w.item_name("work", view.work))
     elif work == "program" and task.process != view.process:
-        yield ChangedChoice(w("choose.process"), w.named("process", task.process), w.named("process", view.process))
+        yield ChangedChoice(
+            w("choose.process"), w.item_name("process", task.process), w.item_name("process", view.process)
+        )
 
 
-def _inputs(task: Task, view: View) -> Iterator[ChangedChoice]:
+def _changed_inputs(task: Task, view: View) -> Iterator[ChangedChoice]:
     w, folder = view.words, view.studio.folder
     if task.command == "nest" and view.work == "nest":
-        yield from _parts({part.input: part for part in nested_parts(task)}, view)
+        yield from _changed_parts({part.input: part for part in nested_parts(task)}, view)
     elif task.command != "nest" and task.inputs[0] != view.source:
-        yield ChangedChoice(w("open.title"), _called(task.inputs[0], folder), _called(view.source, folder))
+        yield ChangedChoice(
+            w("open.title"), _displayed_name(task.inputs[0], folder), _displayed_name(view.source, folder)
+        )
     if task.command == "verify" and view.work == "verify" and task.inputs[1] != view.second:
-        now = _called(view.second, folder) if view.second else w("form.none")
-        yield ChangedChoice(w("open.second"), _called(task.inputs[1], folder), now)
+        now = _displayed_name(view.second, folder) if view.second else w("form.none")
+        yield ChangedChoice(w("open.second"), _displayed_name(task.inputs[1], folder), now)
 
 
-def _parts(before: Mapping[str, WantedPart], view: View) -> Iterator[ChangedChoice]:
+def _changed_parts(before: Mapping[str, WantedPart], view: View) -> Iterator[ChangedChoice]:
     after = {part.input: part for part in view.parts}
     for input_id in {**before, **after}:
         old, new = before.get(input_id), after.get(input_id)
         if old != new:
-            name = view.part_names.get(input_id) or _called(input_id, view.studio.folder)
+            name = view.part_names.get(input_id) or _displayed_name(input_id, view.studio.folder)
             yield ChangedChoice(name, _part_text(old, view.words), _part_text(new, view.words))
 
 
@@ -174,7 +178,7 @@ def _part_text(part: WantedPart | None, words: Words) -> str:
     return f"× {part.quantity}" + (f" ({part.rotations}°)" if part.rotations else "")
 
 
-def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
+def _changed_options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
     before, after = forms.values_of_work(work, task.options), forms.values_of_work(view.work, view.values)
     names = dict.fromkeys([*before, *after])
     if work != view.work:  # options of only one kind of work are not listed in addition to the changed work
@@ -183,7 +187,7 @@ def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
     for name in names:
         if not _is_equal(name, before.get(name), after.get(name)):
             yield ChangedChoice(
-                view.words.option(name),
+                view.words.option_label(name),
                 forms.value_words(name, before.get(name), view.words, view.studio.folder, work),
                 forms.value_words(name, after.get(name), view.words, view.studio.folder, view.work),
             )
@@ -211,10 +215,10 @@ def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[
         own_name = value.removeprefix(OWN)
         with suppress(LeafcutError, OSError):
             if folder.own_path(kind, own_name).stat().st_mtime > record.created:
-                yield ChangedChoice(words.option(name), own_name, words("stale.saved"))
+                yield ChangedChoice(words.option_label(name), own_name, words("stale.saved"))
 
 
-def _called(word: str, folder: Folder) -> str:
+def _displayed_name(word: str, folder: Folder) -> str:
     with suppress(LeafcutError):
         return folder.input_path(word).name
     return source_display_name(word).removeprefix(OWN)

@@ -126,7 +126,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
             raise
         raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
     folder = root or data_folder()
-    with _listen(port) as listening, lock_folder(folder, "http://{}:{}".format(*listening.getsockname())):
+    with _open_socket(port) as listening, lock_folder(folder, "http://{}:{}".format(*listening.getsockname())):
         studio = open_with_rooms(folder, listening.getsockname()[1])
         app = build_api(studio)
         add_pages(app, studio)
@@ -188,7 +188,7 @@ def _create_server(config: Any, studio: Studio) -> Any:
     return Server(config)
 
 
-def _listen(port: int | None) -> socket.socket:
+def _open_socket(port: int | None) -> socket.socket:
     """Open a socket on the loopback interface. Raises `StudioError` if the port is in use or not permitted."""
     tried = range(PORT, PORT + _TRIED) if port is None else [port]
     for number in tried:

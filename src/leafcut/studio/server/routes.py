@@ -28,7 +28,7 @@ from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobRecord, possible_upload_ids
 from leafcut.studio.jobs.jobs import Jobs, error_line
 from leafcut.studio.jobs.nest_request import wanted_parts
-from leafcut.studio.jobs.sheets import compare_variants, plan_cuts, sheets_in_answer
+from leafcut.studio.jobs.sheets import compare_variants, sheets_in_answer, start_cut_planning
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.studio import STILL_POLICY, Studio
 
@@ -193,11 +193,11 @@ async def _run_to_end(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecor
     try:
         job = jobs.start(task)
     except BaseException:
-        jobs.folder.drop_inputs(possible_upload_ids([replace(task, options={})]) - {named})
+        jobs.folder.delete_inputs(possible_upload_ids([replace(task, options={})]) - {named})
         raise
-    await jobs.over(job)
+    await jobs.wait_without_blocking(job)
     record = jobs.record(job)
-    if record is None or not record.state.kept:
+    if record is None or not record.state.has_result:
         live = jobs.find_live_job(job)
         status = 500 if live is not None and live.internal else 422
         raise HTTPException(status, (record.line if record else "") or "the job was cancelled")
@@ -239,7 +239,7 @@ def _add_command_routes(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
         """Return the answer of ``leafcut nest --json``, the drawings by name as ``texts``, and the id as ``job``."""
         given, parts_wanted = _parse_options(options), wanted_parts([""] * len(files), parts)
         words = [
-            replace(part, input=await _store_upload(folder, file)).word
+            replace(part, input=await _store_upload(folder, file)).encoded
             for part, file in zip(parts_wanted, files, strict=True)
         ]
         task = Task("nest", tuple(words), "auto", given)
@@ -281,7 +281,7 @@ def _add_upload_route(routes: APIRouter, folder: Folder) -> None:
                     size += len(chunk)
                     output.write(chunk)
         except BaseException:
-            folder.drop_inputs([input_id])
+            folder.delete_inputs([input_id])
             raise
         return {"id": input_id, "name": path.name, "size": size}
 
@@ -292,7 +292,7 @@ def _add_points_route(routes: APIRouter, folder: Folder) -> None:
         from leafcut.read import read
         from leafcut.read.csvmap import holes_as_csv
 
-        part = read(folder.source(source))
+        part = read(folder.resolve_source(source))
         name = quote(f"{source.replace(':', '-')}.csv")
         headers = {
             "content-disposition": f"attachment; filename*=UTF-8''{name}",
@@ -316,7 +316,7 @@ def _job_answer(jobs: Jobs, record: JobRecord) -> dict[str, Any]:
         "error": record.line,
         "figures": record.figures,
         "progress": None
-        if latest is None or record.state.over
+        if latest is None or record.state.is_over
         else {"what": latest.step, "cost": latest.cost, "share": latest.share, "gap": latest.gap},
         "files": {name: file for name, file in jobs.history.artefacts(record.id).items() if file},
     }
@@ -363,8 +363,8 @@ def _add_job_routes(routes: APIRouter, jobs: Jobs) -> None:
     async def plan(job: JobId, options: Options = "{}") -> dict[str, Any]:
         """Plan the cuts, and return their time and cost for every variant. The jobs contain the programs."""
         _existing_record(jobs, job)
-        for cut_job in plan_cuts(jobs, job, _parse_options(options)):
-            await jobs.over(cut_job)
+        for cut_job in start_cut_planning(jobs, job, _parse_options(options)):
+            await jobs.wait_without_blocking(cut_job)
         return {"variants": compare_variants(jobs, job)}
 
     @routes.get("/jobs/{job}/cuts", summary="Time and cost of the cuts of a nest's variants that are planned already")

@@ -56,7 +56,7 @@ def test_the_places_beside_a_way_are_all_that_it_is_near_enough_to() -> None:
     ground = CoverageGrid(polygon, 0.5, 2.5, limit)
     ground.points_near(way, ~looked)  # known points change nothing
     places = ground.points_near(way, looked)
-    piece, place = places.near(way)
+    piece, place = places.pairs_within_limit(way)
     found = {(int(p), *places.points[k].round(6)) for p, k in zip(piece, place, strict=True) if looked[p]}
     low = np.array(polygon.bounds[:2])
     grid = low + 0.5 * np.array(list(itertools.product(range(140), range(140))))
@@ -79,9 +79,9 @@ def test_a_track_is_nearest_where_shapely_finds_it() -> None:
     points = np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 0.0), (10.0, 7.0), (3.0, 9.0)])
     places = np.random.default_rng(3).uniform(-4.0, 14.0, (50, 2))
     line = shapely.LineString(points)
-    away, stations = StationedPath(points).nearest(places)
+    away, stations = StationedPath(points).nearest_stations(places)
     assert away == pytest.approx(shapely.distance(line, shapely.points(places)))
-    feet = StationedPath(points).places(stations)
+    feet = StationedPath(points).positions_at(stations)
     assert np.hypot(*(feet - places).T) == pytest.approx(away)
     assert StationedPath(points).stations[-1] == pytest.approx(17.0 + math.hypot(7.0, 2.0))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from leafcut.model.problem import Metric
-from leafcut.processes.program.plan.resequencing import build_problem, find_sequence, piece_order
+from leafcut.processes.program.plan.resequencing import build_problem, find_sequence, tasks_from_nodes
 from rewriting import program_of
 
 MILL = "G21 G90 / T1 M6 / S1000 M3 / G0 Z5 / {} / G0 Z5 / X90 Y90 / G1 Z-1 F50 / X99 F200 / G0 Z5 / M5 / M2"
@@ -108,7 +108,7 @@ def test_a_cut_that_may_be_turned_is_a_cluster_of_two_nodes() -> None:
     assert problem.cluster.tolist() == [0, 1, 2, 0, 2]
     assert problem.entry.tolist() == [[0, 0], [30, 0], [90, 90], [5, 0], [99, 90]]
     assert problem.exit.tolist() == [[5, 0], [30, 0], [99, 90], [0, 0], [90, 90]]
-    assert piece_order(section, np.array([4, 1, 3])).tolist() == [~2, 1, ~0]
+    assert tasks_from_nodes(section, np.array([4, 1, 3])).tolist() == [~2, 1, ~0]
 
 
 def test_an_arc_with_the_beam_off_stays_behind_what_brings_the_tool_to_its_begin() -> None:

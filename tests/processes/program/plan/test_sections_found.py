@@ -29,7 +29,7 @@ def found(*bodies: str, process: str = "mill") -> tuple[Program, SectionFinder, 
     """Return a program, its section finder, and the resulting sequence."""
     program = program_of(" / ".join([HEAD, *bodies, "G0 Z20 / M5 / M2"]))
     finder = SectionFinder(program, process)
-    return program, finder, Sequence(tuple(finder.items()), process, (), ())
+    return program, finder, Sequence(tuple(finder.sections_and_fixed_blocks()), process, (), ())
 
 
 def places(sequence: Sequence) -> list[list[float]]:

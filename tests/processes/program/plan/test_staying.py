@@ -13,7 +13,7 @@ import pytest
 from leafcut.gcode.dialects import load_dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import StayGroup
-from leafcut.processes.program.plan.fixed_tasks import PHRASES, _immovable_tasks, count_pieces, group_stay_reasons
+from leafcut.processes.program.plan.fixed_tasks import PHRASES, _immovable_tasks, count_tasks, group_stay_reasons
 from leafcut.processes.program.plan.precedence import ties_from_pairs
 from leafcut.processes.program.plan.resequencing import find_sequence
 
@@ -98,7 +98,7 @@ CASES = (
 def staying(case: Case, body: str) -> tuple[tuple[StayGroup, ...], int]:
     """Return why pieces of a program stay, and how many pieces there are."""
     sequence = find_sequence(interpret_program(case.head + body, load_dialect(case.control)))
-    return group_stay_reasons(sequence, {}, False), count_pieces(sequence)
+    return group_stay_reasons(sequence, {}, False), count_tasks(sequence)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c.reason)

@@ -82,7 +82,7 @@ def test_the_initial_height_is_the_one_before_the_first_hole_of_a_series() -> No
     holes = "G99 G81 X0 Y0 Z-3 R1 F100 / X9 / M8 / X18 / G98 X20 / G80 / G0 Z9 / G0 X3 / G99 G81 X0 Z-3 R2 / X9"
     program = program_of(HEAD + holes + FOOT)
     original = OriginalPositions(program)
-    height = {int(program.line[block]): original.initial_before(block) for block in range(program.n_blocks)}
+    height = {int(program.line[block]): original.initial_height_before(block) for block in range(program.n_blocks)}
     assert [height[line] for line in (5, 6, 7, 8, 9)] == [5] * 5
     assert [height[line] for line in (13, 14)] == [9, 9]
 

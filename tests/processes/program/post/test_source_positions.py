@@ -12,8 +12,8 @@ def test_the_initial_height_of_a_cycle_is_that_before_its_first_hole() -> None:
     """With G99 the tool is at R1 between the holes, but the next G98 returns to Z5."""
     text = "G21 G90 / G0 X0 Y0 Z5 / G99 G81 X1 Y1 Z-1 R1 F100 / X2 / X3 / G80 / G0 Z9 / M2"
     original = OriginalPositions(program_of(text))
-    assert [original.place_before(block)[2] for block in (2, 3, 4, 7)] == [5.0, 1.0, 1.0, 9.0]
-    assert [original.initial_before(block) for block in (2, 3, 4, 5, 7)] == [5.0, 5.0, 5.0, 5.0, 9.0]
+    assert [original.position_before(block)[2] for block in (2, 3, 4, 7)] == [5.0, 1.0, 1.0, 9.0]
+    assert [original.initial_height_before(block) for block in (2, 3, 4, 5, 7)] == [5.0, 5.0, 5.0, 5.0, 9.0]
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,9 @@ from leafcut.processes.program.proof.features import (
     HEIGHT,
     PLACE,
     Features,
+    feature_kind_name,
     first_block_with_units,
     is_uniform,
-    name_of,
 )
 from leafcut.processes.program.proof.program_work import read_work
 from rewriting import program_of
@@ -83,7 +83,7 @@ def test_each_column_has_the_values_of_the_program() -> None:
     assert set(COLUMNS) | {"kind"} == {*EXACT, *PLACE, *AMOUNT, *HEIGHT}
     for name, values in COLUMNS.items():
         np.testing.assert_allclose(found.of(name), values, rtol=1e-12, atol=1e-12, err_msg=name)
-    assert [name_of(kind) for kind in found.kind.tolist()] == NAMES
+    assert [feature_kind_name(kind) for kind in found.kind.tolist()] == NAMES
     assert found.line.tolist() == [10, 11, 12, 13, 15, 16, 18, 19, 21, 22, 23, 30]
     assert found.group.tolist() == [0] * 12
     picked = found.pick(np.array([10, 4]))

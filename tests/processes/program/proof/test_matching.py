@@ -14,7 +14,7 @@ from leafcut.processes.program.proof.features import (
     HEIGHT,
     PLACE,
     Features,
-    name_of,
+    feature_kind_name,
 )
 from leafcut.processes.program.proof.matching import (
     Feature,
@@ -269,4 +269,4 @@ def test_a_hole_has_the_values_of_its_cycle_and_state() -> None:
     }
     assert made.several(("x", "y")).tolist() == [[0.0, 0.0], [30.0, 5.0]] and made.line.tolist() == [1, 2]
     assert len(made.pick(np.array([1]))) == 1 and made.pick(np.array([1])).of("x").tolist() == [30.0]
-    assert [name_of(kind) for kind in (G83, int(Kind.FEED))] == ["G83", "cut"]
+    assert [feature_kind_name(kind) for kind in (G83, int(Kind.FEED))] == ["G83", "cut"]

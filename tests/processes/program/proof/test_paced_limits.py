@@ -15,7 +15,7 @@ from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import flat_mill
 from leafcut.model.pace import PaceRules, PaceStretch, SpindleLoad, ToolLimits
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
-from leafcut.processes.program.proof.new_speeds import check_limits, check_lowered, new_speeds
+from leafcut.processes.program.proof.new_speeds import check_limits, check_lowered, highest_new_speeds
 from leafcut.read.work_materials import load_material
 
 RAPID = math.inf
@@ -72,8 +72,8 @@ def test_a_move_has_the_highest_speed_of_its_stretches(parts: list[tuple[float, 
     """Row 3 has four moves; points of division are rounded."""
     loads = loads_of(along(0, row=2), *(along(x, row=3) for x in range(4)), along(9, row=7, feed=30.0))
     stretches = {3: tuple(PaceStretch(*part) for part in parts), 5: (PaceStretch(1.0, 90.0),), 99: ()}
-    assert new_speeds(loads, stretches).tolist() == [10, *speeds, 30]
-    assert new_speeds(loads, {7: (PaceStretch(1.0, 4.0),)}).tolist() == [10, 10, 10, 10, 10, 4]
+    assert highest_new_speeds(loads, stretches).tolist() == [10, *speeds, 30]
+    assert highest_new_speeds(loads, {7: (PaceStretch(1.0, 4.0),)}).tolist() == [10, 10, 10, 10, 10, 4]
 
 
 FREE = ToolLimits(99.0, 999.0, True)

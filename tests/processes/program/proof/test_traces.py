@@ -134,13 +134,13 @@ def test_straight_cuts_are_lines_and_other_work_is_a_point() -> None:
 def test_chords_are_within_their_tolerance(name: str, sagitta: float) -> None:
     traces = ARCS[name][0]
     chords = traces.flattened(sagitta)
-    middle = traces.arcs.at(chords.arc, (chords.low + chords.high) / 2)
+    middle = traces.arcs.points_at(chords.arc, (chords.low + chords.high) / 2)
     lines = shapely.linestrings(np.stack([chords.begin, chords.end], axis=1))
     assert shapely.distance(lines, shapely.points(middle)).max() <= sagitta * 1.001
     assert chords.end[:-1].tolist() == chords.begin[1:].tolist()
     assert chords.begin[0].tolist() == traces.begin[0].tolist() and chords.end[-1].tolist() == traces.end[-1].tolist()
     assert chords.begin[1:].tolist() == [
-        pytest.approx(p) for p in traces.arcs.at(chords.arc[1:], chords.low[1:]).tolist()
+        pytest.approx(p) for p in traces.arcs.points_at(chords.arc[1:], chords.low[1:]).tolist()
     ]
     assert (chords.bow <= sagitta).all() and len(set(zip(chords.low, chords.high, strict=True))) == len(chords.low)
 

@@ -102,7 +102,7 @@ def test_a_start_that_a_plan_holds_is_kept_or_the_chain_does_not_begin() -> None
     cutting = cutting_of(two_squares())
     fixed = replace(cutting, fixed={0: ("start",)})
     chain = chain_in(cutting)
-    own = [cutting.starts[n] for n in cutting.by_contour[0]]
+    own = [cutting.starts[n] for n in cutting.starts_by_contour[0]]
     elsewhere = [s for s in own if abs(s.at - chain[0].at) > 1.0]
     assert begun(replace(fixed, starts=elsewhere), chain) == []
     for start in begun(fixed, chain):

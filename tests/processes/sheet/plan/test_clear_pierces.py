@@ -20,8 +20,8 @@ def in_earlier_kerfs(cutting: Cutting, order: list[CutStart]) -> int:
 
 def crossing_starts(cutting: Cutting) -> list[CutStart]:
     """Return starts of two contours; the second pierces on the first one's lead."""
-    for a in (cutting.starts[n] for n in cutting.by_contour[0]):
-        for b in (cutting.starts[n] for n in cutting.by_contour[1]):
+    for a in (cutting.starts[n] for n in cutting.starts_by_contour[0]):
+        for b in (cutting.starts[n] for n in cutting.starts_by_contour[1]):
             if in_earlier_kerfs(cutting, [a, b]):
                 return [a, b]
     raise AssertionError("no lead of one square reaches a pierce of the other")

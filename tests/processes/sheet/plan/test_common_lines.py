@@ -218,9 +218,9 @@ def test_holes_and_marks_of_all_parts_come_before_the_lines_and_those_before_wha
         k: "mark" if c.kind == "mark" else "hole" if c.hole else "line" if c.common else "around"
         for k, c in enumerate(cutting.contours)
     }
-    pairs = {(words[a], words[b]) for a, b in cutting.pairs}
+    pairs = {(words[a], words[b]) for a, b in cutting.contour_precedence}
     assert {("hole", "line"), ("mark", "line"), ("hole", "around"), ("line", "around")} <= pairs
-    before = {b: {a for a, c in cutting.pairs if c == b} for b in words}
+    before = {b: {a for a, c in cutting.contour_precedence if c == b} for b in words}
     for k, word in words.items():
         if word == "line":
             assert sum(words[a] == "hole" for a in before[k]) == 3

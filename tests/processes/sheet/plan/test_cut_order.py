@@ -111,7 +111,7 @@ def test_a_part_in_a_hole_too_narrow_to_be_cut_comes_before_what_is_around_the_h
     cutting = cutting_of(sheet_of((square(10, 10, 140), 0, -1, 1), (hole, 1, 0, 1), (square(40, 60, 20), 2, 1, 2)))
     assert [c.index for c in cutting.contours] == [0, 2]
     assert [cutting.contours[s.contour].index for s in drawing_order(cutting)] == [2, 0]
-    assert cutting.pairs == [(1, 0)]
+    assert cutting.contour_precedence == [(1, 0)]
 
 
 def test_a_mark_comes_before_the_cuts_of_its_part() -> None:
@@ -256,10 +256,10 @@ def test_what_a_plan_fixes_is_the_only_choice_and_the_rest_stays_free(tmp_path) 
     first = drawing_order(cutting)[0]
     plan = saved(cutting, drawing_order(cutting), tmp_path, edit)
     followed = restrict_starts_to_plan(cutting_of(sheet, direction="free"), plan)
-    mine = [followed.starts[n] for n in followed.by_contour[0]]
+    mine = [followed.starts[n] for n in followed.starts_by_contour[0]]
     assert {s.clockwise for s in mine} == {first.clockwise}
     assert {round(s.at, 2) for s in mine} == {round(first.at, 2)}
-    assert len(followed.by_contour[1]) == len(cutting.by_contour[1])
+    assert len(followed.starts_by_contour[1]) == len(cutting.starts_by_contour[1])
     slid = list(
         slide_starts(in_order(followed, drawing_order(followed)), HeadTravel(DISTANCE, start=(0.0, 0.0))).starts
     )
@@ -275,7 +275,7 @@ def test_a_fixed_order_is_kept_and_one_that_cuts_a_part_loose_first_is_refused(t
         return text.replace('"fixed": []', '"fixed": ["order"]')
 
     followed = restrict_starts_to_plan(cutting_of(sheet), saved(cutting, order, tmp_path, edit))
-    assert (1, 0) in followed.pairs
+    assert (1, 0) in followed.contour_precedence
     inner = cutting_of(part_in_hole())
     wrong = list(reversed(drawing_order(inner)))
     plan = saved(inner, wrong, tmp_path, edit)
@@ -287,7 +287,7 @@ def test_a_cut_that_goes_ahead_comes_before_all_below_it_in_the_plan_and_nothing
     sheet = sheet_of(*((square(70 * k, 20, 50), 0, -1, k + 1) for k in range(4)))
     order = [drawing_order(cutting_of(sheet))[k] for k in (3, 1, 0, 2)]
     plan = saved(cutting_of(sheet), order, tmp_path, lambda text: text.replace('"fixed": []', '"fixed": ["ahead"]', 1))
-    assert set(restrict_starts_to_plan(cutting_of(sheet), plan).pairs) == {(3, 0), (3, 1), (3, 2)}
+    assert set(restrict_starts_to_plan(cutting_of(sheet), plan).contour_precedence) == {(3, 0), (3, 1), (3, 2)}
 
 
 @pytest.mark.parametrize(

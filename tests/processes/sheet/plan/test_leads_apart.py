@@ -38,7 +38,7 @@ def apart(cutting: Cutting, one: CutStart, other: CutStart) -> float:
 
 def crossing(cutting: Cutting) -> list[CutStart]:
     """The two starts in the gap between two squares whose leads are nearest."""
-    both = [[cutting.starts[n] for n in own] for own in cutting.by_contour]
+    both = [[cutting.starts[n] for n in own] for own in cutting.starts_by_contour]
     return list(min(((a, b) for a in both[0] for b in both[1]), key=lambda pair: apart(cutting, *pair)))
 
 
@@ -62,7 +62,7 @@ def test_a_start_that_a_plan_file_fixes_stays_and_the_other_one_moves() -> None:
 
 def test_leads_that_are_apart_stay_where_they_are() -> None:
     cutting = cutting_of(two_squares(60.0))
-    order = [cutting.starts[own[0]] for own in cutting.by_contour]
+    order = [cutting.starts[own[0]] for own in cutting.starts_by_contour]
     assert list(with_leads_apart(in_order(cutting, order), HeadTravel(Metric(), start=(0.0, 0.0))).starts) == order
 
 
@@ -75,7 +75,7 @@ def test_the_leads_of_a_chain_count_too() -> None:
         (square(20, 20, 50), 0, -1, 1), (square(90, 20, 50), 0, -1, 2), (Polyline.circle(*corner, 6), 0, -1, 3)
     )
     cutting = chained(cutting_of(sheet))
-    order = [cutting.starts[own[0]] for own in cutting.by_contour if own]
+    order = [cutting.starts[own[0]] for own in cutting.starts_by_contour if own]
     moved = list(with_leads_apart(in_order(cutting, order), HeadTravel(Metric())).starts)
     for k, s in enumerate(moved):
         for other in moved[k + 1 :]:

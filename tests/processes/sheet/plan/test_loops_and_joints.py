@@ -115,7 +115,7 @@ def test_pieces_that_only_rounding_made_are_left_out_and_the_ends_stay() -> None
 
 def test_a_chain_is_as_long_as_its_contours_with_the_bridges_between_them() -> None:
     cutting = cutting_of(two_squares(), lead_in="line", lead_out="line")
-    one, other = (cutting.starts[numbers[0]] for numbers in cutting.by_contour)
+    one, other = (cutting.starts[numbers[0]] for numbers in cutting.starts_by_contour)
     chain = replace(one, then=(replace(other, pierce=False),))
     cut = make_chain(cutting.contours, chain, {})
     assert cut.contours == (0, 1)

@@ -21,9 +21,9 @@ from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.registry import report_of
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.processes.sheet.report.cut_words import clock, contour_words, cut_title, name_words, size_words
+from leafcut.processes.sheet.report.cut_words import clock_text, contour_words, cut_title, name_words, size_words
 from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, part_window, path_sections, sheet_drawing
-from leafcut.processes.sheet.report.sheet_report import cut_detail, detailed_cuts
+from leafcut.processes.sheet.report.sheet_report import detailed_cuts, draw_cut_detail
 from leafcut.report.json_answer import program_as_json
 from leafcut.report.page import path_svg, report_page_html
 from leafcut.report.summary import print_summary
@@ -327,13 +327,16 @@ def test_a_closer_look_shows_the_first_hole_and_the_first_outline_with_the_kerf_
     assert detailed_cuts(plan) == [0, 2]
     assert detailed_cuts(plan_of([MARK, SQUARE], 1.0)) == [1]
     assert detailed_cuts(plan_of([MARK], 1.0)) == []
-    look = cut_detail(replace(plan, data=replace(DATA, kerf=1.0)), 0)
+    look = draw_cut_detail(replace(plan, data=replace(DATA, kerf=1.0)), 0)
     # 1.6 lead-ins of 4 mm are half of 190 units: a kerf of 1 mm is 95 / 6.4 units wide.
     assert f'class="kerf band" stroke-width="{95.0 / 6.4 * STEPS:g}"' in look["svg"]
     assert look["svg"].count("<circle") == 1
     assert (look["caption"], look["words"]) == ("Cut 1: part 1, hole", "lead-in 4.0 mm, lead-out 4.0 mm")
     dark = replace(HOLE, torch_off_at=HOLE.lead_out + 1.0)
-    assert cut_detail(plan_of([dark], 1.0), 0)["words"] == "lead-in 4.0 mm, lead-out 1.0 mm, 3.0 mm with the torch off"
+    assert (
+        draw_cut_detail(plan_of([dark], 1.0), 0)["words"]
+        == "lead-in 4.0 mm, lead-out 1.0 mm, 3.0 mm with the torch off"
+    )
 
 
 def test_pages_of_sheets_are_well_formed_and_text_from_files_stays_text(sheet_outcome, empty_outcome):
@@ -408,7 +411,7 @@ def test_the_json_answer_has_norm_data_and_parts(sheet_outcome):
 
 
 def test_times_sizes_and_sums_are_said_as_in_a_shop():
-    assert [clock(s) for s in (0.0, 59.6, 3727.0, 90061.0)] == ["0:00:00", "0:01:00", "1:02:07", "25:01:01"]
+    assert [clock_text(s) for s in (0.0, 59.6, 3727.0, 90061.0)] == ["0:00:00", "0:01:00", "1:02:07", "25:01:01"]
     assert [size_words(v) for v in (0.2366667, 6.0, 1.5, 25.4, 120.0)] == ["0.237", "6", "1.5", "25.4", "120"]
     assert [money_words(v) for v in (0.0421, 12.4, 1234.5)] == ["0.042", "12.40", "1,234.50"]
     assert name_words("laser_fiber_3kW") == "laser fiber 3 kW"

@@ -109,7 +109,7 @@ def generate_toolpath(
         if operation.slots:
             _cut_slots(builder, plan, machine, operation, nodes)
         else:
-            _drill(builder, plan, machine, operation, nodes, plan.reliefs[number] if plan.reliefs else None)
+            _drill_holes(builder, plan, machine, operation, nodes, plan.reliefs[number] if plan.reliefs else None)
     end_program(builder, machine, plan.clearance_height, plan.end, coolant=coolant)
     return builder.build()
 
@@ -132,7 +132,7 @@ def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
     return None if plan.work_surface is None else np.column_stack([plan.part.hole_xy, plan.tops])
 
 
-def _drill(
+def _drill_holes(
     builder: ToolpathBuilder,
     plan: DrillPlan,
     machine: Machine,

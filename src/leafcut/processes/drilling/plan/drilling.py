@@ -694,13 +694,13 @@ def _build_operation(
         r_plane=job.retract_height,
         bottom=bottom,
         to_initial=initial,
-        peck=_first_value(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
-        dwell=_first_value(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
+        peck=_first_given_value(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
+        dwell=_first_given_value(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
     )
     return DrillOperation(tool, _checked_cycle(cycle, tool), np.array(targets, dtype=np.int32), step.slots)
 
 
-def _first_value(*values: float | None) -> float:
+def _first_given_value(*values: float | None) -> float:
     return next((v for v in values if v is not None), 0.0)
 
 
@@ -715,9 +715,9 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
         return "G82" if tool.dwell else "G81"
     if options.cycle:
         return options.cycle
-    if _first_value(tool.peck, options.peck):
+    if _first_given_value(tool.peck, options.peck):
         return "G83"
-    return "G82" if _first_value(tool.dwell, options.dwell) else "G81"
+    return "G82" if _first_given_value(tool.dwell, options.dwell) else "G81"
 
 
 def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:

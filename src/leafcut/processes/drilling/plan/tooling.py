@@ -144,7 +144,7 @@ class ToolChooser:
         diameter = hole.diameter if hole.diameter > 0 else self.point_diameter
         key = (round(diameter, 6), hole.layer)
         if key not in self._chosen:
-            self._chosen[key] = tuple(Step(tool) for tool in self._tools_for(diameter, hole))
+            self._chosen[key] = tuple(Step(tool) for tool in self._tools_for_hole(diameter, hole))
         if self.library is None:
             self._record_size_difference(self._chosen[key][0].tool, diameter)
         return self._chosen[key]
@@ -234,7 +234,7 @@ class ToolChooser:
                 ),
             )
 
-    def _tools_for(self, diameter: float, hole: Hole) -> list[Tool]:
+    def _tools_for_hole(self, diameter: float, hole: Hole) -> list[Tool]:
         if self.library is None:
             if self.options.centre_drill:
                 raise PlanError("--centre-drill uses the centre drill of a tool library; give --tools")

@@ -37,7 +37,7 @@ class PocketTask:
             heights.clearance, heights.retract, heights.clearance == heights.retract, zones=heights.zones
         )
         motion = ClearingMotion(builder, planes, mill.data, self.machine, down=True)
-        motion.clear(self.clearing)
+        motion.clear_region(self.clearing)
         if any(descent.kind == "plunge" for descent in motion.descents):
             raise PlanError(
                 "{}: there is no room for a ramp of {:.3g} degrees; give a larger --entry-angle, a smaller "

@@ -49,7 +49,7 @@ class CoveragePoints:
         """The sample points as an array of shapely Points."""
         return shapely.points(self.points)
 
-    def near(self, path: Points) -> tuple[Indices, Indices]:
+    def pairs_within_limit(self, path: Points) -> tuple[Indices, Indices]:
         """Find all pairs of a segment and a sample point whose distance is within the limit of the point.
 
         Return the segment indices, in ascending order, and the point indices.

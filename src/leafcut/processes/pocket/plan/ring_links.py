@@ -73,7 +73,7 @@ def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
     if a.level == b.level:
         return False
     n = max(math.ceil(small.length / (STATION_STEP * step_over)), 8)
-    away, _ = large.nearest(small.places(np.arange(n) * small.length / n))
+    away, _ = large.nearest_stations(small.positions_at(np.arange(n) * small.length / n))
     return bool((away <= 1.05 * step_over).mean() >= LONG)
 
 
@@ -197,7 +197,7 @@ class RingLinks:
         for one, after, (_, end), (start, _) in zip(
             self.spine, self.spine[1:], self.spans, self.spans[1:], strict=False
         ):
-            self.links += [self.cut[one].at(end), self.cut[after].at(start)]
+            self.links += [self.cut[one].position_at(end), self.cut[after].position_at(start)]
         return paths + [self._path_around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
@@ -233,11 +233,11 @@ class RingLinks:
 
         Return the cost of the link, mm, and its station on the ring `after`, mm.
         """
-        place, to = self.cut[ring].at(end), self.cut[after]
+        place, to = self.cut[ring].position_at(end), self.cut[after]
         nearest = to.nearest_station(place)
         options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
         costs = [
-            self._link_length(place, to.at(s))
+            self._link_length(place, to.position_at(s))
             + TURN_PENALTY * self.step * _total_turn(to, s - self.joint_gap(after), self.joint_gap(after))
             for s in options
         ]
@@ -258,7 +258,7 @@ class RingLinks:
                 self.apart.append(child)
             else:
                 self.joints[ring].append(joint)
-                self.links.append(self.cut[child].at(joint.child_station))
+                self.links.append(self.cut[child].position_at(joint.child_station))
                 self._reserve_gap(ring, joint.parent_station, joint.parent_gap)
                 self._reserve_gap(child, joint.child_station, joint.child_gap)
             left += [(child, further) for further in reversed(self.children[child])]
@@ -290,8 +290,8 @@ class RingLinks:
             gaps = share * self.joint_gap(parent), share * self.joint_gap(child)
             if not all(gaps):  # at most one ring has a gap
                 gaps = ONE_SIDED * gaps[0], ONE_SIDED * gaps[1]
-            leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
-            enter, out = (b.places(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
+            leave, back = (a.positions_at(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
+            enter, out = (b.positions_at(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
             costs.append(np.hypot(*(leave - enter).T) + np.hypot(*(out - back).T) - sum(gaps))
             all_gaps.append(np.tile(gaps, (len(stations), 1)))
             if not sum(gaps):
@@ -307,7 +307,7 @@ class RingLinks:
         for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
             n = max(math.ceil(ring.length / (STATION_STEP * self.step)), 8)
             stations = np.concatenate([np.arange(n) * ring.length / n, ring.stations[:-1]])
-            away, located = other.nearest(ring.places(stations))
+            away, located = other.nearest_stations(ring.positions_at(stations))
             keep = away <= away.min() + self.step
             pairs.append(np.column_stack([stations, located])[keep][:, order])
         both: Points = np.vstack(pairs)
@@ -325,16 +325,18 @@ class RingLinks:
         if not self._has_room_for_joint(joint.child, joint.child_station, hb):
             return math.inf
         links = (
-            (a.at(joint.parent_station - ha), b.at(joint.child_station + hb)),
+            (a.position_at(joint.parent_station - ha), b.position_at(joint.child_station + hb)),
             (
-                b.at(joint.child_station - hb),
-                a.at(joint.parent_station + ha),
+                b.position_at(joint.child_station - hb),
+                a.position_at(joint.parent_station + ha),
             ),
         )
         if any(math.isinf(self._link_length(*link)) for link in links):
             return math.inf
         turn = _total_turn(a, joint.parent_station - ha, 2 * ha) + _total_turn(b, joint.child_station - hb, 2 * hb)
-        near = self._is_avoided(b.at(joint.child_station)) or self._is_avoided(a.at(joint.parent_station))
+        near = self._is_avoided(b.position_at(joint.child_station)) or self._is_avoided(
+            a.position_at(joint.parent_station)
+        )
         return (TURN_PENALTY * turn + AVOIDED_PENALTY * near) * self.step
 
     def _is_avoided(self, place: Points) -> bool:

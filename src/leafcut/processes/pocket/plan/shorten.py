@@ -128,7 +128,7 @@ class _BendShortener:
         self.places = coverage.points_near(path, selected)
         self.geoms = self.places.point_geometries
         self.tree = shapely.STRtree(self.geoms)
-        piece, self.point = self.places.near(path)
+        piece, self.point = self.places.pairs_within_limit(path)
         self.first = np.searchsorted(piece, np.arange(len(path)))
         self.count = np.bincount(self.point, minlength=len(self.geoms))
         # Segments along walls and segments without sample points do not change.

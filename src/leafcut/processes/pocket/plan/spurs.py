@@ -76,10 +76,10 @@ def _spur_to_uncut(
     Return None if the spur would leave `room`.
     """
     corners = shapely.get_coordinates(places)
-    away, stations = track.nearest(corners)
+    away, stations = track.nearest_stations(corners)
     deepest = int(np.argmax(away))
     distance, station = float(away[deepest]), float(stations[deepest])
-    base = track.places(np.array([station]))[0]
+    base = track.positions_at(np.array([station]))[0]
     tip = base + (corners[deepest] - base) * min(distance, distance - (1.0 - DEEPER) * rules.radius) / distance
     return (station, tip) if room.covers(shapely.LineString([base, tip])) else None
 
@@ -88,7 +88,7 @@ def _insert_spurs(track: StationedPath, spurs: list[tuple[float, Points]]) -> Po
     points, parts, at = track.points, [], 0
     for station, tip in sorted(spurs, key=lambda spur: spur[0]):
         k = max(int(np.searchsorted(track.stations, station, side="right")), at)
-        base = track.places(np.array([station]))
+        base = track.positions_at(np.array([station]))
         parts += [points[at:k], base, tip[None], base]
         at = k
     return np.vstack([*parts, points[at:]])

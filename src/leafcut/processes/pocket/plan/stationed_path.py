@@ -25,7 +25,7 @@ class StationedPath:
         stations: Points = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.points, axis=0).T))])
         return stations
 
-    def places(self, stations: Points) -> Points:
+    def positions_at(self, stations: Points) -> Points:
         """Return the positions at the given stations, float64[m, 2], mm."""
         return np.column_stack([np.interp(stations, self.stations, self.points[:, k]) for k in range(2)])
 
@@ -34,7 +34,7 @@ class StationedPath:
         steps: Any = shapely.linestrings(consecutive_segments(self.points))
         return shapely.STRtree(steps)
 
-    def nearest(self, places: Points) -> tuple[Points, Points]:
+    def nearest_stations(self, places: Points) -> tuple[Points, Points]:
         """Find the nearest point on the path for each of the positions `places`, float64[m, 2], mm.
 
         Return the distance from each position to its nearest point, and the station of this point, both float64[m],
@@ -71,26 +71,26 @@ class Ring(StationedPath):
         """Length of the ring, mm."""
         return float(self.stations[-1])
 
-    def at(self, station: float) -> Points:
+    def position_at(self, station: float) -> Points:
         """Return the position at a station, float64[2], mm. The station may exceed the length of the ring."""
-        place: Points = self.places(np.array([station]))[0]
+        place: Points = self.positions_at(np.array([station]))[0]
         return place
 
-    def places(self, stations: Points) -> Points:
+    def positions_at(self, stations: Points) -> Points:
         """Return the positions at several stations, float64[n, 2], mm. A station may exceed the length of the ring."""
-        return super().places(stations % self.length)
+        return super().positions_at(stations % self.length)
 
     def points_between(self, start: float, end: float) -> Points:
         """Return the points of the ring from station `start` to station `end` ≥ `start`, float64[m, 2], mm."""
         points, own = self.points[:-1], self.stations[:-1]
         lap, last = math.floor(start / self.length), math.floor(end / self.length)
-        parts = [self.at(start)[None]]
+        parts = [self.position_at(start)[None]]
         while lap <= last:
             a, b = np.searchsorted(own, (start + 1e-9 - lap * self.length, end - 1e-9 - lap * self.length))
             parts.append(points[a:b])
             lap += 1
-        return np.vstack([*parts, self.at(end)[None]])
+        return np.vstack([*parts, self.position_at(end)[None]])
 
     def nearest_station(self, place: Points) -> float:
         """Return the station at which the ring is closest to a position, mm."""
-        return float(self.nearest(np.asarray(place)[None, :2])[1][0])
+        return float(self.nearest_stations(np.asarray(place)[None, :2])[1][0])

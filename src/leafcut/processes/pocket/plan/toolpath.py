@@ -144,7 +144,7 @@ def pocket_motion(
     take_tool(builder, machine, data.tool, heights.clearance, coolant=coolant, pause=pause)
     motion = ClearingMotion(builder, heights, data, machine, rounded=rounded)
     for clearing in clearings:
-        motion.clear(clearing)
+        motion.clear_region(clearing)
     motion.end_program(coolant)
     return builder.build(), tuple(motion.descents)
 
@@ -172,7 +172,7 @@ class ClearingMotion:
         self.descents: list[Descent] = []
         self.down = down
 
-    def clear(self, clearing: Clearing) -> None:
+    def clear_region(self, clearing: Clearing) -> None:
         """Clear a region level by level. If roughing leaves stock, finish the walls afterwards."""
         shapely.prepare(clearing.allowed)
         levels, cleared = clearing.levels, ClearedArea(clearing.region.rules)

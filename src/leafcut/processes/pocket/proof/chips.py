@@ -94,7 +94,7 @@ def measure_chips(
     ]
     for level in samples:
         wrong += _limit_differences(level, written, limits)
-    ramps = [*_ramps(cuts, written, limits, flat, levels), *_plunges(cuts, written, rules, limits)]
+    ramps = [*_ramps(cuts, written, limits, flat, levels), *_plunge_ramps(cuts, written, rules, limits)]
     wrong += [
         Difference(Message("feed"), 0, ramp.cut.line, _power_message(ramp.cut, written, ramp.power, limits))
         for ramp in ramps
@@ -215,7 +215,7 @@ def _ramps(
         yield _Ramp(last, power_on_ramp(limits, by_feed * across, by_feed * fall, depth))
 
 
-def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limits: FeedLimits) -> Iterator[_Ramp]:
+def _plunge_ramps(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limits: FeedLimits) -> Iterator[_Ramp]:
     """Yield each plunge into material, with the power that it needs, W."""
     if limits.material is None:
         return

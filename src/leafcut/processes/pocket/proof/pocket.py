@@ -486,15 +486,15 @@ class EarlierCuts:
 
     def has_passed(self, place: Floats, row: int, height: float) -> bool:
         """Return whether the tool centre passed a position at or below `height` mm in a move before `row`."""
-        return len(self._near(place, row, height, 0.1 * self.rules.tolerance)) > 0
+        return len(self._cuts_near(place, row, height, 0.1 * self.rules.tolerance)) > 0
 
     def cleared_area(self, place: Floats, row: int, height: float) -> Any:
         """Return the area around a position that the moves before `row` clear down to `height` mm."""
-        near = self._near(place, row, height, self.rules.tool_diameter)
+        near = self._cuts_near(place, row, height, self.rules.tool_diameter)
         steps = steps_near(np.concatenate([np.zeros((0, 2, 2)), *(self._steps[k] for k in near)]), place, self.rules)
         return cleared_area(steps[(steps[:, 0] != steps[:, 1]).any(axis=1)], self.rules)
 
-    def _near(self, place: Floats, row: int, height: float, distance: float) -> list[int]:
+    def _cuts_near(self, place: Floats, row: int, height: float, distance: float) -> list[int]:
         near = np.sort(self._tree.query(shapely.Point(place), predicate="dwithin", distance=distance))
         chosen: list[int] = near[(self._row[near] < row) & (self._top[near] <= height)].tolist()
         return chosen

@@ -38,7 +38,7 @@ from leafcut.report.wording import (
     OURS,
     angle_words,
     area_words,
-    count,
+    count_text,
     finite_or_none,
     length_words,
     panel_number,
@@ -122,7 +122,7 @@ class PocketReport(PathReport[PocketDetail]):
             *self.count_facts(),
             *self._tool_facts(),
             *range_facts(self.outcome),
-            *self._times(),
+            *self._time_facts(),
             *self._path_facts(),
             *self.savings_facts(),
             *reasons,
@@ -138,12 +138,12 @@ class PocketReport(PathReport[PocketDetail]):
         x0, y0, x1, y1 = largest.extents
         number, islands = len(plans), sum(len(plan.pocket.islands) for plan in plans)
         levels = sum(len(plan.levels) for plan in plans) if has_several_depths(plans) else len(plans[0].heights)
-        words, size = count(number, "pocket"), f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
+        words, size = count_text(number, "pocket"), f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
         sized = Message("{} of {}", words, size) if number == 1 else Message("{}, the largest {}", words, size)
         return [
             Fact("counts.pockets", number, "", sized),
-            Fact("counts.islands", islands, "", count(islands, "island") if islands else ""),
-            Fact("counts.levels", levels, "", count(levels, "level") if levels else ""),
+            Fact("counts.islands", islands, "", count_text(islands, "island") if islands else ""),
+            Fact("counts.levels", levels, "", count_text(levels, "level") if levels else ""),
             Fact(
                 "counts.tools",
                 len({o.tool.number for o in self.outcome.operations}),
@@ -157,7 +157,7 @@ class PocketReport(PathReport[PocketDetail]):
         pace = self.outcome.detail.pace
         return [] if pace is None else pace_facts(pace)
 
-    def _times(self) -> list[Fact]:
+    def _time_facts(self) -> list[Fact]:
         outcome = self.outcome
         times = [
             Fact(
@@ -186,7 +186,7 @@ class PocketReport(PathReport[PocketDetail]):
         above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
         rapids, lifted = length_words(m.rapid_mm), Message("never lifted")
         if m.retracts:
-            lifted = Message("{}, {} of rapids", count(m.retracts, "retract"), rapids)
+            lifted = Message("{}, {} of rapids", count_text(m.retracts, "retract"), rapids)
         asked = Message(
             "{} mm requested; passes that meet in the middle: {} mm apart",
             f"{rules.step_over:.4g}",
@@ -272,7 +272,9 @@ class PocketReport(PathReport[PocketDetail]):
         Each row has a flag that is true for the chosen strategy.
         """
         keep = [k for k, column in enumerate(_TITLES) if column not in _WIDE]
-        rows = [((row.name, *(_cells(row)[k] for k in keep)), row.chosen) for row in self.strategies if row.measures]
+        rows = [
+            ((row.name, *(_measure_texts(row)[k] for k in keep)), row.chosen) for row in self.strategies if row.measures
+        ]
         return [(("one level", *(_TITLES[k] for k in keep)), False), *rows]
 
     def template_values(self) -> dict[str, Any]:
@@ -384,7 +386,7 @@ class PocketReport(PathReport[PocketDetail]):
                 "chosen": row.chosen,
                 "refused": replace_unprintable(row.refused),
                 "passed_over": replace_unprintable(row.passed_over),
-                "cells": _cells(row),
+                "cells": _measure_texts(row),
                 "bar": chart.bar_svg(row.program_s / longest, "ours" if row.chosen else "plain")
                 if row.measures
                 else "",
@@ -416,7 +418,7 @@ def _strategy_as_json(row: StrategyFigures) -> dict[str, Any]:
     return {"strategy": row.name, "chosen": row.chosen, "usual": row.usual, **measured, **reasons}
 
 
-def _cells(row: StrategyFigures) -> tuple[str, ...]:
+def _measure_texts(row: StrategyFigures) -> tuple[str, ...]:
     """Format the measures of a strategy as texts, in the order of `_TITLES`. A refused strategy has no texts."""
     m = row.measures
     if m is None:
@@ -606,7 +608,7 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
         step = begin - levels[0]
         line = f"{len(levels)} × {step:.4g} mm to Z{heights[-1]:.4g}"
         if len(counted) > 1:
-            line += f", {count(counted[begin, levels, heights, in_floor], 'pocket')}"
+            line += f", {count_text(counted[begin, levels, heights, in_floor], 'pocket')}"
         what = "the floor of another" if in_floor else "the surface around"
         words.append(f"{line} from Z{heights[0] + step:.4g}, {what}" if begin else line)
     return words
@@ -644,7 +646,7 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
     boxes = np.array([plan.pocket.outline.extents for plan in plans])
     corners = np.concatenate([boxes.reshape(-1, 2), points_of_missing_work(missing)])
     low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
-    frame = Frame.around((low[0], low[1]), (high[0], high[1]), _WIDE_FROM)
+    frame = Frame.around_corners((low[0], low[1]), (high[0], high[1]), _WIDE_FROM)
     return PocketScene(frame, tuple(p.pocket for p in plans), missing)
 
 

@@ -47,7 +47,7 @@ _MOST_LETTERS = 40
 _NUMBER = re.compile(r"^[/ \t]*N[ \t]*[0-9]+(?:\.[0-9]+)?[ \t]*", re.IGNORECASE)
 
 
-def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[StayReason | None, ...]:
+def stay_reasons(section: Section, apart: Iterable[int]) -> tuple[StayReason | None, ...]:
     """Return the reason why each task is fixed, or None if the task can move.
 
     `apart` contains the first task of each CAM operation whose work must not be mixed with other operations.
@@ -96,7 +96,7 @@ def line_text(program: Program, line: int) -> str:
     return shown if len(shown) <= _MOST_LETTERS else shown[: _MOST_LETTERS - 1] + "…"
 
 
-def count_pieces(sequence: Sequence) -> int:
+def count_tasks(sequence: Sequence) -> int:
     """Count the tasks of a program."""
     return len(sequence.stays) + sum(len(section.pieces) for section in sequence.sections)
 

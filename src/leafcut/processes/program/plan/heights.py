@@ -107,11 +107,11 @@ class HeightLowering:
             ],
         )
 
-    def heights(self) -> list[Lowered]:
+    def lowered_heights(self) -> list[Lowered]:
         """Return the retracts and the R planes that can be lowered."""
-        return [*self.retracts(), *self.r_planes()]
+        return [*self.lowered_retracts(), *self.lowered_r_planes()]
 
-    def returns(self) -> list[CycleReturn]:
+    def find_cycle_returns(self) -> list[CycleReturn]:
         """Replace G98 by G99 where the tool can stay at the R plane between the holes of a series.
 
         After the last hole of a series, the tool still retracts to the initial height, because the next move starts
@@ -122,12 +122,12 @@ class HeightLowering:
         drills = np.flatnonzero(self.path.kind == Kind.DRILL).tolist()
         for row in drills:
             if series and self.next_effective_row(series[-1]) != row:
-                found += self._returns(series)
+                found += self._find_returns_in_series(series)
                 series = []
             series.append(row)
-        return [*found, *(self._returns(series) if series else [])]
+        return [*found, *(self._find_returns_in_series(series) if series else [])]
 
-    def _returns(self, series: list[int]) -> list[CycleReturn]:
+    def _find_returns_in_series(self, series: list[int]) -> list[CycleReturn]:
         cycles = [self.path.cycles[int(self.path.ref[row])] for row in series]
         if not all(one.to_initial and one.approach == "level" and one.name not in _KEEP_R for one in cycles):
             return []
@@ -192,17 +192,17 @@ class HeightLowering:
         bent = self.dogleg and np.count_nonzero(np.abs(way) > _SAME) > 1
         return max(contact, self.top) if bent else contact
 
-    def retracts(self) -> list[Lowered]:
+    def lowered_retracts(self) -> list[Lowered]:
         """Find retracts that can be lowered: straight up, across at a constant height, and straight down."""
         found: list[Lowered] = []
         path = self.path
         rises = np.isin(path.kind, _MOVES) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
         rises &= path.end[:, 2] > path.before[:, 2] + _WORTH
         for row in np.flatnonzero(rises).tolist():
-            found += self._retract(row)
+            found += self._lower_retract(row)
         return found
 
-    def _retract(self, rise: int) -> list[Lowered]:
+    def _lower_retract(self, rise: int) -> list[Lowered]:
         path = self.path
         high, start = float(path.end[rise, 2]), float(path.before[rise, 2])
         across, stated = [], [rise]
@@ -229,7 +229,7 @@ class HeightLowering:
             return []
         return [Lowered(self._block(one), "Z", new) for one in stated]
 
-    def initials(self) -> list[Lowered]:
+    def lowered_initial_heights(self) -> list[Lowered]:
         """Find initial heights (G98) of drilling series that can be lowered.
 
         At the new height, all moves stay clear of the material. An initial height never drops below an R plane of its
@@ -240,10 +240,10 @@ class HeightLowering:
         sets = np.isin(path.kind, _MOVES) & np.isfinite(path.end[:, 2])
         sets &= ~(np.abs(path.end[:, 2] - path.before[:, 2]) < _SAME)
         for row in np.flatnonzero(sets).tolist():
-            found += self._initial(row)
+            found += self._lower_initial_height(row)
         return found
 
-    def _initial(self, first: int) -> list[Lowered]:
+    def _lower_initial_height(self, first: int) -> list[Lowered]:
         path, high = self.path, float(self.path.end[first, 2])
         series = self._collect_at_height(first)
         if series is None or not all(self._states_height(one) for one in series.stated):
@@ -359,7 +359,7 @@ class HeightLowering:
             and self._g_codes(row) <= _CODES | _BESIDE_CODES
         )
 
-    def r_planes(self) -> list[Lowered]:
+    def lowered_r_planes(self) -> list[Lowered]:
         """Find R planes that can be lowered, and the block that states each of them."""
         found: list[Lowered] = []
         drills = np.flatnonzero(self.path.kind == Kind.DRILL)
@@ -370,10 +370,10 @@ class HeightLowering:
             else:
                 stated[-1].append(row)
         for rows in stated:
-            found += self._r_plane(rows)
+            found += self._lower_r_plane(rows)
         return found
 
-    def _r_plane(self, rows: list[int]) -> list[Lowered]:
+    def _lower_r_plane(self, rows: list[int]) -> list[Lowered]:
         path = self.path
         cycles = [path.cycles[int(path.ref[row])] for row in rows]
         plane = cycles[0].r_plane

@@ -103,7 +103,7 @@ def plan_pace(
             way = _StraightCut(path.before[row], path.end[row], own)
             over = loads.removed.over[which]
             if loads.is_plunging[which].any():
-                found = _set_speed(found, way.interval_above_material(over, rules), own)
+                found = _set_speed_in_intervals(found, way.interval_above_material(over, rules), own)
             if rules.air:
                 if upwards[which].all():
                     free = [(0.0, 1.0)]
@@ -112,9 +112,9 @@ def plan_pace(
                 else:
                     free = _clear_intervals(clear[which])
                 free = way.intervals_worth_rapid(free, machine)
-                found = _set_speed(found, free, min(max(own, corners.slow), way.fastest(machine)))
-                found = _set_speed(
-                    found, way.without_rounded_ends(free, corners.rounded_ends(row)), way.fastest(machine)
+                found = _set_speed_in_intervals(found, free, min(max(own, corners.slow), way.fastest_in_air(machine)))
+                found = _set_speed_in_intervals(
+                    found, way.without_rounded_ends(free, corners.rounded_ends(row)), way.fastest_in_air(machine)
                 )
         else:
             in_air = rules.air and bool(clear[which].all()) and not corners.free[row]
@@ -372,7 +372,9 @@ def _may_retract_at_any_speed(pieces: StraightMoves, tools: Mapping[int, Tool]) 
     return ~np.isin(pieces.tool, slow)
 
 
-def _set_speed(found: list[PaceStretch], free: list[tuple[float, float]], speed: float) -> list[PaceStretch]:
+def _set_speed_in_intervals(
+    found: list[PaceStretch], free: list[tuple[float, float]], speed: float
+) -> list[PaceStretch]:
     for low, high in free:
         cut_up: list[PaceStretch] = []
         before = 0.0
@@ -415,7 +417,7 @@ class _StraightCut(NamedTuple):
         low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
         return [(max(a, low), min(b, high)) for a, b in free if max(a, low) < min(b, high)]
 
-    def fastest(self, machine: Machine) -> float:
+    def fastest_in_air(self, machine: Machine) -> float:
         """Return the speed through air, mm/s: infinite for a rapid, or the maximum feed if rapids are not straight."""
         axes = np.count_nonzero(np.abs(self.end - self.begin) > _SAME)
         return max(machine.max_feed, self.feed) if machine.rapid_style == "dogleg" and axes > 1 else math.inf
@@ -425,7 +427,7 @@ class _StraightCut(NamedTuple):
         found = []
         for low, high in free:
             delta = (high - low) * (self.end - self.begin)
-            fastest = self.fastest(machine)
+            fastest = self.fastest_in_air(machine)
             feed = None if math.isinf(fastest) else fastest
             if float(np.linalg.norm(delta)) / self.feed - float(move_time(delta[None], machine, feed)[0]) > _WORTH:
                 found.append((low, high))

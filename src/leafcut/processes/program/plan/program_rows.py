@@ -111,7 +111,7 @@ def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Row
         dark = np.zeros(len(path), dtype=bool)
         with np.errstate(invalid="ignore"):
             aside = np.hypot(*(path.end[:, :2] - before[:, :2]).T) > FREE.still
-        deepest = _deepest(program, block, feed & (aside | (path.kind != Kind.FEED)))
+        deepest = _deepest_by_modal(program, block, feed & (aside | (path.kind != Kind.FEED)))
         return Rows(program, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest, tool_diameter)
     beam = _beam_mask(program)
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
@@ -123,7 +123,7 @@ def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Row
     return Rows(program, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan), 0.0)
 
 
-def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _deepest_by_modal(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Compute `Rows.deepest`. `aside` is a mask of the rows that cut sideways."""
     keys = [(m.frame, m.shift) for m in program.modals]
     number = {key: k for k, key in enumerate(dict.fromkeys(keys))}
@@ -315,14 +315,14 @@ def runs_without_barriers(program: Program, barriers: dict[int, str]) -> list[tu
     edges |= {int(b) + 1 for b in np.flatnonzero(step < 1)}
     for block in np.flatnonzero(step > 1).tolist():
         between = program.lines[int(program.text_line[block]) : int(program.text_line[block + 1]) - 1]
-        if not all(_is_remark(line) for line in between):
+        if not all(_is_comment_line(line) for line in between):
             edges.add(block + 1)
     ordered = sorted(edges)
     pairs = pairwise(ordered)
     return [(begin, end) for begin, end in pairs if begin not in barriers]
 
 
-def _is_remark(line: str) -> bool:
+def _is_comment_line(line: str) -> bool:
     block = parse_plain_block(line)
     return (
         block is not None

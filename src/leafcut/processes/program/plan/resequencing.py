@@ -31,7 +31,7 @@ from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, Sequence, StayReason
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, latest_marked_rows
-from leafcut.processes.program.plan.fixed_tasks import line_text, why_pieces_stay
+from leafcut.processes.program.plan.fixed_tasks import line_text, stay_reasons
 from leafcut.processes.program.plan.precedence import are_related, detaching_stages, with_precedence
 from leafcut.processes.program.plan.program_rows import (
     TOLERANCE,
@@ -107,8 +107,8 @@ def find_sequence(
         raise PlanError("unknown process '{}'{}", process, name_suggestion(process, ["auto", *ProgramKind]))
     found = detect_process(program) if process == "auto" else process
     finder = SectionFinder(program, found, check_cancelled, tool_diameter=tool_diameter)
-    items = finder.items()
-    stays = tuple(stay for item in items if isinstance(item, FixedBlocks) for stay in finder.stays(item))
+    items = finder.sections_and_fixed_blocks()
+    stays = tuple(stay for item in items if isinstance(item, FixedBlocks) for stay in finder.stay_reasons(item))
     sequence = Sequence(tuple(items), found, (), tuple(_issues(finder, items)), stays=stays)
     if merge_tools:
         sequence = merge_sections(program, sequence, finder.rows, check_cancelled)
@@ -157,7 +157,7 @@ def build_problem(section: Section, metric: Metric, start: Point | None, end: Po
     )
 
 
-def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
+def tasks_from_nodes(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
     """Convert an order of routing nodes to an order of tasks, int32[n]. ~k means that task k is reversed.
 
     The node numbers refer to `build_problem`.
@@ -167,7 +167,7 @@ def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]
     return order
 
 
-def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
+def nodes_from_tasks(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
     """Convert an order of tasks to an order of routing nodes, int32[n]. This is the inverse of `piece_order`."""
     reversible = _reversible_tasks(section)
     turned = len(section.pieces) + np.searchsorted(reversible, ~order)
@@ -258,7 +258,7 @@ class _ReversalFinder:
         return replace(piece, reversible=True) if self._is_reversible(piece) else piece
 
     def _is_reversible(self, piece: ProgramTask) -> bool:
-        if piece.kind != "cut" or not self._same_height(piece):
+        if piece.kind != "cut" or not self._has_equal_end_heights(piece):
             return False
         stroke = find_reversible_cut(self.program, piece.begin, piece.end)
         if stroke is None or not all(self.rows.cut[row] for row in stroke.rows):
@@ -270,7 +270,7 @@ class _ReversalFinder:
         cuts = self.rows.features.pick(np.isin(self.rows.features.row, stroke.rows))
         return self._matches_task(piece, stroke) and is_uniform(cuts) and is_simple(cuts) and _is_open(cuts)
 
-    def _same_height(self, piece: ProgramTask) -> bool:
+    def _has_equal_end_heights(self, piece: ProgramTask) -> bool:
         """Return whether the tool arrives and leaves at the same height, so that both ends have the same clearance."""
         height = [piece.arrive_z, piece.leave_z]
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
@@ -320,7 +320,7 @@ def divide_at_operations(program: Program, sequence: Sequence, rows: Rows, mix_o
             continue
         apart = set() if mix_operations or sequence.process in BEAMS else set(_operation_starts(program, item, rows))
         edges = sorted({0, *apart, *detaching_stages(item.pieces), len(item.pieces)})
-        whole = replace(item, stays=why_pieces_stay(item, sorted(apart)))
+        whole = replace(item, stays=stay_reasons(item, sorted(apart)))
         items += [_subsection(whole, low, high) for low, high in pairwise(edges)]
     return replace(sequence, items=tuple(items))
 
@@ -390,7 +390,7 @@ def merge_sections(
     tool.
     """
     merger = _Merger(program, sequence, rows, check_cancelled)
-    merger.join_all()
+    merger.merge_all()
     if not merger.dropped:
         return sequence
     saved = merger.saved
@@ -415,7 +415,7 @@ def count_saved_tool_changes(
     if len(np.unique(tools)) == len(tools):
         return 0
     merger = _Merger(program, sequence, rows, check_cancelled, only_counts=True)
-    merger.join_all()
+    merger.merge_all()
     return merger.saved
 
 
@@ -430,12 +430,12 @@ class _Merger:
         self.saved = 0
         self.reader = BlockReader(program)
 
-    def join_all(self) -> None:
+    def merge_all(self) -> None:
         at = 1
         while at < len(self.items):
-            at += not self.join(at)
+            at += not self.merge_into_earlier(at)
 
-    def join(self, at: int) -> bool:
+    def merge_into_earlier(self, at: int) -> bool:
         """Try to merge a section into an earlier section. Return whether this succeeded."""
         later, change = self.items[at], self.items[at - 1]
         if not isinstance(later, Section) or not isinstance(change, FixedBlocks) or at < 2:
@@ -627,7 +627,7 @@ class SectionFinder:
             if block in self.called:
                 continue
             cuts = int(self.cuts[self.first[block]])
-            start = self._start(block)
+            start = self._task_start(block)
             up = self._may_start_task(start, top, level)
             if starts and cuts == done:
                 # A waiting position before the first piece is not part of the piece.
@@ -681,7 +681,7 @@ class SectionFinder:
         words = self.reader.words(block)
         return words is not None and {"X", "Y"} <= words.letters.keys()
 
-    def _start(self, block: int) -> _TaskStart:
+    def _task_start(self, block: int) -> _TaskStart:
         rows = range(int(self.first[block]), int(self.first[block + 1]))
         row = next(r for r in rows if self.rows.travel[r])
         path = self.program.path
@@ -941,7 +941,7 @@ class SectionFinder:
 
     # -- fixed blocks ------------------------------------------------------------------------------------------------
 
-    def items(self) -> list[FixedBlocks | Section]:
+    def sections_and_fixed_blocks(self) -> list[FixedBlocks | Section]:
         """Return the sections and the fixed blocks between them, in program order."""
         items: list[FixedBlocks | Section] = []
         sections = self.sections()
@@ -975,7 +975,7 @@ class SectionFinder:
         block = next((b for b in blocks if self.barriers.get(b) == reason), kept.begin)
         return int(self.program.line[block])
 
-    def stays(self, kept: FixedBlocks) -> Iterator[StayReason]:
+    def stay_reasons(self, kept: FixedBlocks) -> Iterator[StayReason]:
         """Yield the reason why each task in the fixed blocks stays."""
         begin = way = -1
         worked = False

@@ -69,7 +69,7 @@ def with_returns(program: Program, returns: Sequence[CycleReturn], longest: int)
     for block, code in returns:
         at = int(program.line[block]) - 1
         was = len(lines[at].rstrip("\r\n"))
-        line, stated = _in_code(lines[at], _RETURN_WORD, rf"\g<1>{code}")
+        line, stated = _replace_in_code(lines[at], _RETURN_WORD, rf"\g<1>{code}")
         front = [] if stated else [f"G{code}"]
         lines[at] = "".join(insert_words_within(line, front, [], longest, was))
     return "".join(lines)
@@ -158,7 +158,7 @@ class _PaceWriter:
         front: list[str] = []
         back: list[str] = []
         if math.isinf(last.speed):
-            line, count = _in_code(line, _MOTION_OF_CUTS, r"\g<1>0")
+            line, count = _replace_in_code(line, _MOTION_OF_CUTS, r"\g<1>0")
             if self.program.path.kind[row] != Kind.FEED:
                 line = _without_centre(line)
             if not count and self.motion != 0:
@@ -171,7 +171,7 @@ class _PaceWriter:
             front.append(f"G{motion}")
         self.motion = motion
         if states_feed:
-            value = self._value(last, row, own, unit)
+            value = self._feed_in_program_units(last, row, own, unit)
             if value != own:
                 line = replace_words(line, {"F": format_value(value)})
             self.feed = value
@@ -180,13 +180,13 @@ class _PaceWriter:
         return "".join(insert_words_within(line, front, back, self.longest, was))
 
     def _feed_words(self, stretch: PaceStretch, row: int, own: float, unit: float) -> list[str]:
-        value = self._value(stretch, row, own, unit)
+        value = self._feed_in_program_units(stretch, row, own, unit)
         if value == self.feed:
             return []
         self.feed = value
         return ["F" + format_value(value)]
 
-    def _value(self, stretch: PaceStretch, row: int, own: float, unit: float) -> float:
+    def _feed_in_program_units(self, stretch: PaceStretch, row: int, own: float, unit: float) -> float:
         """Convert the speed of a segment to program units per minute.
 
         Unless it is the original feed, it is rounded down.
@@ -209,7 +209,7 @@ def _without_centre(line: str) -> str:
     return line
 
 
-def _in_code(line: str, pattern: re.Pattern[str], text: str) -> tuple[str, int]:
+def _replace_in_code(line: str, pattern: re.Pattern[str], text: str) -> tuple[str, int]:
     """Replace the first match of a pattern outside of comments. Return the line and the number of replacements."""
     match = pattern.search(code_without_comments(line))
     if match is None:

@@ -185,8 +185,8 @@ class _Rewriter:
         """Set the modal state and the tool position to their values before a block of the original program."""
         self.have = self.program.modal(block)
         self.stated = self.reader.fields_set_in_blocks(0, block)
-        self.place = self.original.place_before(block)
-        self.initial = self.original.initial_before(block)
+        self.place = self.original.position_before(block)
+        self.initial = self.original.initial_height_before(block)
 
     # -- pieces that move --------------------------------------------------------------------------------------------
 
@@ -222,7 +222,7 @@ class _Rewriter:
         """
         self.check_cancelled()
         program = self.program
-        block, row = self.original.arrival(piece)
+        block, row = self.original.arrival_block_and_row(piece)
         entry = piece.exit if turned else piece.entry
         modal_use = self.reader.modal_use(piece.begin, piece.end)
         floor = self._height_past_obstacles(entry, floor, program.modal(piece.begin).tool)
@@ -237,7 +237,7 @@ class _Rewriter:
             for letter, value, now in zip("XY", entry, self.place, strict=False)
             if letter not in stated and not abs(value - now) < _TOLERANCE
         ]
-        lines = list(self.task_lines.of(piece.begin, piece.end))
+        lines = list(self.task_lines.block_lines(piece.begin, piece.end))
         leaves = program.modal(piece.end)
         if turned:
             lines, leaves = self._reversed_lines(piece, lines)
@@ -249,7 +249,7 @@ class _Rewriter:
         lines[begin : begin + 1] = insert_words_within(lines[begin], front, back, self.longest, lengths[begin])
         self._copy_lines(lines)
         self._track_task(piece)
-        self._take_fields(modal_use.sets, leaves)
+        self._set_fields(modal_use.sets, leaves)
         self.place[:2] = piece.entry if turned else self.place[:2]
 
     def _height_past_obstacles(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
@@ -281,7 +281,7 @@ class _Rewriter:
 
     def _write_arrival(self, piece: ProgramTask, arrival: int, floor: float, entry: tuple[float, float]) -> None:
         """Move the tool to the height that a task requires before its first sideways rapid."""
-        z, original = self.place[2], self.original.place_before(piece.begin)[2]
+        z, original = self.place[2], self.original.position_before(piece.begin)[2]
         matters = depends_on_height(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
         if _is_below(z, level):
@@ -328,11 +328,11 @@ class _Rewriter:
                     height = float(path.end[row, 2]) if states_z else height
                     # The initial height of a following series of cycles.
                     self.initial = height
-        x, y, _ = self.original.place_before(piece.end)
+        x, y, _ = self.original.position_before(piece.end)
         self.place = [x, y, height]
         self.stated |= self.reader.fields_set_in_blocks(piece.begin, piece.end)
 
-    def _take_fields(self, fields: frozenset[str], modal: Modal) -> None:
+    def _set_fields(self, fields: frozenset[str], modal: Modal) -> None:
         self.have = replace_fields(self.have, fields, modal)
 
     # -- words -------------------------------------------------------------------------------------------------------
@@ -395,7 +395,7 @@ class _Rewriter:
 
     def _write_fixed_blocks(self, kept: FixedBlocks) -> None:
         """Write fixed blocks. If a rapid would hit an obstacle, insert rapids over or around the obstacle first."""
-        lines, done = self.task_lines.of(kept.begin, kept.end), 0
+        lines, done = self.task_lines.block_lines(kept.begin, kept.end), 0
         if self.obstacles is None:
             self._copy_lines(lines)
             self._track_fixed_blocks(kept)
@@ -445,7 +445,7 @@ class _Rewriter:
     def _restore_state(self, kept: FixedBlocks) -> None:
         """Restore the state that the fixed blocks depend on, and track the state that they leave."""
         program, blocks = self.program, range(kept.begin, kept.end)
-        original = self.original.place_before(kept.begin)
+        original = self.original.position_before(kept.begin)
         if _is_below(self.place[2], original[2]):
             self._rapid_to(z=original[2])
         goes = next_position(self.reader, blocks, min(original[2], self.place[2]))
@@ -476,8 +476,8 @@ class _Rewriter:
             raise PostError("line {} continues an arc, but a block must not contain G2 or G3 alone", line)
         if words:
             self._write_block(*words)
-        self._take_fields(modal_use.inherited, need)
-        self._take_fields(modal_use.sets, program.modal(kept.end))
+        self._set_fields(modal_use.inherited, need)
+        self._set_fields(modal_use.sets, program.modal(kept.end))
         self.have = replace_fields(program.modal(kept.end), INHERITED, self.have)
         self.stated |= self.reader.fields_set_in_blocks(kept.begin, kept.end)
 
@@ -496,13 +496,13 @@ class _Rewriter:
     def _same_series(self, need: Modal, block: int) -> bool:
         have = self.have
         same = have.cycle == need.cycle and dict(have.cycle_words) == dict(need.cycle_words)
-        initial = self.original.initial_before(block)
+        initial = self.original.initial_height_before(block)
         return same and (not need.to_initial or abs(initial - self.initial) < _TOLERANCE)
 
     def _track_fixed_blocks(self, kept: FixedBlocks) -> None:
         program, path = self.program, self.program.path
         low, high = int(program.first[kept.begin]), int(program.first[kept.end])
-        place = self.original.place_before(kept.end)
+        place = self.original.position_before(kept.end)
         kinds = path.kind[low:high]
         elsewhere = np.isin(kinds, [Kind.MACHINE, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN]).any()
         letters = {letter for b in range(kept.begin, kept.end) for letter in self._letters(b)}
@@ -510,7 +510,7 @@ class _Rewriter:
         for axis, letter in enumerate("XYZ"):
             if elsewhere or opaque or letter in letters or (axis == 2 and (kinds == Kind.DRILL).any()):
                 self.place[axis] = place[axis]
-        self.initial = self.original.initial_before(kept.end)
+        self.initial = self.original.initial_height_before(kept.end)
 
     def _has_hidden_effect(self, block: int) -> bool:
         """Return whether a block does more than its words show."""
@@ -547,7 +547,7 @@ class TaskLines:
         """The lines after the last block."""
         return self._lines[self._line[-1] :] if self._line else self._lines
 
-    def of(self, begin: int, end: int) -> tuple[str, ...]:
+    def block_lines(self, begin: int, end: int) -> tuple[str, ...]:
         """Return the lines of a half-open range of blocks."""
         return self._lines[self._line_count_before(begin) : self._line_count_before(end)]
 
@@ -650,7 +650,7 @@ class ReversedCut:
 
     def write(self) -> tuple[list[str], Modal]:
         """Return the reversed lines, and the modal state after them."""
-        new = [*self._lead(), *self._body(), *self._tail()]
+        new = [*self._lead_lines(), *self._body_lines(), *self._tail_lines()]
         # The last line of a file may lack a line ending; after reversal it may no longer be last.
         end = line_ending(self.program.lines)
         new = [line if line.endswith(("\n", "\r")) else line + end for line in new]
@@ -663,25 +663,25 @@ class ReversedCut:
     def _line_of_block(self, block: int) -> int:
         return self._count_lines_through(block) - 1
 
-    def _lead(self) -> list[str]:
+    def _lead_lines(self) -> list[str]:
         """Return the lines before the cut, adapted so that they lead to the former end of the cut."""
         lines = self.lines[: self._count_lines_through(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
             lines[self._line_of_block(block)] = replace_words(
-                lines[self._line_of_block(block)], self._axes(len(self.stroke.rows))
+                lines[self._line_of_block(block)], self._xy_texts(len(self.stroke.rows))
             )
         return lines
 
-    def _body(self) -> list[str]:
+    def _body_lines(self) -> list[str]:
         """Return the lines of the cut, last block first. Comments above a block move along with the block."""
         stroke = self.stroke
         found: list[str] = []
         for block in range(stroke.tail - 1, stroke.body - 1, -1):
             found += self.lines[self._count_lines_through(block - 1) : self._line_of_block(block)]
-            found.append(self._cut(block))
+            found.append(self._reversed_line(block))
         return found
 
-    def _tail(self) -> list[str]:
+    def _tail_lines(self) -> list[str]:
         """Return the lines after the cut, adapted so that they retract at the former start of the cut."""
         lines = self.lines[self._count_lines_through(self.stroke.tail - 1) :]
         begin = self._count_lines_through(self.stroke.tail - 1)
@@ -690,14 +690,14 @@ class ReversedCut:
             modal_use, need = self.reader.modal_use(block, block + 1), self.program.modal(block)
             # Feed and speed need no words: a reversible cut has the same values at both ends.
             front = [f"G{need.motion}"] if "motion" in modal_use.inherited and need.motion != self.motion else []
-            lines[at] = insert_words(replace_words(lines[at], self._axes(0)), front, [])
+            lines[at] = insert_words(replace_words(lines[at], self._xy_texts(0)), front, [])
             if "motion" in modal_use.sets:
                 self.motion = self.program.modal(block + 1).motion
         return lines
 
     # -- words -------------------------------------------------------------------------------------------------------
 
-    def _axes(self, place: int) -> dict[str, str]:
+    def _xy_texts(self, place: int) -> dict[str, str]:
         """Return the text of X and Y at a point of the cut, by letter."""
         texts = self.stroke.places[place]
         # An axis without text does not move in its block: its position is the same before and after.
@@ -707,7 +707,7 @@ class ReversedCut:
             for letter, text, value in zip("XY", texts, at, strict=False)
         }
 
-    def _cut(self, block: int) -> str:
+    def _reversed_line(self, block: int) -> str:
         """Return the line that reverses a block of the cut."""
         number = block - self.stroke.body
         line, row = self.lines[self._line_of_block(block)], self.stroke.rows[number]
@@ -719,10 +719,10 @@ class ReversedCut:
         if "motion" in words.states or motion != self.motion:
             texts.append(self._motion_word(line, motion))
         # An axis missing from the line does not move, in either direction.
-        back = self._axes(number)
+        back = self._xy_texts(number)
         texts += [letter + back[letter] for letter in "XY" if letter in letters]
         texts += [f"Z{letters['Z']}"] if "Z" in letters else []
-        texts += self._centre(letters, number, need)
+        texts += self._centre_words(letters, number, need)
         if "F" in letters or need.feed != self.feed:
             texts.append(self.spelled("F", need.feed, block + 1))
         if "S" in letters or (need.spindle and need.rpm != self.rpm):
@@ -734,14 +734,14 @@ class ReversedCut:
         """Return G1, G2 or G3. The word gets a leading zero if the original line uses one."""
         return f"G0{motion}" if re.search(r"[Gg]0[123](?![0-9])", code_without_comments(line)) else f"G{motion}"
 
-    def _centre(self, letters: dict[str, str], number: int, need: Modal) -> list[str]:
+    def _centre_words(self, letters: dict[str, str], number: int, need: Modal) -> list[str]:
         """Return the words for the centre of an arc, relative to the new start point of the arc."""
         if "R" in letters:
             return [f"R{letters['R']}"]
         if need.absolute_centres:
             return [letter + letters[letter] for letter in "IJ" if letter in letters]
         found = []
-        old, new = self._axes(number), self._axes(number + 1)
+        old, new = self._xy_texts(number), self._xy_texts(number + 1)
         for letter, axis in (("I", "X"), ("J", "Y")):
             if letter in letters or old[axis] != new[axis]:
                 shift = Decimal(old[axis]) - Decimal(new[axis]) + Decimal(letters.get(letter, "0"))
@@ -769,17 +769,17 @@ class OriginalPositions:
         self.program = program
         self.before = program.path.before
 
-    def place_before(self, block: int) -> list[float]:
+    def position_before(self, block: int) -> list[float]:
         """Return the tool position before a block, or at the end of the program, mm."""
         return list(self.program.path.place_before(int(self.program.first[block])))
 
-    def initial_before(self, block: int) -> float:
+    def initial_height_before(self, block: int) -> float:
         """Return the initial height of the canned cycle that is active before a block, mm.
 
         If no cycle is active, return the current height.
         """
         if self.program.modal(block).cycle is None:
-            return self.place_before(block)[2]
+            return self.position_before(block)[2]
         row = int(self.program.first[block])
         kinds = self.program.path.kind
         while row > 0 and (kinds[row - 1] == Kind.DRILL or kinds[row - 1] not in MOTIONS):
@@ -825,12 +825,12 @@ class OriginalPositions:
 
     def crossing_height(self, piece: ProgramTask) -> float:
         """Return the lowest height at which the original program moves to the start of a task, mm."""
-        row = self.arrival(piece)[1]
+        row = self.arrival_block_and_row(piece)[1]
         z0, z1 = float(self.before[row, 2]), float(self.program.path.end[row, 2])
         path = self.program.path
         return max(z0, path.cycles[int(path.ref[row])].r_plane) if path.kind[row] == Kind.DRILL else min(z0, z1)
 
-    def arrival(self, piece: ProgramTask) -> tuple[int, int]:
+    def arrival_block_and_row(self, piece: ProgramTask) -> tuple[int, int]:
         """Return the block and the row of the move to the start of a task."""
         path, first = self.program.path, self.program.first
         for block in range(piece.begin, piece.end):

@@ -55,7 +55,7 @@ class _Moves(NamedTuple):
         return _Moves(self.ends[which], self.row[which], self.crosses[which])
 
 
-def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> AvoidedAreas:
+def find_avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> AvoidedAreas:
     """Detect rapids in a new program that cross an area lower than the original program ever did.
 
     `safe_z` is a height in machine coordinates, mm. After a move in machine coordinates to this height or above, the

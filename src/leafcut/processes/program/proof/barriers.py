@@ -315,7 +315,7 @@ def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]
     Both programs must have the same barriers in the same order. The new program may only omit whole tool changes. In
     that case, the work on both sides of the tool change forms a single group.
     """
-    if _tool_changes(after) >= _tool_changes(before):
+    if _count_tool_changes(after) >= _count_tool_changes(before):
         return _match_groups(before, after)
     hard = _match_groups(_without_tool_changes(before), _without_tool_changes(after))
     left: dict[tuple[int, tuple[object, ...]], list[BarrierGroup]] = defaultdict(list)
@@ -336,21 +336,21 @@ def _added_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Differ
 
     If the original program changes to the same tool at another position, the message includes that change.
     """
-    text, tools = Message.joined(", ", (mark.text for mark in wall.marks)), _tools(wall)
+    text, tools = Message.joined(", ", (mark.text for mark in wall.marks)), _tool_numbers(wall)
     for other in others:
         was = Message.joined(", ", (mark.text for mark in other.marks))
-        if _tools(other) == tools and was != text:
+        if _tool_numbers(other) == tools and was != text:
             return Difference(
                 Message("tool change"), other.marks[0].line, wall.marks[0].line, Message("'{}' became '{}'", was, text)
             )
     return Difference(Message("tool change"), 0, wall.marks[0].line, Message("'{}' is not in the original", text))
 
 
-def _tools(wall: BarrierGroup) -> list[object]:
+def _tool_numbers(wall: BarrierGroup) -> list[object]:
     return [mark.values[1] for mark in wall.marks if mark.kind == Kind.TOOL]
 
 
-def _tool_changes(walls: list[BarrierGroup]) -> int:
+def _count_tool_changes(walls: list[BarrierGroup]) -> int:
     return sum(mark.kind == Kind.TOOL for wall in walls for mark in wall.marks)
 
 

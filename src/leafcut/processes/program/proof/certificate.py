@@ -288,10 +288,10 @@ class _Comparison:
         turned = reversed_runs(both[0], both[1], pairing.new_of)
         self.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, self.tolerance, self.no_mill))
         order = ChangedOrder(before, after, group_rapids(before), pairing.new_of, self.no_mill, self.check_cancelled)
-        self.add((*order.touching(self.tolerance), *order.work_inside_contours()))
+        self.add((*order.touching_differences(self.tolerance), *order.inside_contour_differences()))
         if not self.no_mill:
             self.add(
-                order.reordered_passes(
+                order.pass_differences(
                     min(smallest_diameter_in_comments(self.programs[0]), self.tool_diameter or math.inf)
                 )
             )
@@ -679,7 +679,7 @@ class ChangedOrder:
         run = np.cumsum(allowed_heights(before, gaps).follows == 0)
         self.run: Indices = np.subtract(run, run[:1], dtype=np.int64)
 
-    def touching(self, tolerance: float) -> Iterator[Difference]:
+    def touching_differences(self, tolerance: float) -> Iterator[Difference]:
         """Yield touching cuts whose order changed, and features at unknown positions that changed places."""
         if self.unchanged:
             return
@@ -705,7 +705,7 @@ class ChangedOrder:
                 Message("order"), 0, 0, Message("too many cuts overlap, so their order cannot be verified")
             )
 
-    def work_inside_contours(self) -> Iterator[Difference]:
+    def inside_contour_differences(self) -> Iterator[Difference]:
         """Yield work that moved from before an enclosing outline to after it, or vice versa.
 
         The outline is a closed cut or has tabs. With a beam or a pen, only work that is now after the outline counts.
@@ -738,7 +738,7 @@ class ChangedOrder:
                 message = partial(_changed_side, outline.joined, k < closes, self.flat)
                 yield self._difference(kind, int(first[k]), int(last[closes]), message)
 
-    def reordered_passes(self, width: float) -> Iterator[Difference]:
+    def pass_differences(self, width: float) -> Iterator[Difference]:
         """Yield nearby passes of a mill whose order changed, and parts that are now detached too early.
 
         `width` is the width of the mill, mm.

@@ -15,7 +15,7 @@ from leafcut.errors import count_of
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.features import EXACT, FIRST_CYCLE, Features, name_of
+from leafcut.processes.program.proof.features import EXACT, FIRST_CYCLE, Features, feature_kind_name
 from leafcut.processes.program.proof.matching import (
     CellKey,
     Feature,
@@ -85,7 +85,7 @@ def explain(pairing: Pairing, room: MatchTolerance, implied: Sequence[StateChang
         stretches[1] = []
     found += _moved_features(stretches[0], stretches[1], sides, room)
     for change, rest, side in (("missing", stretches[0], sides[0]), ("extra", stretches[1], sides[1])):
-        found += (_group_difference(change, group, side) for group in _grouped(rest, _adjacent))
+        found += (_group_difference(change, group, side) for group in _consecutive_groups(rest, _adjacent))
     if not found and (missing or extra) and not implied:
         # Without an explanation, the programs still differ.
         one, other = (side[0].line if side else 0 for side in (missing, extra))
@@ -111,7 +111,9 @@ def _moved_past_barrier(
     nowhere = [[f._replace(group=0) for f in side] for side in (missing, extra)]
     pairs, missing, extra = match_one_by_one(nowhere[0], nowhere[1], room)
     found = []
-    for group in _grouped(pairs, lambda p, q: (q[0].number, q[1].number) == (p[0].number + 1, p[1].number + 1)):
+    for group in _consecutive_groups(
+        pairs, lambda p, q: (q[0].number, q[1].number) == (p[0].number + 1, p[1].number + 1)
+    ):
         ones = [one for one, _ in group]
         if len(ones) == 1:
             message = Message(
@@ -127,7 +129,7 @@ def _moved_past_barrier(
     return found, missing, extra
 
 
-def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) -> Iterator[list[_Item]]:
+def _consecutive_groups(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) -> Iterator[list[_Item]]:
     """Yield groups of consecutive items.
 
     `goes_on` decides whether an item belongs to the same group as the item before it.
@@ -187,7 +189,7 @@ def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: lis
             begun.append(pair)
         elif pair.rest or start:
             groups[*pair.rest, *start].append(pair)
-    for run in _grouped(begun, lambda p, q: q.one.number == p.one.number + 1):
+    for run in _consecutive_groups(begun, lambda p, q: q.one.number == p.one.number + 1):
         numbers = [pair.other.number for pair in run]
         ordered = sorted(numbers)
         if numbers != ordered and ordered[-1] - ordered[0] == len(run) - 1:
@@ -208,11 +210,11 @@ def _grouped_changes(pairs: list[_ChangedFeature], gone: list[Feature], new: lis
 
 
 def _stretches(features: list[Feature]) -> Iterator[Stretch]:
-    return _grouped(sorted(features, key=lambda f: f.number), _is_continued_by)
+    return _consecutive_groups(sorted(features, key=lambda f: f.number), _is_continued_by)
 
 
 def _is_continued_by(one: Feature, other: Feature) -> bool:
-    if other.number != one.number + 1 or _is_cycle(one) or _is_cycle(other) or _tool_of(one) != _tool_of(other):
+    if other.number != one.number + 1 or _is_cycle(one) or _is_cycle(other) or _tool_number(one) != _tool_number(other):
         return False
     # A hole pecked by single moves counts as one hole, despite the retracts.
     pecked = _is_upright(one) and _is_upright(other) and _same_point(one.place[:2], other.place[:2])
@@ -224,7 +226,7 @@ def _is_upright(feature: Feature) -> bool:
 
 
 def _adjacent(one: Stretch, other: Stretch) -> bool:
-    return other[0].number == one[-1].number + 1 and _tool_of(other[0]) == _tool_of(one[0])
+    return other[0].number == one[-1].number + 1 and _tool_number(other[0]) == _tool_number(one[0])
 
 
 def _group_difference(change: str, group: list[Stretch], side: Features) -> Difference:
@@ -236,13 +238,13 @@ def _group_difference(change: str, group: list[Stretch], side: Features) -> Diff
         message = Message("{} is missing", text) if change == "missing" else Message("{} is new", text)
     else:
         message = Message("{} are missing", text) if change == "missing" else Message("{} are new", text)
-    noun = "hole" if all(holes) else _noun_of(features)
+    noun = "hole" if all(holes) else _commonest_noun(features)
     lines = [(f.line, 0) if change == "missing" else (0, f.line) for f in features]
     return Difference(_KINDS[change][noun], *lines[0], message, _further_lines(lines))
 
 
 def _group_text(group: list[Stretch], holes: list[Message | None]) -> Message:
-    tool = _tool_of(group[0][0])
+    tool = _tool_number(group[0][0])
     if len(group) == 1:
         return Message("{} with tool {}", _describe_run(group[0], holes[0]), tool)
     described = [hole for hole in holes if hole]
@@ -266,7 +268,7 @@ def _describe_run(stretch: Stretch, hole: Message | None) -> Message:
     if hole and not _is_cycle(first) and len(stretch) > 1:
         return Message("{}, of {},", hole, _count_text(stretch))
     if len(stretch) == 1:
-        return Message("{} at {}", name_of(first.exact[0]), position_text(*first.place[:3]))
+        return Message("{} at {}", feature_kind_name(first.exact[0]), position_text(*first.place[:3]))
     start, end = position_text(*first.place[3:6]), position_text(*last.place[:3])
     return Message("{} from {} to {}", _count_text(stretch), start, end)
 
@@ -278,7 +280,7 @@ def _describe_hole(stretch: Stretch, side: Features) -> Message | None:
     """
     first, last = stretch[0], stretch[-1]
     if _is_cycle(first):
-        return Message("{} at {}", name_of(first.exact[0]), position_text(*first.place[:3]))
+        return Message("{} at {}", feature_kind_name(first.exact[0]), position_text(*first.place[:3]))
     bottom = min(f.place[2] for f in stretch)
     if not all(map(_is_upright, stretch)) or not bottom < first.place[5]:
         return None
@@ -309,7 +311,7 @@ def _moved_features(
         one, other = group[0]
         holes = [_describe_hole(s, side) for s, side in zip((one, other), sides, strict=True)]
         before, after = (hole or _describe_run(s, None) for s, hole in zip((one, other), holes, strict=True))
-        tool, single = _tool_of(one[0]), holes[0] is not None or len(one) == 1
+        tool, single = _tool_number(one[0]), holes[0] is not None or len(one) == 1
         if len(group) > 1:
             count = _count_text([f for s, _ in group for f in s])
             moved = position_text(shift[0], shift[1])
@@ -343,7 +345,7 @@ def _differs_only_in_position(one: Stretch, other: Stretch, room: MatchTolerance
         return False
     a, b = one[0], other[0]
     if len(one) == 1:
-        moved = b._replace(place=a.place if _noun_of([a]) != "cut" else (*a.place[:3], *b.place[3:]))
+        moved = b._replace(place=a.place if _commonest_noun([a]) != "cut" else (*a.place[:3], *b.place[3:]))
         if not feature_changes(a, moved, room):
             return True
     x, y = (q - p for p, q in zip(a.place[:2], b.place[:2], strict=True))
@@ -376,7 +378,7 @@ _KINDS = {
 
 def _difference(change: str, pairs: list[tuple[Feature, Feature]], message: Message, noun: str = "") -> Difference:
     lines = [(one.line, other.line) for one, other in pairs]
-    kind = _KINDS[change][noun or _noun_of(one for one, _ in pairs)]
+    kind = _KINDS[change][noun or _commonest_noun(one for one, _ in pairs)]
     return Difference(kind, *lines[0], message, _further_lines(lines))
 
 
@@ -393,13 +395,16 @@ def _same_point(a: tuple[float, ...] | None, b: tuple[float, ...]) -> bool:
 
 def _feature_text(feature: Feature) -> Message:
     return Message(
-        "{} at {} with tool {}", name_of(feature.exact[0]), position_text(*feature.place[:3]), _tool_of(feature)
+        "{} at {} with tool {}",
+        feature_kind_name(feature.exact[0]),
+        position_text(*feature.place[:3]),
+        _tool_number(feature),
     )
 
 
 def _count_text(features: list[Feature]) -> Message:
     """Describe the number of features in words: ``3 holes``, ``7 cuts and 1 dwell``."""
-    nouns = Counter(_noun_of([feature]) for feature in features)
+    nouns = Counter(_commonest_noun([feature]) for feature in features)
     return Message.joined_by_and(count_of(n, noun) for noun, n in nouns.most_common())
 
 
@@ -407,11 +412,11 @@ def _is_cycle(feature: Feature) -> bool:
     return feature.exact[0] >= FIRST_CYCLE
 
 
-def _tool_of(feature: Feature) -> int:
+def _tool_number(feature: Feature) -> int:
     return feature.exact[EXACT.index("tool")]
 
 
-def _noun_of(features: Iterable[Feature]) -> str:
+def _commonest_noun(features: Iterable[Feature]) -> str:
     return Counter(
         "hole" if _is_cycle(f) else "dwell" if f.exact[0] == Kind.DWELL else "cut" for f in features
     ).most_common(1)[0][0]

@@ -192,7 +192,7 @@ class Features:
 _BY_FEATURE = ("row", "line", "kind", "end", "start", "feed", "dwell", "state", "arc", "cycle", "group")
 
 
-def name_of(kind: int) -> str:
+def feature_kind_name(kind: int) -> str:
     """Return the name of a kind of feature, such as ``cut`` or ``G83``."""
     return CUTS[Kind(kind)] if kind < FIRST_CYCLE else kind.to_bytes(7, "big").lstrip(b"\0").decode("ascii", "replace")
 
@@ -241,7 +241,7 @@ def _spindle_started(path: Toolpath, spindle: Indices) -> Indices:
     return started
 
 
-def same_state(rows: ProgramPath) -> Mask:
+def same_state_mask(rows: ProgramPath) -> Mask:
     """Return whether each row but the first has the same machine state as the row before it."""
     number = rows.program.row_modal[rows.source]
     changed = np.flatnonzero(number[1:] != number[:-1])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices
 from leafcut.message import Message
-from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, Features, name_of
+from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, Features, feature_kind_name
 from leafcut.proof.difference import position_text
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -73,7 +73,7 @@ def match_features(before: Features, after: Features, room: MatchTolerance) -> P
     new_of[old] = new
     free = np.ones(len(after), dtype=bool)
     free[new] = False
-    left, right = _listed(before, np.flatnonzero(new_of < 0)), _listed(after, np.flatnonzero(free))
+    left, right = _to_feature_list(before, np.flatnonzero(new_of < 0)), _to_feature_list(after, np.flatnonzero(free))
     pairs, missing, extra = match_one_by_one(left, right, room)
     for one, other in pairs:
         new_of[one.number] = other.number
@@ -87,7 +87,7 @@ def _match_by_hash(before: Features, after: Features, tolerance: float) -> tuple
     old, new = _match_equal_numbers(number[: len(before)], number[len(before) :])
     del hashed, number
     same = np.ones(len(old), dtype=bool)
-    for one, other in zip(_rounded(before), _rounded(after), strict=True):
+    for one, other in zip(_rounded_columns(before), _rounded_columns(after), strict=True):
         same &= one[old] == other[new]
     for name in PLACE:
         here, there = before.of(name, old), after.of(name, new)
@@ -115,7 +115,7 @@ def _match_equal_numbers(one: Indices, other: Indices) -> tuple[Indices, Indices
     )
 
 
-def _rounded(features: Features) -> Iterator[Indices]:
+def _rounded_columns(features: Features) -> Iterator[Indices]:
     """Yield the values of all features as integers. To save memory, each step yields a single column."""
     yield features.group
     yield from (features.of(name) for name in EXACT)
@@ -128,7 +128,7 @@ def _rounded(features: Features) -> Iterator[Indices]:
 def _feature_hashes(features: Features) -> NDArray[np.uint64]:
     """Return a hash for each feature. Callers must check whether features with the same hash are really equal."""
     mixed = np.zeros(len(features), dtype=np.uint64)
-    for column in _rounded(features):
+    for column in _rounded_columns(features):
         mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
         mixed ^= mixed >> np.uint64(29)
     return mixed
@@ -145,7 +145,7 @@ def _occurrence_keys(number: Indices) -> Indices:
     return key
 
 
-def _listed(features: Features, which: Indices) -> list[Feature]:
+def _to_feature_list(features: Features, which: Indices) -> list[Feature]:
     parts: list[list[Any]] = [features.line[which].tolist(), features.group[which].tolist()]
     parts += [features.several(names, which).tolist() for names in (EXACT, PLACE, AMOUNT, HEIGHT)]
     return [
@@ -281,7 +281,9 @@ def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[Featur
     near = room.place + 1e-9
     found: list[FeatureChange] = []
     if a.exact[0] != b.exact[0]:
-        found.append(FeatureChange("kind", Message("{} became {}", name_of(a.exact[0]), name_of(b.exact[0]))))
+        found.append(
+            FeatureChange("kind", Message("{} became {}", feature_kind_name(a.exact[0]), feature_kind_name(b.exact[0])))
+        )
     if a.exact != b.exact:
         for name in _EXACT_WORDS:
             was, now = a.exact[EXACT.index(name)], b.exact[EXACT.index(name)]

@@ -126,7 +126,7 @@ def _path_error(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyE
     )
 
 
-def new_speeds(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
+def highest_new_speeds(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
     """Return the highest new speed of every simulated move, mm/s. Rapids have an infinite speed."""
     speed = loads.feed.copy()
     every = np.arange(int(loads.source.max(initial=-1)) + 2)
@@ -161,7 +161,7 @@ def check_limits(
     VerifyError
         A speed exceeds its limit.
     """
-    speed = new_speeds(loads, stretches)
+    speed = highest_new_speeds(loads, stretches)
     cuts, chip = loads.is_milling | loads.is_ramping, loads.chip
     faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))
     ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=np.isfinite(speed) & (loads.feed > 0))

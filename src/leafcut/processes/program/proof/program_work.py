@@ -22,7 +22,7 @@ from leafcut.processes.program.proof.features import (
     ProgramPath,
     compensated_moves,
     features_of,
-    same_state,
+    same_state_mask,
 )
 
 #: Moves up to this length count as no move, mm.
@@ -200,7 +200,7 @@ def _select_rows(program_path: ProgramPath, rows: Indices) -> ProgramPath:
 def _continues_feed(moves: ProgramPath, feeds: Mask) -> Mask:
     """Return whether each row but the first is a feed move in the same state as the row before it."""
     value = moves.path.value
-    alike: Mask = feeds[1:] & feeds[:-1] & same_state(moves) & (value[1:] == value[:-1])
+    alike: Mask = feeds[1:] & feeds[:-1] & same_state_mask(moves) & (value[1:] == value[:-1])
     return alike
 
 

@@ -101,7 +101,7 @@ def group_rapids(work: ProgramWork) -> RapidGaps:
     keys, feature = keys[order], number[order].astype(np.int32)
     gap_of = np.empty(len(work.features), dtype=np.int32)
     gap_of[feature[feature >= 0]] = np.flatnonzero(feature >= 0)
-    at, row, begin, end = _moves(work)
+    at, row, begin, end = _rapid_columns(work)
     gap = np.searchsorted(keys, at)
     across = goes_across(begin, end)
     low, high = (np.where(np.isnan(z), np.inf, z) for z in (begin[:, 2], end[:, 2]))
@@ -157,7 +157,7 @@ def _minimum_by_gap(n: int, gap: Indices, value: Floats) -> Floats:
     return least
 
 
-def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
+def _rapid_columns(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
     """Return all rapids in order as columns: key, row, start and end.
 
     The moves to the R planes of cycles are included.

@@ -68,7 +68,7 @@ class StockJudge:
     touched: bool
 
     @classmethod
-    def of(
+    def from_original(
         cls,
         original: Program,
         tools: Mapping[int, Tool],

@@ -53,7 +53,7 @@ class Arcs:
     level: Floats
     rises: Floats
 
-    def at(self, which: Indices, s: Floats) -> Floats:
+    def points_at(self, which: Indices, s: Floats) -> Floats:
         """Return the XY points of the arcs `which` at the parameters `s`, float64[k, 2], mm."""
         angle = self.start[which] + s * self.sweep[which]
         radius = self.radius[which] + s * self.grows[which]
@@ -121,7 +121,7 @@ class Traces:
         low, high = parts.low + nth * step, parts.low + (nth + 1) * step
         begin, end = parts.begin.copy(), parts.end.copy()
         inner = np.flatnonzero(nth > 0)
-        begin[inner] = self.arcs.at(parts.arc[inner], low[inner])
+        begin[inner] = self.arcs.points_at(parts.arc[inner], low[inner])
         end[inner - 1] = begin[inner]
         return replace(parts, begin=begin, end=end, low=low, high=high, bow=np.minimum(parts.bow, sagitta))
 
@@ -148,8 +148,8 @@ def traces_of(features: Features) -> Traces:
     order = np.argsort(feature, kind="stable")
     traces = Traces(
         feature,
-        np.concatenate([start[straight], arcs.at(which, low)]),
-        np.concatenate([x_y[straight], arcs.at(which, high)]),
+        np.concatenate([start[straight], arcs.points_at(which, low)]),
+        np.concatenate([x_y[straight], arcs.points_at(which, high)]),
         np.concatenate([none, arcs.bow(which, high - low)]),
         np.concatenate([np.full(len(straight), -1), which]),
         np.concatenate([none, low]),

@@ -190,7 +190,7 @@ def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None
     If `clockwise` is not given, the cutting rules decide on the direction.
     """
     c = cutting.contours[contour]
-    way = c.directions[0] if clockwise is None else clockwise
+    way = c.allowed_directions[0] if clockwise is None else clockwise
     return CutStart(contour, at, way, c.path.point_at(at), c.path.point_at(exit_position(c, at, way)))
 
 
@@ -394,7 +394,9 @@ def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, 
     most = max(2, min(PLACES, MOST_PLACES // max(len(wanted), 1)))
     rows = [(k, at) for k in sorted(wanted) for at in _spaced_positions(contours[k], wanted[k], most)]
     arrive = [contours[k].path.point_at(at) for k, at in rows]
-    leave = [contours[k].path.point_at(exit_position(contours[k], at, contours[k].directions[0])) for k, at in rows]
+    leave = [
+        contours[k].path.point_at(exit_position(contours[k], at, contours[k].allowed_directions[0])) for k, at in rows
+    ]
     return Bridges(
         np.array([k for k, _ in rows], dtype=np.int64),
         np.array([at for _, at in rows], dtype=np.float64),
@@ -424,7 +426,7 @@ def _sample_positions(contour: CutContour) -> NDArray[np.float64]:
     even = (np.arange(SAMPLES) + 0.5) * length / SAMPLES
     meet = np.cumsum(contour.path.lengths)[:-1][:SAMPLES]
     at = np.unique(np.concatenate([even, meet]))
-    kept = [a for a in at.tolist() if not contour.in_loop(a)]
+    kept = [a for a in at.tolist() if not contour.is_in_loop(a)]
     return np.array(kept or at.tolist())
 
 
@@ -439,7 +441,9 @@ def _spaced_positions(contour: CutContour, wanted: dict[float, float], most: int
     """
     kept: list[float] = []
     for at in sorted(wanted, key=lambda a: (wanted[a], a)):
-        if contour.in_loop(at) or any(distance_on_closed_path(at, b, contour.path.length) < SAME_PLACE for b in kept):
+        if contour.is_in_loop(at) or any(
+            distance_on_closed_path(at, b, contour.path.length) < SAME_PLACE for b in kept
+        ):
             continue
         kept.append(at)
         if len(kept) == most:
@@ -559,7 +563,7 @@ def _add_single_starts(
     for k in range(len(cutting.contours)):
         if k not in members:
             starts[k] = _starts_clear_of_bridges(cutting, k, scrap)
-            if not starts[k] and cutting.by_contour[k]:
+            if not starts[k] and cutting.starts_by_contour[k]:
                 return k
     return None
 
@@ -627,7 +631,7 @@ def _with_chain_lead_out(contour: CutContour, step: CutStart, scrap: Scrap, brid
 
     This is the longest lead-out that keeps clear of the bridge to this step. If none fits, the step has no lead-out.
     """
-    end, wanted = contour.end_position(step.at, step.clockwise), contour.lead_out
+    end, wanted = contour.end_position(step.at, step.clockwise), contour.requested_lead_out
     for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
         lead = replace(wanted, length=share * wanted.length)
         out, leave = fitting_lead_out(contour, scrap, (step.at, step.clockwise), lead)

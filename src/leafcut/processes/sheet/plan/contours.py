@@ -95,7 +95,7 @@ class CutContour:
     notch_of: int = -1
 
     @property
-    def indices(self) -> tuple[int, ...]:
+    def contour_indices(self) -> tuple[int, ...]:
         """Indices in `Sheet.contours` of all contours that are cut along this path."""
         return self.covers or (self.index,)
 
@@ -120,7 +120,7 @@ class CutContour:
         return self.rules.feed_of(self.kind, small=self.is_small)
 
     @property
-    def joints(self) -> int:
+    def joint_count(self) -> int:
         """Number of micro-joints that the user requested."""
         return self.rules.joints if self.has_leads and not self.hole and not self.is_small else 0
 
@@ -130,28 +130,28 @@ class CutContour:
 
         It includes half a kerf on each side.
         """
-        if not self.joints or self.rules.kind == CutMethod.LASER:
+        if not self.joint_count or self.rules.kind == CutMethod.LASER:
             return 0.0
         return min(self.rules.joint_width + self.rules.kerf, 0.25 * self.path.length)
 
     @property
     def overcut(self) -> float:
         """Distance by which the cut continues beyond its start, mm."""
-        if not self.has_leads or (self.joints and self.rules.kind != CutMethod.LASER):
+        if not self.has_leads or (self.joint_count and self.rules.kind != CutMethod.LASER):
             return 0.0
         return self.rules.hole_overcut if self.hole else self.rules.overcut
 
     @property
-    def lead_out(self) -> Lead:
+    def requested_lead_out(self) -> Lead:
         """The lead-out that the user requested, or no lead-out if the rules do not allow it for this contour."""
         ends_on_contour = self.rules.torch_off_in_overcut and self.overcut > 0.0
-        ends_at_joint = self.joints and self.rules.kind != CutMethod.LASER
+        ends_at_joint = self.joint_count and self.rules.kind != CutMethod.LASER
         if ends_on_contour or ends_at_joint or self.is_small or (self.hole and not self.rules.hole_lead_out):
             return NO_LEAD
         return self.rules.lead_out
 
     @property
-    def directions(self) -> tuple[bool, ...]:
+    def allowed_directions(self) -> tuple[bool, ...]:
         """The allowed cutting directions; True means clockwise."""
         wanted = self.rules.cut_direction(self.hole)
         return {"clockwise": (True,), "counter-clockwise": (False,), "free": (False, True)}[wanted]
@@ -201,7 +201,7 @@ class CutContour:
             distance_on_closed_path(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners
         )
 
-    def in_loop(self, at: float) -> bool:
+    def is_in_loop(self, at: float) -> bool:
         """Return whether a position is in a corner loop, or so close that the closing joint would be in the loop.
 
         A joint must lie on the edge of the part. A joint in a loop would leave the arc around the corner uncut.
@@ -211,7 +211,7 @@ class CutContour:
 
     def may_start(self, at: float) -> bool:
         """Return whether a cut may start at a position of the path. The caller must check whether the lead fits."""
-        return not self.in_loop(at) and (self.rules.compensation != "controller" or self.is_smooth(at))
+        return not self.is_in_loop(at) and (self.rules.compensation != "controller" or self.is_smooth(at))
 
     def lead_points(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Points:
         """Return the points of a lead at a position, in the direction of travel, float64[k, 2], mm."""

@@ -120,21 +120,21 @@ class Cutting:
     @cached_property
     def first_contours(self) -> list[int]:
         """Indices of the contours at which a cut starts. Only the later contours of chains are missing."""
-        return [k for k, own in enumerate(self.by_contour) if own]
+        return [k for k, own in enumerate(self.starts_by_contour) if own]
 
     @cached_property
     def cut_precedence(self) -> list[tuple[int, int]]:
         """Precedence pairs (before, after) of cuts. Each cut is identified by the index of its first contour."""
         head = {k: s.contour for s in self.starts for k in s.contours}
-        return sorted({(head[a], head[b]) for a, b in self.pairs if head[a] != head[b]})
+        return sorted({(head[a], head[b]) for a, b in self.contour_precedence if head[a] != head[b]})
 
     @cached_property
-    def pairs(self) -> list[tuple[int, int]]:
+    def contour_precedence(self) -> list[tuple[int, int]]:
         """Precedence pairs (before, after) of contours, as indices into `contours`."""
         return sorted({*precedence_pairs(self.sheet, self.contours), *self.order})
 
     @cached_property
-    def by_contour(self) -> list[list[int]]:
+    def starts_by_contour(self) -> list[list[int]]:
         """Indices in `starts`, grouped by contour."""
         found: list[list[int]] = [[] for _ in self.contours]
         for number, start in enumerate(self.starts):
@@ -143,7 +143,7 @@ class Cutting:
 
     def starts_on(self, members: Iterable[int]) -> list[CutStart]:
         """Return the starts of the contours with the indices `members`."""
-        return [self.starts[number] for k in members for number in self.by_contour[k]]
+        return [self.starts[number] for k in members for number in self.starts_by_contour[k]]
 
     def cut(self, start: CutStart) -> Cut:
         """Return the cut that belongs to a start. Cuts are cached."""
@@ -198,7 +198,7 @@ class CutSequence:
                 "the order does not cut every contour once; this is a defect of the algorithm; choose another "
                 "--algorithm"
             )
-        for a, b in self.cutting.pairs:
+        for a, b in self.cutting.contour_precedence:
             if at[a] > at[b]:
                 raise PlanError(
                     "{} would be cut before {}; remove 'order' from the plan file, or leave out --sweep",
@@ -293,7 +293,7 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
             continue
         if wanted.style != "none" and not contour.is_small and all(s.lead_in != wanted for s in own):
             lesser.append(contour)
-        if contour.lead_out.style != "none" and all(s.lead_out.style == "none" for s in own):
+        if contour.requested_lead_out.style != "none" and all(s.lead_out.style == "none" for s in own):
             without.append(contour)
     for group, message in (
         (
@@ -324,7 +324,7 @@ def precedence_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[t
 
     Inner contours come before outer contours, and the marks of a part come before its cuts.
     """
-    position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
+    position = {i: k for k, c in enumerate(contours) if not c.common for i in c.contour_indices}
     marks: dict[int, list[int]] = {}
     for k, contour in enumerate(contours):
         around = _enclosing_contour(sheet, position, contour)
@@ -419,7 +419,7 @@ def _first_contours_in_drawing_order(cutting: Cutting) -> list[int]:
 def drawing_order(cutting: Cutting) -> list[CutStart]:
     """Return one start for each cut, in drawing order. The order only changes where the precedence requires it."""
     check_precedence(cutting)
-    return [cutting.starts[cutting.by_contour[k][0]] for k in _first_contours_in_drawing_order(cutting)]
+    return [cutting.starts[cutting.starts_by_contour[k][0]] for k in _first_contours_in_drawing_order(cutting)]
 
 
 def total_travel(start: Point | None, order: Sequence[CutStart], travel: Any = math.dist) -> float:
@@ -448,7 +448,7 @@ def sweep_bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> li
     if options.sweep == "free":
         return [cutting.first_contours]
     axis, backward = "xy".index(options.sweep[-1]), options.sweep.startswith("-")
-    position = {i: k for k, c in enumerate(cutting.contours) if not c.common for i in c.indices}
+    position = {i: k for k, c in enumerate(cutting.contours) if not c.common for i in c.contour_indices}
     outlines = {c.source.part: k for k, c in enumerate(cutting.contours) if c.has_leads and not c.hole}
     roots = [_outermost_contour(cutting, k, position, outlines) for k in range(len(cutting.contours))]
     spans = {k: cutting.contours[k].path.extents for k in set(roots)}
@@ -458,7 +458,7 @@ def sweep_bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> li
     for k, root in enumerate(roots):
         middle = 0.5 * (spans[root][axis] + spans[root][axis + 2])
         place = int((high - middle if backward else middle - low) / width)
-        if cutting.by_contour[k]:
+        if cutting.starts_by_contour[k]:
             found.setdefault(place, []).append(k)
     return [found[place] for place in sorted(found)]
 
@@ -614,7 +614,7 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
     begin = lead_in.length if lead_in is not None else 0.0
     leave, overcut = begin + body.length, max(past, 0.0)
     return Cut(
-        contours=contour.indices,
+        contours=contour.contour_indices,
         path=whole,
         lead_in=begin,
         lead_out=leave - overcut,
@@ -725,7 +725,7 @@ def plan_file_entry(contour: CutContour, start: CutStart, fixed: tuple[str, ...]
     x, y = contour.path.point_at(start.at)
     words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")
     return CutChoice(
-        contours=contour.indices,
+        contours=contour.contour_indices,
         start=(round(x, 4), round(y, 4)),
         direction=words[0] if start.clockwise else words[1],
         lead_in=start.lead_in,
@@ -757,7 +757,7 @@ def joint_spans(contour: CutContour, start: CutStart, begin: float) -> tuple[Spa
     and grind off. No joint lies near the start or end of the cut either, because the kerf there would sever it.
     """
     rules = contour.rules
-    wanted = contour.joints if rules.kind == CutMethod.LASER else 0
+    wanted = contour.joint_count if rules.kind == CutMethod.LASER else 0
     length, off = contour.path.length, rules.joint_width + rules.kerf
     count = min(wanted, int(length / (4.0 * off)))
     room = 0.5 * off + rules.kerf

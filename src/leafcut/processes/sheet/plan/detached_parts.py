@@ -59,7 +59,7 @@ class HeadRoutes:
     moves: int = 0
     radius: float = 0.0
 
-    def issue(self, cuts: Sequence[Cut]) -> Issue | None:
+    def crossing_issue(self, cuts: Sequence[Cut]) -> Issue | None:
         """Warn about moves that cross detached parts or come close to them.
 
         If there are only detours, the result is a note; if there are none, it is None.

@@ -68,7 +68,7 @@ def spread_starts(
     cutting, order = cuts.cutting, list(cuts.starts)
     band = {k: number for number, members in enumerate(bands) for k in members}
     before: dict[int, set[int]] = {}
-    for a, b in cutting.pairs:
+    for a, b in cutting.contour_precedence:
         before.setdefault(b, set()).add(a)
 
     def may_swap(first: CutStart, second: CutStart) -> bool:

@@ -133,7 +133,7 @@ class _CutPaths:
         # The cache also stores the start, so that its id is not reused.
         self._lines: dict[int, tuple[CutStart, Any]] = {}
 
-    def line(self, start: CutStart) -> Any:
+    def torch_line(self, start: CutStart) -> Any:
         """Return the torch path for a start as a shapely line. The lines are cached."""
         if id(start) not in self._lines:
             path: Polyline = self.cutting.cut(start).path
@@ -143,7 +143,7 @@ class _CutPaths:
     def rebuild_index(self) -> None:
         nothing = shapely.LineString()
         burns = [self._cuts_through(s) for s in self.order]
-        self.lines = [self.line(s) if b else nothing for s, b in zip(self.order, burns, strict=True)]
+        self.lines = [self.torch_line(s) if b else nothing for s, b in zip(self.order, burns, strict=True)]
         places = [s.entry if b and s.pierce else (math.nan, math.nan) for s, b in zip(self.order, burns, strict=True)]
         points: Any = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
         self._tree, self._pierces = shapely.STRtree(self.lines), shapely.STRtree(points)
@@ -200,7 +200,7 @@ def _start_with_fewest_conflicts(burnt: _CutPaths, k: int, head: HeadTravel) -> 
     least = (*burnt.count_conflicts(k, own, burnt.lines[k]), 0.0)
     for other in cutting.starts_on([own.contour]):
         cost = head.cost_to_and_from(around, other) + cutting.cutting_time(other)
-        rank = (*burnt.count_conflicts(k, other, burnt.line(other)), cost)
+        rank = (*burnt.count_conflicts(k, other, burnt.torch_line(other)), cost)
         if rank[:2] < least[:2] or (best is not None and rank < least):
             least, best = rank, other
     return best

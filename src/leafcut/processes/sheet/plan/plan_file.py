@@ -108,7 +108,7 @@ def _ahead_pairs(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tup
 def _check_fixed_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
     """Raise PlanError if a fixed order detaches a part before a contour inside it is cut."""
     before: dict[int, set[int]] = {}
-    for a, b in cutting.pairs:
+    for a, b in cutting.contour_precedence:
         before.setdefault(b, set()).add(a)
     try:
         tuple(TopologicalSorter(before).static_order())
@@ -171,7 +171,7 @@ def order_as_planned(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
                 order.append(k)
         else:
             waiting += missing
-    return [cutting.starts[cutting.by_contour[k][0]] for k in order]
+    return [cutting.starts[cutting.starts_by_contour[k][0]] for k in order]
 
 
 def _starts_matching_choice(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
@@ -180,7 +180,7 @@ def _starts_matching_choice(cutting: Cutting, k: int, choice: CutChoice, plan: P
     lead = choice.lead_in if "lead" in choice.fixed else None
     if lead is not None:
         contour = replace(contour, rules=replace(contour.rules, lead_in=lead))
-    rules, directions = contour.rules, contour.directions if contour.path.closed else (False, True)
+    rules, directions = contour.rules, contour.allowed_directions if contour.path.closed else (False, True)
     if "direction" in choice.fixed:
         if contour.path.closed != choice.direction.endswith("clockwise"):
             words = Message("clockwise or counter-clockwise") if contour.path.closed else Message("forward or backward")

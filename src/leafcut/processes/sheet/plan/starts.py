@@ -134,11 +134,11 @@ def find_contour_starts(number: int, contour: CutContour, scrap: Scrap, most: in
     if rules.edge_start:
         return [] if contour.hole else edge_starts(number, contour, scrap, places)
     if rules.lead_in.style == "none":
-        return starts_without_lead(number, contour, [(at, way) for at in places for way in contour.directions])
+        return starts_without_lead(number, contour, [(at, way) for at in places for way in contour.allowed_directions])
     for finer in (1, 4):
         dense = places if finer == 1 else _compensable_positions(contour, _even_positions(path.length, 4 * len(places)))
         for splash in (True, False) if rules.kerf > 0.0 else (False,):
-            tried = [(at, clockwise) for clockwise in contour.directions for at in dense]
+            tried = [(at, clockwise) for clockwise in contour.allowed_directions for at in dense]
             starts = starts_with_leads(number, contour, scrap, tried, leads_to_try(contour), splash)
             if starts:
                 return starts
@@ -177,10 +177,10 @@ def start_positions(contour: CutContour, most: int) -> list[float]:
     length, by_controller = contour.path.length, contour.rules.compensation == "controller"
     pitch = min(max(length / PLACES, NEAREST), FARTHEST)
     count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
-    corners = [at for at in contour.corners if not contour.in_loop(at) and not by_controller]
+    corners = [at for at in contour.corners if not contour.is_in_loop(at) and not by_controller]
     if len(corners) > most:
         corners = corners[:: math.ceil(len(corners) / most)]
-    even = [at for at in _even_positions(length, count) if not contour.in_loop(at)]
+    even = [at for at in _even_positions(length, count) if not contour.is_in_loop(at)]
     if by_controller:
         return _compensable_positions(contour, even)
     near = 0.25 * length / count
@@ -315,7 +315,7 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
 
     If the requested lead-out does not fit, it is shortened or left out.
     """
-    wanted = contour.lead_out if wanted is None else wanted
+    wanted = contour.requested_lead_out if wanted is None else wanted
     end = contour.end_position(*place), place[1]
     if wanted.style != "none":
         for share in (1.0, 0.5, 0.25):
@@ -360,7 +360,7 @@ def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence
                 and scrap.mask_leaving_own_kerf(points, contour)[0]
             ):
                 continue
-            for clockwise in contour.directions:
+            for clockwise in contour.allowed_directions:
                 angle = _angle_from(contour, (at, clockwise), dx, dy)
                 if 0.0 < angle < math.pi:
                     out, leave = fitting_lead_out(contour, scrap, (at, clockwise))

@@ -163,7 +163,7 @@ class _TorchTracker:
         """Apply a row that only changes the state of the torch. Return False if the row does anything else."""
         kind, torch, now = row.kind, self.torch, self.now
         if kind is Kind.SPINDLE:
-            self._light(row)
+            self._record_lighting(row)
         elif kind is Kind.TORCH:
             # If no output can suspend the torch, a dark torch is switched off.
             self.dark = torch.can_switch_off_along_path and row.value == 0.0
@@ -180,12 +180,12 @@ class _TorchTracker:
             states = on and not (self.planned and self.dialect.groups == "fanuc")
             self.now = now._replace(blends=on, tolerance=states * row.value)
         elif kind is Kind.DWELL:
-            self._wait(row.value)
+            self._record_dwell(row.value)
         else:
             return False
         return True
 
-    def _light(self, row: Motion) -> None:
+    def _record_lighting(self, row: Motion) -> None:
         if row.ref == SPEED_ALONE:
             self.power = abs(row.value)
             return
@@ -196,7 +196,7 @@ class _TorchTracker:
         self.armed = 0.0 if not row.value else 2.0 if marks else 1.0
         self.power = abs(row.value)
 
-    def _wait(self, seconds: float) -> None:
+    def _record_dwell(self, seconds: float) -> None:
         if self.planned and self.piercing and not self.torch.waits:
             self.piercing = False
         elif self.armed and not self.dark:

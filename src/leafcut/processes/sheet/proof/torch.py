@@ -192,7 +192,7 @@ def _goes_across(row: Motion, before: np.ndarray) -> bool:
 def _pierce_and_cut_height_faults(
     run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool
 ) -> list[Difference]:
-    """Return the faults at the start of a cut, such as a wrong pierce height, pierce delay, or cut height."""
+    """Return the faults of a run: a wrong pierce height, a short pierce delay, or a wrong cut height anywhere."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
         first = run.lightings[0]

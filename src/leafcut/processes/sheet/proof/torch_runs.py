@@ -103,7 +103,7 @@ class _RunCollector:
     resting: bool = False
     aside: float = 0.0
 
-    def close(self) -> None:
+    def finish_run(self) -> None:
         if self.lightings or any(self.burning):
             points, chord = compensated_path(np.array(self.points).reshape(-1, 2), np.array(self.side))
             self.runs.append(
@@ -120,7 +120,7 @@ class _RunCollector:
         for column in (self.points, self.burning, self.feed, self.height, self.row_line, self.side, self.lightings):
             column.clear()
 
-    def light(self, row: Motion, place: NDArray[np.float64]) -> None:
+    def record_lighting(self, row: Motion, place: NDArray[np.float64]) -> None:
         self.lit = row if row.value != 0.0 else None
         self.resting = self.lit is not None
         if self.lit is not None:
@@ -128,14 +128,14 @@ class _RunCollector:
                 self.points.append((float(place[0]), float(place[1])))
             self.lightings.append(Lighting(row.line, float(place[2]), abs(row.value), row.ref, 0.0))
 
-    def wait(self, seconds: float) -> None:
+    def record_dwell(self, seconds: float) -> None:
         """Record a dwell. If it comes directly after the torch is switched on, it is the pierce delay."""
         if self.resting:
             last = self.lightings[-1]
             waited = last.waited + seconds
             self.lightings[-1] = Lighting(last.line, last.height, last.power, last.spindle, waited)
 
-    def move(self, row: Motion, begin: NDArray[np.float64], chords: NDArray[np.float64]) -> None:
+    def add_chords(self, row: Motion, begin: NDArray[np.float64], chords: NDArray[np.float64]) -> None:
         """Add the chords of a feed move, float64[k, 2]."""
         self.resting = False
         if not self.points:
@@ -159,24 +159,24 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     for number, row in enumerate(path):
         if row.kind in (Kind.RAPID, Kind.MACHINE):
             if _moves_sideways(row, before[number]):
-                found.close()
+                found.finish_run()
         elif row.kind is Kind.SPINDLE:
-            found.light(row, before[number])
+            found.record_lighting(row, before[number])
         elif row.kind is Kind.TORCH:
             found.dark = row.value == 0.0
         elif row.kind is Kind.RADIUS:
             width = row.value if kerf is None else kerf
             found.aside = {41: 0.5, 42: -0.5}.get(row.ref, 0.0) * width
         elif row.kind is Kind.DWELL:
-            found.wait(row.value)
+            found.record_dwell(row.value)
         elif row.kind is Kind.FEED:
             if _moves_sideways(row, before[number]):
-                found.move(row, before[number], np.array([row.end[:2]]))
+                found.add_chords(row, before[number], np.array([row.end[:2]]))
             else:
                 found.resting = False
         elif row.kind in (Kind.ARC_CW, Kind.ARC_CCW):
-            found.move(row, before[number], arc_chord_ends(path, number))
-    found.close()
+            found.add_chords(row, before[number], arc_chord_ends(path, number))
+    found.finish_run()
     return found.runs
 
 

@@ -13,8 +13,8 @@ from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.norms import consumption_as_json, cycle_times_as_json, rates_as_json
 from leafcut.report.wording import (
     NO_VALUE,
-    clock,
-    count,
+    clock_text,
+    count_text,
     finite_or_none,
     length_words,
     time_words,
@@ -108,7 +108,7 @@ def _times_of_order(detail: SheetDetail, which: int) -> dict[str, Any] | None:
 
 def _times_as_json(times: CutTimes) -> dict[str, Any]:
     return {
-        "time": clock(times.total_s),
+        "time": clock_text(times.total_s),
         "total_s": times.total_s,
         "cut_s": times.cut_s,
         "pierce_s": times.pierce_s,
@@ -148,7 +148,7 @@ def contour_words(plan: CutPlan, cut: Cut) -> str:
         contour = plan.sheet.contours[number]
         open_or_outline = "outline" if contour.path.closed else "open cut"
         names["mark" if contour.kind == "mark" else "hole" if contour.is_hole else open_or_outline] += 1
-    return ", ".join(name if number == 1 else count(number, name) for name, number in names.items())
+    return ", ".join(name if number == 1 else count_text(number, name) for name, number in names.items())
 
 
 def cut_name(plan: CutPlan, cut: Cut) -> str:
@@ -177,7 +177,7 @@ def part_contour_kinds(plan: CutPlan, part: int) -> list[str]:
 
 def part_title(plan: CutPlan, part: int) -> str:
     """Return the title of a part, such as ``part 3 · 5 contours · 31.0 s``."""
-    words = [f"part {part}", count(part_contour_kinds(plan, part).count("cut"), "contour")]
+    words = [f"part {part}", count_text(part_contour_kinds(plan, part).count("cut"), "contour")]
     words += [time_words(p.times.total_s) for p in plan.measures.parts if p.part == part]
     return " · ".join(words)
 

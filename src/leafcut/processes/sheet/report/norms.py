@@ -39,7 +39,7 @@ class NormRow:
         return self.total_perimeter / self.quantity
 
     @property
-    def clock(self) -> tuple[int, int, int]:
+    def hours_minutes_seconds(self) -> tuple[int, int, int]:
         """The total time as hours, minutes and whole seconds."""
         return clock_parts(self.total_s)
 
@@ -119,7 +119,7 @@ def cycle_times_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
             "quantity": row.quantity,
             "perimeter_mm": row.perimeter,
             "total_perimeter_mm": row.total_perimeter,
-            **dict(zip(("hours", "minutes", "seconds"), row.clock, strict=True)),
+            **dict(zip(("hours", "minutes", "seconds"), row.hours_minutes_seconds, strict=True)),
             "total_s": row.total_s,
             **consumption_as_json(row.used),
         }

@@ -101,7 +101,7 @@ def build_sheet_scene(plans: list[CutPlan], missing: tuple[Issue, ...] = ()) -> 
     cuts = max(len(plan.cuts) for plan in plans)
     every = next((e for e in _EVERY if cuts <= e * _MOST_NUMBERS), _EVERY[-1])
     many = cuts > _FEW
-    frame = Frame.around((low[0], low[1]), (high[0], high[1]), _WIDE_FROM[many])
+    frame = Frame.around_corners((low[0], low[1]), (high[0], high[1]), _WIDE_FROM[many])
     thinnest = _THINNEST_KERF_OF_MANY if many else _THINNEST_KERF
     kerf = plans[-1].data.kerf * frame.scale
     return SheetScene(frame, sheet, every, many, max(kerf, thinnest), kerf >= thinnest, missing)

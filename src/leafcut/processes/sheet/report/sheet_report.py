@@ -45,16 +45,16 @@ from leafcut.report.path_report import PathReport
 from leafcut.report.svg import (
     STEPS,
     element,
-    nice_step,
     scaled_group_element,
     segments_path_data,
     text_element,
     tick_label,
+    tick_step,
     title_element,
 )
 from leafcut.report.wording import (
     NO_VALUE,
-    count,
+    count_text,
     gap_words,
     length_words,
     money_words,
@@ -118,10 +118,10 @@ class SheetReport(PathReport[SheetDetail]):
         """Return the numbers of parts, contours, marks and pierces."""
         numbers = cut_counts(self.cuts)
         counted = {
-            "parts": count(numbers["parts"], "part"),
-            "contours": count(numbers["contours"], "contour"),
-            "marks": count(numbers["marks"], "mark"),
-            "pierces": count(numbers["pierces"], "pierce"),
+            "parts": count_text(numbers["parts"], "part"),
+            "contours": count_text(numbers["contours"], "contour"),
+            "marks": count_text(numbers["marks"], "mark"),
+            "pierces": count_text(numbers["pierces"], "pierce"),
         }
         return [Fact(f"counts.{name}", n, "", counted[name] if n else "") for name, n in numbers.items()]
 
@@ -182,7 +182,7 @@ class SheetReport(PathReport[SheetDetail]):
     def operation_title(self, number: int) -> str:
         """Return a name for the cuts that one search orders. These are all cuts, or the cuts of one band."""
         operations = self.outcome.operations
-        cuts = count(operations[number].cuts, "cut")
+        cuts = count_text(operations[number].cuts, "cut")
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
 
     def nearest_neighbour_cost(self) -> float | None:
@@ -220,7 +220,7 @@ class SheetReport(PathReport[SheetDetail]):
             "sheet": {
                 "drawings": self._drawings(scene),
                 "wide": scene.frame.needs_both_columns,
-                "details": [cut_detail(plan, number) for number in detailed_cuts(plan)],
+                "details": [draw_cut_detail(plan, number) for number in detailed_cuts(plan)],
                 "legend": legend(scene, known),
                 "orders": [
                     (f"{t.pierces:,}", length_words(t.rapid_mm), length_words(t.length_mm))
@@ -369,7 +369,7 @@ def _totals_cells(times: CutTimes, cost: float, places: int) -> dict[str, str]:
 def _contours_words(plan: CutPlan, part: int) -> str:
     mine = part_contour_kinds(plan, part)
     marks = mine.count("mark")
-    return f"{len(mine) - marks}" + (f" + {count(marks, 'mark')}" if marks else "")
+    return f"{len(mine) - marks}" + (f" + {count_text(marks, 'mark')}" if marks else "")
 
 
 # -- norms -----------------------------------------------------------------------------------------------------------
@@ -389,7 +389,11 @@ def cycle_time_table(plan: CutPlan) -> PageRow:
     def cells(row: NormRow) -> PageRow:
         shown = [amount for _, amount in compress(consumption_texts(row.used, rates), known)]
         perimeter = length_words(row.total_perimeter)
-        return {"perimeter": perimeter, "clock": [f"{figure:,}" for figure in row.clock], "amounts": shown}
+        return {
+            "perimeter": perimeter,
+            "clock": [f"{figure:,}" for figure in row.hours_minutes_seconds],
+            "amounts": shown,
+        }
 
     return {
         "rows": [
@@ -463,7 +467,7 @@ class DetailView:
         (x, y), half = self.middle, (0.5 * _WIDTH / self.scale, 0.5 * _HEIGHT / self.scale)
         return (x - half[0], y - half[1], x + half[0], y + half[1])
 
-    def place(self, points: Points) -> Points:
+    def to_user_units(self, points: Points) -> Points:
         """Convert points in mm, float64[…, 2], to user units. In the result, y points down."""
         x, y = self.middle
         placed: Points = np.stack(
@@ -477,11 +481,11 @@ class DetailView:
         own = self.box
         return box[0] <= own[2] and box[2] >= own[0] and box[1] <= own[3] and box[3] >= own[1]
 
-    def edge(self, path: Polyline) -> str:
+    def complete_path_data(self, path: Polyline) -> str:
         """Return the SVG path data of a complete path, in steps of 1 / `report.svg.STEPS` user units."""
         return segments_path_data(self._segments(path))
 
-    def line(self, path: Polyline) -> str:
+    def visible_path_data(self, path: Polyline) -> str:
         """Return the SVG path data of the visible segments, in steps of 1 / `report.svg.STEPS` user units."""
         segments = self._segments(path)
         low, high = segments.min(axis=1), segments.max(axis=1)
@@ -489,7 +493,7 @@ class DetailView:
         return segments_path_data(segments[seen])
 
     def _segments(self, path: Polyline) -> Points:
-        points = self.place(path.flattened(_CHORDS / self.scale))
+        points = self.to_user_units(path.flattened(_CHORDS / self.scale))
         return np.stack([points[:-1], points[1:]], axis=1)
 
 
@@ -502,7 +506,7 @@ def detailed_cuts(plan: CutPlan) -> list[int]:
     return sorted(found.values())
 
 
-def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
+def draw_cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
     """Draw the start and end of a cut.
 
     Return the drawing (``svg``), its ``caption``, and its lead lengths (``words``).
@@ -551,7 +555,7 @@ def _draw_parts(view: DetailView, sheet: Sheet) -> str:
     areas: dict[int, str] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
-            areas[c.part] = areas.get(c.part, "") + view.edge(c.path) + "z"
+            areas[c.part] = areas.get(c.part, "") + view.complete_path_data(c.path) + "z"
     seen = {c.part for c in sheet.contours if view.shows(c.path.extents)}
     return scaled_group_element(
         *(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen)
@@ -562,7 +566,7 @@ def _draw_kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
     """Draw a cut to scale, as a band with a centreline."""
     lines = []
     for kind, low, high in path_sections(cut):
-        data = view.line(cut.path.piece(low, high))
+        data = view.visible_path_data(cut.path.piece(low, high))
         if kind in ("kerf", "lead", "bridge"):
             lines.append(element("path", d=data, class_=f"{kind} band", stroke_width=kerf * view.scale * STEPS))
         lines.append(element("path", d=data, class_=kind, stroke_width=1.2 * STEPS))
@@ -571,10 +575,10 @@ def _draw_kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
 
 def _draw_start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
     """Mark the start of a cut with arrowheads on its lead-in and just after it."""
-    x, y = view.place(np.array(cut.path.start)).tolist()
+    x, y = view.to_user_units(np.array(cut.path.start)).tolist()
     heads = []
     for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):
-        place, (dx, dy) = view.place(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
+        place, (dx, dy) = view.to_user_units(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
         heads.append(
             element("path", d=arrow_head_path_data((place[0], place[1]), (dx, -dy), _ARROW), class_="kerf-arrow")
         )
@@ -583,7 +587,7 @@ def _draw_start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
 
 
 def _draw_scale_bar(view: DetailView) -> str:
-    step = nice_step(_WIDTH / view.scale, 6)
+    step = tick_step(_WIDTH / view.scale, 6)
     length = step * view.scale
     bar = element("path", d=f"M{_WIDTH - 10 - length:.2f} {_HEIGHT - 13}v6m0 -3h{length:.2f}m0 -3v6", class_="bar")
     words = text_element(
