@@ -298,7 +298,7 @@ def test_what_an_older_reading_found_is_not_the_newest() -> None:
     panel: Any = InputPanel.__new__(InputPanel)
     panel._turn, panel.reading, panel._run_wanted = 0, False, False
     panel.newest, panel.view = None, SimpleNamespace(words=EN)
-    panel.ready = lambda _: None
+    panel.show_ready = lambda _: None
 
     def slow(*_: object) -> str:
         release.wait(600)
