@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from shapely import Polygon
 
@@ -18,7 +17,9 @@ from leafcut.message import Message
 from leafcut.model.contour import Contour
 from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step
 from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.machine import Machine
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
+from leafcut.model.sheet import Sheet
 from leafcut.nesting.options import NestOptions
 from leafcut.nesting.post import layout_as_dxf, remnant_as_dxf
 from leafcut.nesting.proof import check_drawing, check_nest, check_remnants
@@ -29,15 +30,10 @@ from leafcut.processes.cutting_machines import with_cutting_machine
 from leafcut.read import read_contours
 from leafcut.read.format import Source, drawing_unit_mm, load_source
 from leafcut.read.machine import load_machine
+from leafcut.read.nest_list import WantedDrawing
 from leafcut.read.registry import read_source_with_format
 from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
 from leafcut.units import parse_angles
-
-if TYPE_CHECKING:
-    from leafcut.model.machine import Machine
-    from leafcut.model.sheet import Sheet
-    from leafcut.read.format import Source
-    from leafcut.read.nest_list import WantedDrawing
 
 #: The default size of a sheet is rounded to a multiple of this, mm.
 SHEET_STEP = 50.0

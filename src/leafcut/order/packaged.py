@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,8 @@ from leafcut.errors import LeafcutError, SolveError
 from leafcut.files.plugins import PluginKind, exception_line
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.options import ALGORITHM_GROUP, ALGORITHM_TITLES
+from leafcut.order.instance import Instance
 from leafcut.order.search import AlgorithmRun, SearchResult, set_visit_budget
-
-if TYPE_CHECKING:
-    from leafcut.order.instance import Instance
 
 
 class PackagedAlgorithm(Protocol):

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from leafcut._version import __version__
 from leafcut.files.digests import DIGEST_LINE, header_line
+from leafcut.model.plan import Candidate
+from leafcut.model.tool import Tool
 from leafcut.processes.placing import negative_axes
+from leafcut.processes.plan import Plan
 from leafcut.units import MM_PER_INCH, format_time
-
-if TYPE_CHECKING:
-    from leafcut.model.plan import Candidate
-    from leafcut.model.tool import Tool
-    from leafcut.processes.plan import Plan
 
 
 def header_lines(plan: Plan, given: Candidate, best: Candidate, command: str) -> list[str]:

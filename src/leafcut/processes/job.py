@@ -6,24 +6,21 @@ import math
 import threading
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.gcode.dialects import Dialect
 from leafcut.geometry.arrays import Point
 from leafcut.message import Message
+from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step
 from leafcut.model.issue import Issue, Severity, missing_work
 from leafcut.model.machine import Machine
+from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
+from leafcut.model.tool import ToolLibrary
 from leafcut.options import Settings, flag_name
 from leafcut.order.stop import Deadline
 from leafcut.processes.placing import negative_axes
-
-if TYPE_CHECKING:
-    from leafcut.gcode.dialects import Dialect
-    from leafcut.model.difference import Difference
-    from leafcut.model.part import Part
-    from leafcut.model.tool import ToolLibrary
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import tool_diameter_in_comments
 from leafcut.message import Message
 from leafcut.model.cutter import shank_and_holder_discs
+from leafcut.model.difference import Difference
 from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.tool import Tool
@@ -22,10 +23,6 @@ from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
 from leafcut.processes.job import Job, library_of
 from leafcut.processes.zones import crossing_heights, parse_zones
 from leafcut.proof.difference import MOST_LISTED
-
-if TYPE_CHECKING:
-    from leafcut.gcode.program import Program
-    from leafcut.model.difference import Difference
 
 #: Z counts as constant if it changes by no more than this, mm. A laser program may state a single height.
 _FLAT = 1e-6

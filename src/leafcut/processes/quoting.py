@@ -5,16 +5,14 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from datetime import date, timedelta
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from leafcut.errors import DataError, OptionError, PlanError, printable
 from leafcut.message import Message
+from leafcut.model.outcome import Outcome
 from leafcut.model.quote import Quote, RunCost, quote_lines
 from leafcut.options import QuoteOptions, Settings, flag_name
-
-if TYPE_CHECKING:
-    from leafcut.model.outcome import Outcome
-    from leafcut.processes.base import Process
+from leafcut.processes.base import Process
 
 #: Options that every quote needs.
 _NEEDED = ("seller", "currency", "valid_days", "shop_rate", "setup_cost", "markup")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from leafcut.message import Message
 from leafcut.model.kinds import CutMethod
+from leafcut.model.solution import Solution
 from leafcut.report.svg import (
     centred_text_element,
     element,
@@ -19,9 +19,6 @@ from leafcut.report.svg import (
     title_element,
 )
 from leafcut.report.wording import cost_words
-
-if TYPE_CHECKING:
-    from leafcut.model.solution import Solution
 
 WIDTH, HEIGHT = 480.0, 230.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 10.0, 12.0, 40.0

@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError
+from leafcut.geometry.arrays import Point
+from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 from leafcut.report.drawing import RAMP
 from leafcut.report.styles import drawing_css
 from leafcut.report.svg import (
@@ -22,10 +23,6 @@ from leafcut.report.svg import (
     title_element,
 )
 from leafcut.units import SECONDS_PER_MINUTE, format_time
-
-if TYPE_CHECKING:
-    from leafcut.geometry.arrays import Point
-    from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 
 #: Width and height of a panel, height of the header above a tool's two panels, and margins, user units.
 _WIDE, _HIGH, _HEAD = 430.0, 290.0, 46.0

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from leafcut.model.certificate import Certificate
+from leafcut.model.issue import Issue
 from leafcut.model.kinds import BEAMS
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import OperationOutcome
+from leafcut.model.simulation import Simulation
+from leafcut.model.solution import Solved
+from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import axis_ranges
 from leafcut.report.wording import (
     algorithm_names,
@@ -15,15 +22,6 @@ from leafcut.report.wording import (
     search_seconds,
     to_mm_per_min,
 )
-
-if TYPE_CHECKING:
-    from leafcut.model.certificate import Certificate
-    from leafcut.model.issue import Issue
-    from leafcut.model.measure import Measure
-    from leafcut.model.outcome import OperationOutcome
-    from leafcut.model.simulation import Simulation
-    from leafcut.model.solution import Solved
-    from leafcut.report.path_report import PathReport
 
 
 def program_as_json(report: PathReport[Any]) -> dict[str, Any]:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
+from leafcut.geometry.arrays import Points
+from leafcut.model.issue import Issue, MissingWork
+from leafcut.report.frame import Frame
 from leafcut.report.svg import element, scaled_group_element, segments_path_data, svg_number, title_element
 from leafcut.report.wording import replace_unprintable
-
-if TYPE_CHECKING:
-    from leafcut.geometry.arrays import Points
-    from leafcut.model.issue import Issue, MissingWork
-    from leafcut.report.frame import Frame
 
 #: Spacing of hatch lines, and half the size of a cross, user units.
 _HATCH, _CROSS = 6.0, 4.5

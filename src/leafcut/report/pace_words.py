@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.json_values import to_plain_json
+from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.report.wording import replace_unprintable
 from leafcut.units import SECONDS_PER_MINUTE
-
-if TYPE_CHECKING:
-    from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 
 #: Maps each feed limit to its displayed name, its unit, and a conversion factor.
 _LIMITS = {

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
-
-if TYPE_CHECKING:
-    from leafcut.model.part import Part
+from leafcut.model.part import Part
 
 #: Lines farther from the work than this share of its size, such as a drawing frame, do not affect the visible range.
 _BEYOND = 1.0

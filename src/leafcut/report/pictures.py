@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.material.stock_cut import StockCut
 from leafcut.model.nest import NestOutcome
 from leafcut.model.simulation import Simulation
 from leafcut.model.solution import Solved
@@ -27,9 +27,6 @@ from leafcut.report.svg import (
     title_element,
 )
 from leafcut.report.wording import count_text, replace_unprintable
-
-if TYPE_CHECKING:
-    from leafcut.material.stock_cut import StockCut
 
 #: Maximum number of sheets in the drawing of a nest. More sheets would be too small to see.
 MAX_SHEETS = 6

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand_cycles
 from leafcut.model.kinds import BEAMS
+from leafcut.model.machine import Machine
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import Outcome, Which
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_radius_start_sweep, plane_axes
 from leafcut.model.turns import arc_turns
 from leafcut.report.plan_view import spindle_speed_by_row, stop_rows
 from leafcut.timing.grbl import SentLines
 from leafcut.timing.toolpath import time_rows
-
-if TYPE_CHECKING:
-    from leafcut.model.machine import Machine
-    from leafcut.model.measure import Measure
-    from leafcut.model.outcome import Outcome, Which
 
 #: Number of chords for an arc outside the XY plane, because such an arc is not a circle when seen from above.
 _CHORDS = 24

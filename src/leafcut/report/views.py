@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from leafcut.model.issue import CODES, Severity
 from leafcut.model.kinds import BEAMS
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import Outcome
 from leafcut.report import chart
 from leafcut.report.drawing import RAMP, Scene, colour_indices_of_cutting_tools, tool_css_class
 from leafcut.report.wording import (
@@ -29,10 +31,6 @@ from leafcut.report.wording import (
     tool_number_word,
     tool_words,
 )
-
-if TYPE_CHECKING:
-    from leafcut.model.measure import Measure
-    from leafcut.model.outcome import Outcome
 
 PageRow = dict[str, Any]
 

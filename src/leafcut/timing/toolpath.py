@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +15,11 @@ from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, latest_marked_rows
 from leafcut.model.turns import Turns, arc_turns
-from leafcut.timing.grbl import grbl_seconds
+from leafcut.timing.grbl import SentLines, grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Moves, extract_moves
 from leafcut.timing.profile import move_time
-
-if TYPE_CHECKING:
-    from leafcut.timing.grbl import SentLines
 
 #: Default corner style for each controller.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}

@@ -9,7 +9,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,12 +32,10 @@ from leafcut.processes import registry
 from leafcut.processes.course import run_process
 from leafcut.processes.cutting_data.economics import CuttingResults, Prices, ToolWork, cutting_results, index_of_best
 from leafcut.processes.job import Job, library_of, machine_of
+from leafcut.read import Input
 from leafcut.read.registry import read_source_with_format
 from leafcut.read.work_materials import load_material
 from leafcut.units import SECONDS_PER_MINUTE, format_time
-
-if TYPE_CHECKING:
-    from leafcut.read import Input
 
 #: Minimum chip thickness as a share of the maximum. If the chip is thinner, the tool rubs more than it cuts (estimate).
 _LEAST_CHIP = 0.25

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,15 +23,13 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.heights import SAME_HEIGHT
+from leafcut.model.mesh import Mesh
 from leafcut.model.part import Hole, HoleStep, Part, Slot
 from leafcut.model.tool import CONES, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import JobOptions, ReadOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.proof.difference import limit_differences, position_text
-
-if TYPE_CHECKING:
-    from leafcut.model.mesh import Mesh
 
 #: Tolerance for floating-point errors of sums and rotations, mm. The rounding of numbers in the program is added to it.
 _ARITHMETIC = 2e-6

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from leafcut.message import Message
@@ -14,9 +12,6 @@ from leafcut.report.part_edge import edge_box_corners_near
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import coordinate_words, height_facts, time_facts, tool_facts
 from leafcut.units import to_fixed
-
-if TYPE_CHECKING:
-    from leafcut.model.shown_stock import ShownStock
 
 #: The summary states a time saving of at least this, s. A smaller saving would be printed as 0.00 s.
 _LEAST_SAVED = 0.005

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
@@ -69,12 +68,9 @@ from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
 from leafcut.processes.plan import Plan
 from leafcut.processes.quoting import stock_price
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
+from leafcut.read.format import Source
 from leafcut.timing.toolpath import measure_toolpath
 from leafcut.timing.travel import travel_metric
-
-if TYPE_CHECKING:
-    from leafcut.read.format import Source
-
 
 #: Maximum deviation of a round hole from an exact circle, in diameters.
 _ROUND = 0.005

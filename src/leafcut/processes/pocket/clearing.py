@@ -8,7 +8,6 @@ import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
@@ -45,13 +44,10 @@ from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
 from leafcut.processes.pocket.plan.toolpath import Clearing, pocket_motion
 from leafcut.processes.pocket.plan.walls import wall_passes
-from leafcut.processes.pocket.strategies import STRATEGIES
+from leafcut.processes.pocket.strategies import STRATEGIES, ClearingStrategy, SearchTime
 from leafcut.timing.toolpath import measure_toolpath
 from leafcut.timing.travel import travel_metric
 from leafcut.units import format_time
-
-if TYPE_CHECKING:
-    from leafcut.processes.pocket.strategies import ClearingStrategy, SearchTime
 
 #: Maximum cost of a strategy relative to the lowest cost. Among the strategies below this limit, the program uses the
 #: strategy with the fewest retracts, because each plunge wears the tool and marks the floor.

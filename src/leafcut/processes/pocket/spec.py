@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, count_of
 from leafcut.geometry.regions import tool_centres
@@ -15,6 +14,7 @@ from leafcut.message import Message
 from leafcut.model.cutter import shank_and_holder_discs, widest_radius_below
 from leafcut.model.issue import Issue
 from leafcut.model.mesh import Mesh
+from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
@@ -42,11 +42,8 @@ from leafcut.processes.pocket.strategies import check_algorithm
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.proof.envelope import check_machine_limits
 from leafcut.read import read_pockets
+from leafcut.read.format import Source
 from leafcut.read.work_materials import load_material
-
-if TYPE_CHECKING:
-    from leafcut.model.part import Part
-    from leafcut.read.format import Source
 
 
 def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:

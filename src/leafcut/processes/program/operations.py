@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.gcode.program import Program
 from leafcut.model.outcome import OperationOutcome
+from leafcut.model.plan import Order
 from leafcut.model.sequence import Section
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath, arc_radius_start_sweep
 from leafcut.processes.program.planning import ForeignWork, fixed_hole_rows
-
-if TYPE_CHECKING:
-    from leafcut.gcode.program import Program
-    from leafcut.model.plan import Order
 
 
 def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ...]:

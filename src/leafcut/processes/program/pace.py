@@ -11,13 +11,14 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
 from leafcut.files.digests import fill_in_digest
+from leafcut.gcode.program import Program
+from leafcut.geometry.arrays import Floats
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY, spindle_torque
 from leafcut.material.height_field import StockBlock, default_cell_size
 from leafcut.material.loads import MILLING, Loads, StockBefore, compute_loads, infer_largest_safe_stock
@@ -52,12 +53,7 @@ from leafcut.processes.program.tools import program_tools
 from leafcut.processes.program.workpiece import BELOW, check_block_size, stock_block, stock_field
 from leafcut.read.step import ChosenSolid
 from leafcut.read.work_materials import load_material
-from leafcut.timing.toolpath import measure_toolpath, time_rows
-
-if TYPE_CHECKING:
-    from leafcut.gcode.program import Program
-    from leafcut.geometry.arrays import Floats
-    from leafcut.timing.toolpath import PathTimes
+from leafcut.timing.toolpath import PathTimes, measure_toolpath, time_rows
 
 #: Matches a line with block delete (/).
 _SKIPPED = re.compile(r"[ \t]*(?:[Nn][ \t]*[0-9]+[ \t]*)?/")

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
+from leafcut.gcode.dialects import Dialect
 from leafcut.message import Message
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
 from leafcut.model.simulation import Simulation
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import Settings
 from leafcut.processes.job import assumed_machine_note
 from leafcut.processes.program.reading import controller_motion, read_file
-from leafcut.timing.grbl import count_line_bytes_and_words
+from leafcut.read import Input
+from leafcut.timing.grbl import SentLines, count_line_bytes_and_words
 from leafcut.timing.toolpath import measure_toolpath, rows_waiting_for_serial_line
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from leafcut.gcode.dialects import Dialect
-    from leafcut.model.machine import Machine
-    from leafcut.read import Input
-    from leafcut.timing.grbl import SentLines
 
 #: A warning appears only if at least this share of the program time is lost.
 WORTH_TELLING = 0.01

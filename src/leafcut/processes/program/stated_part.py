@@ -7,22 +7,18 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leafcut.gcode.program import Program
 from leafcut.material.height_field import HeightField
+from leafcut.material.straight_moves import StraightMoves
+from leafcut.model.cutter import Cutter
+from leafcut.model.heartbeat import Heartbeat
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions
 from leafcut.processes.placing import place_mesh, turn_mesh_up
-
-if TYPE_CHECKING:
-    from leafcut.gcode.program import Program
-    from leafcut.material.height_field import HeightField
-    from leafcut.material.straight_moves import StraightMoves
-    from leafcut.model.cutter import Cutter
-    from leafcut.model.heartbeat import Heartbeat
 
 #: The header is expected within this number of lines at the top.
 _FIRST_LINES = 60

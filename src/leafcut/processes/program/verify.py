@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from leafcut.message import Message
 from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.options import Settings
 from leafcut.processes.program.reading import read_file
-
-if TYPE_CHECKING:
-    from leafcut.read import Input
+from leafcut.read import Input
 
 
 def verify(

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError, ReadError, count_of, printable
+from leafcut.gcode.program import Program
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.material.mesh_field import bounding_block, mesh_to_height_field, overhang_area
 from leafcut.material.straight_moves import StraightMoves, undivided_cutting_moves
 from leafcut.message import Message
+from leafcut.model.cutter import Cutter
 from leafcut.model.issue import Issue
+from leafcut.model.mesh import Mesh
 from leafcut.options import StockOptions
 from leafcut.read.step import ChosenSolid
 from leafcut.units import MM_PER_INCH, parse_quantity
@@ -33,11 +36,6 @@ _SAME = 1e-6
 LONGEST = 20_000.0
 #: If a cut is more than this many stock lengths away from the stock, the stock is probably in the wrong unit.
 FAR_OFF = 3.0
-
-if TYPE_CHECKING:
-    from leafcut.gcode.program import Program
-    from leafcut.model.cutter import Cutter
-    from leafcut.model.mesh import Mesh
 
 
 def stock_block(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:

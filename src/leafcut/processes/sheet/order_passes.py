@@ -9,20 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leafcut.message import Message
-from leafcut.model.cutting import CutPlan
+from leafcut.model.cutting import CutPlan, PlanFile
 from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.plan import Candidate, Order, Stage
+from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import QuoteOptions, SpeedOptions
+from leafcut.processes.job import Job
 from leafcut.processes.ordering import find_order
+from leafcut.processes.plan import Pass, Plan
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.costs import measure_cuts
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, build_problem, sweep_bands
+from leafcut.processes.sheet.plan.detached_parts import DetachableParts
 from leafcut.processes.sheet.plan.heat import heat_issue, spread_starts
 from leafcut.processes.sheet.plan.moved_starts import (
     clear_pierces_of_kerfs,
@@ -30,18 +35,9 @@ from leafcut.processes.sheet.plan.moved_starts import (
     with_leads_apart,
     without_conflicting_starts,
 )
+from leafcut.processes.sheet.plan.starts import CutStart
 from leafcut.processes.sheet.plan.toolpath import TorchSetup, generate_cuts
 from leafcut.timing.toolpath import measure_toolpath, seconds_by_row
-
-if TYPE_CHECKING:
-    from leafcut.model.cutting import PlanFile
-    from leafcut.model.machine import Machine
-    from leafcut.model.obstacles import Obstacles
-    from leafcut.model.sheet import Sheet
-    from leafcut.processes.job import Job
-    from leafcut.processes.plan import Pass, Plan
-    from leafcut.processes.sheet.plan.detached_parts import DetachableParts
-    from leafcut.processes.sheet.plan.starts import CutStart
 
 #: Limits for the search that keeps leads apart: maximum number of searches, and maximum number of cuts on the sheet.
 MAX_SEARCHES, MAX_CUTS_OF_SEARCH = 2, 1000

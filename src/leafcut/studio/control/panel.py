@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nicegui import background_tasks
+from nicegui import Client, background_tasks
 from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.errors import LeafcutError
@@ -18,12 +18,8 @@ from leafcut.studio.control.program_panel import MachineProgramPanel
 from leafcut.studio.control.state import Connection, MachineState, MachineTask
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
+from leafcut.studio.page.pages import Page
 from leafcut.units import to_fixed
-
-if TYPE_CHECKING:
-    from nicegui import Client
-
-    from leafcut.studio.page.pages import Page
 
 #: Maps the state of the controller to a CSS class.
 _COLOURS = {"Idle": "done", "Run": "running", "Jog": "running", "Home": "running", "Alarm": "failed"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, ReadError
@@ -16,10 +16,8 @@ from leafcut.processes import registry
 from leafcut.processes.settings import collect_settings
 from leafcut.read.format import SNIFF_BYTES, Match, Source
 from leafcut.read.recognition import sniff_gcode
+from leafcut.studio.jobs.link import Link
 from leafcut.studio.jobs.whole import MachineTravel, WholeInput, Zero, machine_travel_around, read_whole_input
-
-if TYPE_CHECKING:
-    from leafcut.studio.jobs.link import Link
 
 #: Suitable kinds of work for programs, for maps (by format) and for built-in examples.
 _PROGRAM = ("program", "simulate", "verify")

@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,23 +19,21 @@ from leafcut import api
 from leafcut.files.whole_files import read_program
 from leafcut.message import messages_to_json
 from leafcut.model.heartbeat import OnProgress
+from leafcut.model.nest import NestOutcome
+from leafcut.model.outcome import Outcome, Which
+from leafcut.model.part import Part
 from leafcut.model.shown_stock import CUT_THROUGH
+from leafcut.model.simulation import Simulation
 from leafcut.model.snapshot import Observer
 from leafcut.model.study import Iteration, Study
+from leafcut.model.toolpath import Toolpath
 from leafcut.options.sheet_word import OFFERED
+from leafcut.report.path_report import PathReport
 from leafcut.studio.drawing.line_match import matching_lines
 from leafcut.studio.jobs.history import Artefact
+from leafcut.studio.jobs.link import Link
 from leafcut.studio.jobs.nest_request import needs_list, parts_list_text
 from leafcut.studio.jobs.task import LIST, NEST, ReadyTask, program_name, unique_names
-
-if TYPE_CHECKING:
-    from leafcut.model.nest import NestOutcome
-    from leafcut.model.outcome import Outcome, Which
-    from leafcut.model.part import Part
-    from leafcut.model.simulation import Simulation
-    from leafcut.model.toolpath import Toolpath
-    from leafcut.report.path_report import PathReport
-    from leafcut.studio.jobs.link import Link
 
 _BOTH: tuple[Which, ...] = ("before", "after")
 _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "image/svg+xml"

@@ -9,9 +9,9 @@ from contextlib import suppress
 from functools import cache
 from html import escape
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
-from fastapi import Request
+from fastapi import FastAPI, Request
 from nicegui import background_tasks, ui
 
 from leafcut._version import __version__
@@ -26,12 +26,8 @@ from leafcut.studio.page.panel_jobs import JobsPanel
 from leafcut.studio.page.panel_library import LibraryPanel
 from leafcut.studio.page.panel_result import ResultPanel
 from leafcut.studio.page.panel_run import RunPanel
+from leafcut.studio.studio import Studio
 from leafcut.studio.wording import LANGUAGES, Words, preferred_language, words
-
-if TYPE_CHECKING:
-    from fastapi import FastAPI
-
-    from leafcut.studio.studio import Studio
 
 #: Time after which a message disappears, s. Errors remain visible.
 _SAID_SECONDS = 6.0

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from leafcut.errors import LeafcutError
 from leafcut.files.whole_files import read_program
+from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.drawing.program_text import ProgramText, program_scene
+from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.page.page_state import View
-
-if TYPE_CHECKING:
-    from leafcut.studio.drawing.canvas import Canvas
-    from leafcut.studio.folder import Folder
-    from leafcut.studio.studio import Studio
+from leafcut.studio.studio import Studio
 
 
 def is_program(view: View) -> bool:

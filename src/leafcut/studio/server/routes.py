@@ -10,10 +10,10 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 from urllib.parse import quote
 
-from fastapi import APIRouter, File, Form, HTTPException, Path, Query, Request, Security, UploadFile
+from fastapi import APIRouter, FastAPI, File, Form, HTTPException, Path, Query, Request, Security, UploadFile
 from fastapi.responses import JSONResponse, Response
 from fastapi.security import HTTPBearer
 from pydantic import BaseModel
@@ -31,10 +31,6 @@ from leafcut.studio.jobs.nest_request import wanted_parts
 from leafcut.studio.jobs.sheets import compare_variants, sheets_in_answer, start_cut_planning
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.studio import STILL_POLICY, Studio
-
-if TYPE_CHECKING:
-    from fastapi import FastAPI
-
 
 #: Media types of files that a browser may open in a new tab.
 _SHOWN = ("image/svg+xml", "text/html; charset=utf-8")

@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,10 +16,8 @@ from leafcut.geometry.cleaning import LEAST_STEP, without_short_steps
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.machine import Probe
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
-
-if TYPE_CHECKING:
-    from leafcut.model.obstacles import Obstacles
 
 #: Minimum length of a segment that is not a rounding error, mm.
 SHORTEST = 1e-6
