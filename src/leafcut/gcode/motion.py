@@ -206,12 +206,12 @@ def run_origin_change(state: InterpreterState, code: int, letters: dict[str, Wor
     elif code in (_G28_1, _G30_1):
         raise UnclearBlock("G{:g} stores the current position of the tool", code / 10)
     elif code == _G10:
-        _set_work_offset(state, letters)
+        _execute_g10(state, letters)
     else:
         state.move_origin(_take_axis_words(letters)[0])
 
 
-def _set_work_offset(state: InterpreterState, letters: dict[str, Word]) -> None:
+def _execute_g10(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Execute G10. L2 and L20 set a work offset. Other tables are not supported."""
     if "L" not in letters:
         raise UnclearBlock("G10 without L is not understood")

@@ -137,20 +137,20 @@ def _described_diameter(program: Program, block: int, since: int = 0) -> tuple[f
     earlier = changes[changes < block]
     last = int(program.text_line[earlier[-1]]) if len(earlier) else 1
     for number in range(line, max(last - _BEFORE_CHANGE, 0, line - _FARTHEST_COMMENT) - 1, -1):
-        described = _parse_diameter(program.lines[number], unit)
+        described = _parse_tool_comment(program.lines[number], unit)
         if not described:
             continue
         named = tool is not None and described[1] == tool
         if named or (number >= since and None in (tool, described[1])):
             return described[0], described[2]
     for text in program.lines[: min(line, _TOP)]:
-        described = _parse_diameter(text, unit)
+        described = _parse_tool_comment(text, unit)
         if described and tool is not None and described[1] == tool:
             return described[0], described[2]
     return 0.0, ""
 
 
-def _parse_diameter(text: str, unit: float) -> tuple[float, int | None, str] | None:
+def _parse_tool_comment(text: str, unit: float) -> tuple[float, int | None, str] | None:
     """Return the diameter in a comment, mm, the tool number or None, and the comment itself.
 
     Without a diameter, return None.

@@ -244,7 +244,7 @@ class Toolpath:
         return self.latest(Kind.TOOL, self.ref)
 
     @cached_property
-    def offset(self) -> NDArray[np.int64]:
+    def length_offset(self) -> NDArray[np.int64]:
         """Register of the active tool length offset in every row, int64[n]; 0 before the first length offset."""
         return self.latest(Kind.OFFSET, self.ref)
 

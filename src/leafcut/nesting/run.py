@@ -26,7 +26,7 @@ from leafcut.nesting.proof import check_drawing, check_nest, check_remnants
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.options.drawings import MARK_NAMES
 from leafcut.options.sheet_word import LARGEST_SHEET, SheetWord
-from leafcut.processes.cutting_machines import with_cutting_machine
+from leafcut.processes.cutting_machines import with_default_cutting_machine
 from leafcut.read import read_contours
 from leafcut.read.format import Source, drawing_unit_mm, load_source
 from leafcut.read.machine import load_machine
@@ -258,7 +258,7 @@ def _available_sheets(
 
     By default, there is an unlimited number of sheets, which are as large as the table of the machine.
     """
-    options, machine = settings.of(NestOptions), load_machine(with_cutting_machine(settings).machine.machine)
+    options, machine = settings.of(NestOptions), load_machine(with_default_cutting_machine(settings).machine.machine)
     reach = [machine.reach(axis) for axis in (0, 1)]
     if "sheet" not in settings.given:
         if not machine.table_known:
@@ -297,7 +297,7 @@ def _table_size_message(stock: Stock, machine: Machine) -> str:
 
 def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
     """Report each kind of sheet in use that is larger than the table of the cutting machine."""
-    machine = load_machine(with_cutting_machine(settings).machine.machine)
+    machine = load_machine(with_default_cutting_machine(settings).machine.machine)
     used = {nest.stock_of(layout).name: nest.stock_of(layout) for nest in nests for layout in nest.layouts}
     return [
         Issue("L435", Message("{}: check it with the machine that cuts it (--machine)", message))

@@ -8,7 +8,7 @@ from leafcut.model.kinds import Head
 from leafcut.nesting.options import NestOptions
 from leafcut.options import CutDataOptions, MachineOptions, ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.processes.base import Work, option_names, use
-from leafcut.processes.cutting_machines import with_cutting_machine
+from leafcut.processes.cutting_machines import with_default_cutting_machine
 
 if TYPE_CHECKING:
     from leafcut.model.part import Part
@@ -48,7 +48,7 @@ class Nesting(Work):
 
     def with_defaults(self, settings: Settings) -> Settings:
         """Return the settings of the process that will cut the nested sheets."""
-        return with_cutting_machine(settings)
+        return with_default_cutting_machine(settings)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours as they are drawn. Nesting decides on their positions later."""

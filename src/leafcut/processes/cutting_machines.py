@@ -16,7 +16,7 @@ CUTTING_MACHINES = {
 }
 
 
-def with_cutting_machine(settings: Settings) -> Settings:
+def with_default_cutting_machine(settings: Settings) -> Settings:
     """Use the default machine of the cutting process, because the general default machine cannot cut sheet."""
     if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
         return settings

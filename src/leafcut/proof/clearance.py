@@ -194,7 +194,7 @@ def _returns_to_cut_depth(path: Toolpath) -> Mask:
     """
     arrives = _moves_in_xy(path) | (path.kind == Kind.MACHINE)
     interruption = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])
-    visit = np.cumsum(arrives | interruption | (np.diff(path.offset, prepend=0) != 0))
+    visit = np.cumsum(arrives | interruption | (np.diff(path.length_offset, prepend=0) != 0))
     heights = path.end[:, 2]
     finite_heights = heights[np.isfinite(heights)]
     shift = 2.0 * float(np.ptp(finite_heights)) + 1.0 if len(finite_heights) else 1.0

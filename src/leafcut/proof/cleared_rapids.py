@@ -70,7 +70,7 @@ class _Stages(NamedTuple):
         stop = (path.kind == Kind.PAUSE) | (path.kind == Kind.FOREIGN)
         frame, shift = path.latest(Kind.FRAME, path.ref, 540), path.latest(Kind.SHIFT, path.ref)
         stage = np.cumsum(stop | (path.kind == Kind.TOOL))
-        return cls(np.column_stack([frame, shift, np.cumsum(stop)]), stage, path.offset)
+        return cls(np.column_stack([frame, shift, np.cumsum(stop)]), stage, path.length_offset)
 
     def comparable_mask(self, earlier: NDArray[np.int64], row: NDArray[np.int64]) -> Mask:
         """Return a mask of the earlier rows whose positions and heights can be compared with `row`."""

@@ -210,7 +210,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
 
 def _rows_with_wrong_offset(path: Toolpath) -> list[Difference]:
     """Return the rows in which a tool cuts or moves in z without its own length offset."""
-    tool, offset = path.tool, path.offset
+    tool, offset = path.tool, path.length_offset
     before = path.before[:, 2]
     rises = (path.kind == Kind.RAPID) & np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] == before)
     wrong = np.flatnonzero((np.isin(path.kind, _FEEDING) | rises) & (tool > 0) & (offset != tool))

@@ -180,7 +180,7 @@ def plan_part(job: Job, source: Source) -> Plan:
     pockets, more = pocket_tasks(job, post_dialect, part, request, [*mills, main])
     issues += more
     stages = _mill_stages([*mills, main], request, with_floor_passes(carvings, axes, pockets), pockets, cuts)
-    layers = _layer_works(part, divided, request, drilled, tools)
+    layers = _summarize_layers(part, divided, request, drilled, tools)
     price = stock_price(settings, 0.0, 0.0 if area is None else area.area, asked.material, thickness)
     holes = tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
     work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers, grid, price)
@@ -277,7 +277,7 @@ def _with_tabs(edges: Sequence[Edge], cuts: Sequence[OutlineCut]) -> tuple[Edge,
     return tuple(replace(edge, tabs=tabs_of.get(number, 0)) for number, edge in enumerate(edges))
 
 
-def _layer_works(
+def _summarize_layers(
     part: Part, divided: LayeredPart, request: PartRequest, drilled: Sequence[PlannedHole], tools: Mapping[int, Tool]
 ) -> tuple[LayerWork, ...]:
     deep, mill = -request.bottom, tools[request.tool].label

@@ -21,7 +21,7 @@ from leafcut.options import (
 )
 from leafcut.options.drawings import SHEET_NAMES
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, option_names, use
-from leafcut.processes.cutting_machines import with_cutting_machine
+from leafcut.processes.cutting_machines import with_default_cutting_machine
 from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class SheetCutting(Process):
 
     def with_defaults(self, settings: Settings) -> Settings:
         """Return the settings with a cutting machine, unless the user chose a machine."""
-        return with_cutting_machine(settings)
+        return with_default_cutting_machine(settings)
 
     def rate_drawing(self, drawing: WholeDrawing) -> Suitability | None:
         """Rate how well a drawing suits sheet cutting.

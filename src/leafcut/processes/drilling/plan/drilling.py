@@ -206,7 +206,7 @@ def plan_drilling(
         elif part.has_hole_depths and job.depth is None and job.thickness is None:
             job, deeper = _depths_of_solid(part, work, job)
     wide, wide_issues = _add_counterbore_tools(part, chooser, work, work_surface)
-    highest = float(tops.max(initial=0.0)) if work_surface is None else max(work_surface.highest, 0.0)
+    highest = float(tops.max(initial=0.0)) if work_surface is None else max(work_surface.top_z, 0.0)
     raised_job = replace(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
     )

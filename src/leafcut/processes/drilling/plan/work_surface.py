@@ -91,7 +91,7 @@ class WorkSurface:
         return tuple((x0, y0, z0, x1, y1, z1) for x0, y0, z0, x1, y1, z1 in self.boxes.tolist())
 
     @property
-    def highest(self) -> float:
+    def top_z(self) -> float:
         """Height of the highest point of the surface and the fixtures, mm."""
         fixture_top = [] if self.fixture is None else [float(self.fixture.high[2])]
         return float(max([float(self.mesh.high[2]), *self.boxes[:, 5].tolist(), *fixture_top]))
@@ -259,7 +259,7 @@ def check_shank_and_holder(
     for disc in wide_discs_above_flutes(tool):
         low = tips + disc.above - BODY_CLEARANCE
         hits = set(np.flatnonzero(low < tops).tolist())
-        if float(low.min(initial=np.inf)) < surface.highest:
+        if float(low.min(initial=np.inf)) < surface.top_z:
             hits |= _points_below_mesh(triangles, xy, low, disc.radius + BODY_CLEARANCE)
         if not hits:
             continue
