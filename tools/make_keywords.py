@@ -66,7 +66,7 @@ Quantity = float | str
 
 
 class RunKeywords(TypedDict, total=False):
-    """Keywords of `leafcut.optimize` that are no options, except `process`; other functions have them, too."""
+    """Keyword arguments of `leafcut.optimize` that are no options, except `process`; other functions have them, too."""
 
     report: str | Path | None
     """Report page to write (HTML)."""
@@ -119,7 +119,8 @@ def keywords() -> str:
             bases[title].append(f"_Options{number}")
     for title, (function, _, _) in CLASSES.items():
         inherited = "".join(f"    {base},\n" for base in bases[title])
-        text += f'\n\nclass {title}(\n{inherited}    total=False,\n):\n    """Keywords of `leafcut.{function}`."""\n'
+        text += f"\n\nclass {title}(\n{inherited}    total=False,\n):\n"
+        text += f'    """Keyword arguments of `leafcut.{function}`."""\n'
     return text
 
 

@@ -237,7 +237,7 @@ def test_an_algorithm_has_a_title_in_one_line_and_a_method(title: str | None) ->
             assert packaged._create_algorithm("toy", one) is one
             continue
         with pytest.raises(
-            TypeError, match=r"^an algorithm has a title in one line and a method solve\(instance, run\)$"
+            TypeError, match=r"^an algorithm must have a title of one line and a method solve\(instance, run\)$"
         ):
             one.solve = 5 if isinstance(one, Bare) else one.solve  # type: ignore[union-attr]
             packaged._create_algorithm("toy", one)

@@ -73,7 +73,8 @@ def optimize(
         File | None,
         Parameter(
             name="--report",
-            help="report page to write (HTML), or the times per part of a sheet (.csv); for several inputs, a folder",
+            help="report to write: an HTML page, or a .csv file with the times of the parts of a sheet; a folder for "
+            "several inputs",
         ),
     ] = None,
     process: Name = Name("auto"),

@@ -44,7 +44,7 @@ class _FileState:
 
 @dataclass
 class FolderPoll:
-    """Finds new or changed files in a folder that are complete."""
+    """Finds new or changed files in a folder once they are completely written."""
 
     folder: Path
     seen: dict[Path, _FileState] = field(default_factory=dict)

@@ -509,7 +509,7 @@ def _faults_of_texts(dialect: Dialect) -> Iterator[tuple[str, Message]]:
     for key, value in _REQUIRED.get(dialect.language, {}).items():
         text = getattr(dialect, key)
         if text != value:
-            yield key, Message("is '{}', but must be {} in the language {}", text, value, dialect.language)
+            yield key, Message("is '{}', but must be {} for the language {}", text, value, dialect.language)
 
 
 def _joined_words(value: Any) -> str:

@@ -97,9 +97,9 @@ class _OffsetCheck:
         shapely.prepare(self.edge)
 
     def agrees(self, candidate: Polyline, ring: Points) -> bool:
-        """Return whether an offset path has the right distance everywhere.
+        """Return whether an offset path keeps its distance from the edge everywhere.
 
-        It must also cover the ring and must not cross itself.
+        It must also cover the `ring` and must not cross itself.
         """
         if candidate.n_segments < 2:
             return False

@@ -122,7 +122,7 @@ class Runs:
         ]
 
     def base_cell(self, cell: DesignCell, figure: Figure) -> DesignCell:
-        """Return the cell that a saving is compared with."""
+        """Return the cell of a table with the value before a saving."""
         changed = {self.factor_index(name): names[0] for name, names in figure.base.items()}
         return tuple(changed.get(k, name) for k, name in enumerate(cell))
 

@@ -11,7 +11,7 @@ from leafcut.kernels.bands import Bands, list_points_near_segments
 def sort_into_bands(points: Floats, side: float) -> Bands:
     """Sort points, float64[n, 2], into bands with a height of `side`, mm.
 
-    If there would be more bands than points, the bands are higher.
+    If there would be more bands than points, wider bands are used.
     """
     x, y = points.T
     low, high = float(y.min()), float(y.max())

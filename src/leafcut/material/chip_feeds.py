@@ -85,7 +85,7 @@ def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: fl
 
 
 def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
-    """Return the power of a straight plunge at `sink_rate` mm/s, W, or 0 without a power limit.
+    """Return the power, W, of a straight plunge at `sink_rate` mm/s. Return 0 if there is no power limit.
 
     A plunge is treated like the end of a ramp (`material.cutting_force.ramp_power`).
     """

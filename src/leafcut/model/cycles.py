@@ -117,7 +117,7 @@ class Approach(NamedTuple):
 
 
 def hole_approaches(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.float64]) -> Approach:
-    """Return the approach moves to the holes in the rows `drills`. `height` is the height before each hole, mm."""
+    """Return the approach moves to the holes in the rows `drills`. They start at the heights `height`, mm."""
     ref = path.ref[drills]
     r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[ref]
     slant, sink = (np.array([c.approach == name for c in path.cycles], dtype=bool)[ref] for name in ("slant", "sink"))

@@ -33,9 +33,10 @@ class PaceRules:
 
 @dataclass(frozen=True)
 class SpindleLoad:
-    """Power, W, and torque, N·mm, of a spindle, and the material that it cuts. An unknown power or torque is infinite.
+    """Power, W, and torque, N·mm, of a spindle, and the material that it cuts.
 
-    `efficiency` is the share of the power that reaches the tool.
+    If the power or torque is unknown, it is treated as infinite. `efficiency` is the share of the power that reaches
+    the tool.
     """
 
     material: WorkMaterial

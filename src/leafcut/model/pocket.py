@@ -158,12 +158,12 @@ class PocketRules:
 
 @dataclass(frozen=True)
 class PocketPiece:
-    """A section of the path that the tool's centre follows at feed, in the plane.
+    """A section of a path of the tool's centre in the plane, without rapids.
 
     `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through cleared area, or from pass to pass), ``air`` (the
-    simulation shows that the tool cuts nothing), or ``entry``. An entry is the first section. It is a closed loop along
-    which the tool descends, so that the area inside is cleared. `feed` is a share of the tool's feed. The sections in
-    the air have their own feed.
+    simulation shows that the tool cuts nothing), or ``entry``. A path may start with an entry, a closed loop along
+    which the tool descends and clears the area inside. `feed` is a fraction of the tool's feed. Sections in the air
+    have their own feed.
     """
 
     path: Polyline

@@ -21,7 +21,7 @@ Quantity = float | str
 
 
 class RunKeywords(TypedDict, total=False):
-    """Keywords of `leafcut.optimize` that are no options, except `process`; other functions have them, too."""
+    """Keyword arguments of `leafcut.optimize` that are no options, except `process`; other functions have them, too."""
 
     report: str | Path | None
     """Report page to write (HTML)."""
@@ -435,7 +435,7 @@ class OptimizeKeywords(
     _Options45,
     total=False,
 ):
-    """Keywords of `leafcut.optimize`."""
+    """Keyword arguments of `leafcut.optimize`."""
 
 
 class DrillKeywords(
@@ -467,7 +467,7 @@ class DrillKeywords(
     _Options39,
     total=False,
 ):
-    """Keywords of `leafcut.drill`."""
+    """Keyword arguments of `leafcut.drill`."""
 
 
 class CutKeywords(
@@ -501,7 +501,7 @@ class CutKeywords(
     _Options45,
     total=False,
 ):
-    """Keywords of `leafcut.cut`."""
+    """Keyword arguments of `leafcut.cut`."""
 
 
 class PocketKeywords(
@@ -536,7 +536,7 @@ class PocketKeywords(
     _Options42,
     total=False,
 ):
-    """Keywords of `leafcut.pocket`."""
+    """Keyword arguments of `leafcut.pocket`."""
 
 
 class PartKeywords(
@@ -572,7 +572,7 @@ class PartKeywords(
     _Options45,
     total=False,
 ):
-    """Keywords of `leafcut.part`."""
+    """Keyword arguments of `leafcut.part`."""
 
 
 class ReorderKeywords(
@@ -600,7 +600,7 @@ class ReorderKeywords(
     _Options42,
     total=False,
 ):
-    """Keywords of `leafcut.reorder`."""
+    """Keyword arguments of `leafcut.reorder`."""
 
 
 class NestKeywords(
@@ -620,7 +620,7 @@ class NestKeywords(
     _Options37,
     total=False,
 ):
-    """Keywords of `leafcut.nest`."""
+    """Keyword arguments of `leafcut.nest`."""
 
 
 class SolveKeywords(
@@ -635,7 +635,7 @@ class SolveKeywords(
     _Options37,
     total=False,
 ):
-    """Keywords of `leafcut.solve`."""
+    """Keyword arguments of `leafcut.solve`."""
 
 
 class SimulateKeywords(
@@ -649,7 +649,7 @@ class SimulateKeywords(
     _Options25,
     total=False,
 ):
-    """Keywords of `leafcut.simulate`."""
+    """Keyword arguments of `leafcut.simulate`."""
 
 
 class StockKeywords(
@@ -666,7 +666,7 @@ class StockKeywords(
     _Options41,
     total=False,
 ):
-    """Keywords of `leafcut.stock`."""
+    """Keyword arguments of `leafcut.stock`."""
 
 
 class ToolSpeedsKeywords(
@@ -697,7 +697,7 @@ class ToolSpeedsKeywords(
     _Options44,
     total=False,
 ):
-    """Keywords of `leafcut.tool_speeds`."""
+    """Keyword arguments of `leafcut.tool_speeds`."""
 
 
 class VerifyKeywords(
@@ -710,4 +710,4 @@ class VerifyKeywords(
     _Options25,
     total=False,
 ):
-    """Keywords of `leafcut.verify`."""
+    """Keyword arguments of `leafcut.verify`."""

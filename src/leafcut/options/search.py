@@ -126,7 +126,7 @@ class SolveOptions(OptionGroup):
 
     @property
     def is_limited(self) -> bool:
-        """Whether a time limit or a number of iterations ends the search."""
+        """Whether the search has a time limit or a maximum number of iterations."""
         return self.time_limit is not None or self.iterations is not None
 
 

@@ -37,7 +37,7 @@ def _create_algorithm(_: str, found: Any) -> PackagedAlgorithm:
     """Return the algorithm behind an entry point. It is an object, or a class whose constructor takes no arguments."""
     algorithm: PackagedAlgorithm = found() if isinstance(found, type) else found
     if not isinstance(algorithm.title, str) or not algorithm.title.isprintable() or not callable(algorithm.solve):
-        raise TypeError("an algorithm has a title in one line and a method solve(instance, run)")
+        raise TypeError("an algorithm must have a title of one line and a method solve(instance, run)")
     return algorithm
 
 

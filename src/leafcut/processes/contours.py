@@ -710,8 +710,8 @@ def _refuse_contours_in_excluded_holes(sheet: Sheet, gone: set[int]) -> None:
     if held:
         around = sheet.contours[held[0].parent]
         raise PlanError(
-            "the hole at {} of part {} is excluded by its diameter, but contains contours to cut or "
-            "mark, at {}; change --min-diameter or --max-diameter",
+            "the hole at {} in part {} is excluded by its diameter, but it contains contours to cut or mark, such as "
+            "the one at {}; change --min-diameter or --max-diameter",
             _start_text(around),
             around.part,
             _start_text(held[0]),

@@ -41,7 +41,7 @@ def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
 
 
 def check_speeds(tool: Tool, machine: Machine, spindle_speed: float | None = None) -> None:
-    """Raise PlanError if the speed or the feed of a drilling tool is missing or out of the range of the machine.
+    """Raise PlanError if the speed or the feed of a drilling tool is missing or outside the machine's range.
 
     `spindle_speed` is the speed that the user gave for assumed tools, rpm.
     """

@@ -135,7 +135,7 @@ RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 def _cleared_and_unchecked_rapids(
     program: Program, rows: NDArray[np.int32], path: Toolpath, mask: Mask
 ) -> tuple[Mask, Mask]:
-    """Return masks of the rapids that end in material removed by earlier cuts, and of the unchecked rapids."""
+    """Return two masks: rapids that end where earlier cuts have removed the material, and unchecked rapids."""
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], path.before[:, :2]).all(axis=1)
     descents = np.flatnonzero(straight)

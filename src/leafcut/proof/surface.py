@@ -135,7 +135,7 @@ def _rows_hitting_surface(
 ) -> list[int]:
     """Return the moves that hit the surface.
 
-    A move hits the surface if some point within the tool radius is more than `above` above the tip.
+    A move hits the surface if a point within the tool radius is more than `above` mm higher than the tip.
     """
     if not len(rows):
         return []

@@ -382,7 +382,7 @@ class Strokes:
             issues.append(Issue("L202", message, missing=MissingWork("element", number)))
         if self.sloping:
             message = Message(
-                "projected {} sloping out of the plane of the sheet onto that plane",
+                "projected onto the plane of the sheet: {} that sloped out of it",
                 count_of(len(self.sloping), "line"),
             )
             issues.append(Issue("L202", message, first_positions_text(self.sloping, len(self.sloping))))

@@ -48,7 +48,7 @@ FREE_POINTS, POINTS_PER_BYTE = 500_000, 4
 
 
 class Match(IntEnum):
-    """How certain a format is about a file, based on the first bytes."""
+    """How well the first bytes of a file match a format."""
 
     NO = 0
     MAYBE = 1

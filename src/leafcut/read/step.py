@@ -255,7 +255,7 @@ def _hole_issues(data: dict[str, Any], up: str) -> list[Issue]:
             Issue(
                 "L218",
                 Message(
-                    "holes were not searched for on {} with a free-form surface; export hole walls as cylinders",
+                    "{} with a free-form surface may contain holes that were not found; export hole walls as cylinders",
                     count_of(data["free"], "face"),
                 ),
             )

@@ -31,9 +31,7 @@ def pace_facts(pace: PaceChange) -> list[Fact]:
         if pace.rapids:
             words = Message("saved; air cuts converted to rapids: {}", number)
         if pace.rapids and near is not None:
-            words = Message(
-                "saved; air cuts converted to rapids: {}, {:.2g} mm or more from any material", number, near
-            )
+            words = Message("saved; air cuts at least {:.2g} mm from any material, now rapids: {}", near, number)
         facts.append(Fact("pace.air_s", pace.air_s, "s", words, Message("Air")))
     if pace.feeds_s is not None:
         words = Message("saved" if pace.feeds_s >= 0.0 else "saved; the tools need slower feeds")

@@ -154,7 +154,7 @@ class GrblConversation(Conversation):
     def read_facts(self) -> Facts:
         """Read the settings and the state of the controller.
 
-        Raises `SendError` if the controller has a different firmware or does not report a required value.
+        Raises `SendError` if the firmware is not GRBL, or if the controller does not report a required value.
         """
         self._end_partial_line()
         answers: list[ControllerAnswer] = []

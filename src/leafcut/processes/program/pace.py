@@ -106,8 +106,8 @@ def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     workpiece = job.settings.stock.workpiece
     if blind and not workpiece:
         raise OptionError(
-            "{} needs the position of the material; give the block with --workpiece, as x,y,z of its lower and "
-            "of its upper corner",
+            "{} needs the position of the material; give --workpiece with the x,y,z of the lower and upper corners of "
+            "the block",
             blind[0],
         )
     tools = program_tools(program, source, job.settings, job.machine)

@@ -99,7 +99,7 @@ class CutOptions(OptionGroup):
     overcut: float | None = option(
         "quantity",
         None,
-        "overcut past the start of a closed contour; with the torch off if the controller can switch it in motion",
+        "overcut past the start of a closed contour, with the torch off if the controller can turn it off in motion",
         unit="mm",
         minimum=0,
         maximum=100,

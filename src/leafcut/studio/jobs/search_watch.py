@@ -44,14 +44,14 @@ class Picture:
 
 
 class Watch:
-    """Controls how pages watch the search of a job.
+    """Controls how the pages of the studio show the running search of a job.
 
     Attributes
     ----------
     speed
         Maximum number of steps per second, or None for no limit.
     paused
-        Whether the search waits.
+        Whether the search is paused.
     number, picture
         Number and content of the latest picture. They are 0 and None before the first picture.
     """

@@ -19,7 +19,7 @@ _SHORT = 4
 
 
 class RecentPanel:
-    """A folded list of recent files next to the opener, and a row of buttons on an empty page."""
+    """The recent files: a collapsed list next to the button *Open*, or a row of buttons on an empty page."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page

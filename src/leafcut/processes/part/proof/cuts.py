@@ -68,7 +68,7 @@ class Cuts:
         return np.sort(self._tree.query(area, predicate="covers"))
 
     def near(self, area: Any, distance: float) -> NDArray[np.int64]:
-        """Return the indices of all cuts within a distance of an area, mm, in program order."""
+        """Return the indices of all cuts that are at most `distance` mm from an area, in program order."""
         return np.sort(self._tree.query(area, predicate="dwithin", distance=distance))
 
     def place(self, k: int) -> str:

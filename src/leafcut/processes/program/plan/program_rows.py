@@ -186,7 +186,7 @@ def detect_process(program: Program) -> str:
 
 
 def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
-    """Return whether a program cuts with a torch: it mentions a torch, or its rapids run at several heights."""
+    """Return whether a program mentions a torch or has rapids at several heights, as programs for torches do."""
     if any(_TORCH.search(line) for line in program.lines[:400]):
         return True
     z = program.path.end[program.path.kind == Kind.RAPID, 2]

@@ -516,7 +516,7 @@ def check_common_lines(matched: MatchedRuns) -> list[Difference]:
 
 
 def _group_faults(matched: MatchedRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
-    """Yield the faults of a group of common lines. The checks cover the lines and the run around the group."""
+    """Yield the faults of a group of parts with common lines: of these lines, and of the cut around the group."""
     runs, lines, cuts, kerf = matched.runs, matched.kerf_lines, matched.plan.cuts, matched.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
