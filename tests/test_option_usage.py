@@ -54,7 +54,7 @@ LITTLE = {**FAST, "iterations": 1}
 APART: dict[str, Any] = {"algorithm": "acs", "parallel": "exchange", "n_processes": 1}
 QUOTED: dict[str, Any] = {
     "material": "mild_steel", "shop_rate": 60, "setup_cost": 1, "markup": 2, "currency": "EUR", "valid_days": 3,
-    "seller": "A",
+    "seller": "A", "terms": "B",
 }  # fmt: skip
 
 

@@ -17,10 +17,10 @@ from leafcut.results.program import ProgramResult
 
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1, "bound": False, "iterations": 5}
 SHOP: dict[str, Any] = {
-    "seller": "Example Metalwork; 1 Main Street", "currency": "EUR", "valid_days": 30, "shop_rate": 72,
-    "setup_cost": 25, "markup": "20%",
+    "seller": "Example Metalwork; 1 Main Street", "terms": "No taxes included", "currency": "EUR", "valid_days": 30,
+    "shop_rate": 72, "setup_cost": 25, "markup": "20%",
 }  # fmt: skip
-SHEET = {"thickness": 6, "cutting_rate": 36, "pierce_cost": 0.5, **SHOP, **FAST}
+SHEET = {"thickness": 6, "material": "mild_steel", "cutting_rate": 36, "pierce_cost": 0.5, **SHOP, **FAST}
 PLATE = {"thickness": 4, "tool_diameter": 3, "feed": "600mm/min", "spindle_speed": 12000, "material": "aluminium"}
 PLATE |= {"machine": "shapeoko-router", **SHOP, **FAST}
 #: Densities of mild steel and of aluminium 6061, kg/mm³.
@@ -79,8 +79,9 @@ def test_the_lines_of_a_sheet_are_its_kinds_of_parts(sheet: tuple[ProgramResult,
 def test_the_page_is_written_with_the_program(sheet: tuple[ProgramResult, Path]) -> None:
     outcome, page = sheet
     html = page.read_text(encoding="utf-8")
-    assert f"EUR {outcome.quote.total:,.2f}" in html
-    assert "Example Metalwork" in html and "mild steel" in html
+    assert f"EUR {outcome.quote.total:.2f}" in html
+    assert "Example Metalwork" in html and "mild steel" in html and "No taxes included" in html
+    assert "supplied by the customer" not in html
 
 
 def test_equal_parts_are_one_line_with_the_name_of_the_drawing(tmp_path: Path) -> None:
@@ -151,7 +152,17 @@ def refused(file: Path, page: Path, words: str, **options: Any) -> None:
 
 def test_what_the_shop_has_not_stated_is_refused_by_name(tmp_path: Path) -> None:
     file, page = drawing(tmp_path / "squares.dxf"), tmp_path / "quote.html"
-    names = ["seller", "currency", "valid_days", "shop_rate", "setup_cost", "markup", "cutting_rate"]
+    names = [
+        "seller",
+        "terms",
+        "currency",
+        "valid_days",
+        "shop_rate",
+        "setup_cost",
+        "markup",
+        "cutting_rate",
+        "material",
+    ]
     flags = ", ".join("--" + name.replace("_", "-") for name in names)
     refused(file, page, f"^--quote: a quote also needs {flags}; ", process="cut", thickness=6)
     for name in names:

@@ -20,10 +20,12 @@ def quote_of(*parts: PartCost) -> Quote:
     run = RunCost(1800.0, 80.0, parts, "mild_steel", 6.0)
     return Quote(
         seller=("Example Metalwork", "1 Main Street"),
+        terms=("Prices do not include taxes.",),
         currency="EUR",
         made=date(2026, 11, 30),
         valid_until=date(2026, 12, 30),
         material=run.material,
+        is_material_supplied=False,
         thickness=run.thickness,
         runs=5,
         lines=quote_lines(run, 5, 25.0, 20.0),
@@ -38,6 +40,7 @@ def test_the_page_shows_the_parts_and_prices_and_neither_cost_nor_markup() -> No
     for words in (
         "Example Metalwork", "1 Main Street", "2026-11-30", "2026-12-30", "mild steel", "6 mm", "ring", "80 × 80 mm",
         "222 g", "7 min", "20", "25.50", "EUR 510.00", "4.44 kg",
+        "Prices do not include taxes.",
     ):  # fmt: skip
         assert words in page.words, words
     assert not [words for words in ("425", "25.00", "20 %", "20%", "markup", "cost") if words in page.words]
@@ -45,7 +48,9 @@ def test_the_page_shows_the_parts_and_prices_and_neither_cost_nor_markup() -> No
 
 def test_text_from_files_stays_text_and_nothing_is_loaded_or_run() -> None:
     evil = "<script>alert('x')</script>\u202e"
-    quote = replace(quote_of(replace(PART, name=evil)), seller=(evil, evil), currency=evil, material=evil)
+    quote = replace(
+        quote_of(replace(PART, name=evil)), seller=(evil, evil), terms=(evil,), currency=evil, material=evil
+    )
     html = quote_page_html(quote)
     page = Page(html)
     assert "<script" not in html and "\u202e" not in html
@@ -71,5 +76,5 @@ def test_the_facts_for_scripts_have_plain_numbers() -> None:
 
 def test_weights_below_a_kilogram_are_in_grams() -> None:
     assert [weight_words(kg) for kg in (12.345, 1.0, 0.2221, 0.0054, 1234.5)] == [
-        "12.35 kg", "1.00 kg", "222 g", "5.4 g", "1,234.50 kg",
+        "12.35 kg", "1.00 kg", "222 g", "5.4 g", "1\u202f234.50 kg",
     ]  # fmt: skip

@@ -39,6 +39,7 @@ TEMPLATE = f"""\
 # preset = "thorough"
 
 # seller = "Example Metalwork; 1 Main Street; Springfield"  # and the costs of a quote (--quote)
+# terms = "Prices do not include taxes."
 # currency = "EUR"
 # shop_rate = 80                # machine and operator per hour
 # setup_cost = 25               # once for each batch

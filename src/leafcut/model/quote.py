@@ -93,8 +93,10 @@ class Quote:
 
     Attributes
     ----------
-    seller
-        Lines with the name and the address of the shop.
+    seller, terms
+        Lines with the name and the address of the shop, and lines below the prices, such as taxes and delivery.
+    is_material_supplied
+        Whether the customer supplies the material, so that the prices do not include it.
     thickness
         Thickness of the sheet or plate, mm.
     runs
@@ -106,10 +108,12 @@ class Quote:
     """
 
     seller: tuple[str, ...]
+    terms: tuple[str, ...]
     currency: str
     made: date
     valid_until: date
     material: str
+    is_material_supplied: bool
     thickness: float
     runs: int
     lines: tuple[QuoteLine, ...]
@@ -125,7 +129,7 @@ class Quote:
     @property
     def quantity(self) -> int:
         """Number of parts in the batch."""
-        return sum(line.quantity for line in self.lines)
+        return sum(line.quantity * line.part.outlines for line in self.lines)
 
     @property
     def weight_kg(self) -> float:

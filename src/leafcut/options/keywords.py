@@ -387,6 +387,7 @@ class _Options45(TypedDict, total=False):
     markup: float | str | None
     currency: str | None
     valid_days: int | None
+    terms: str | None
     seller: str | None
 
 

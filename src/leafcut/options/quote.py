@@ -107,6 +107,14 @@ class QuoteOptions(OptionGroup):
         changes_program=False,
         needs=_QUOTED,
     )
+    terms: str | None = option(
+        "text",
+        None,
+        "lines below the prices, such as taxes, payment and delivery, separated by semicolons",
+        default_words="required for a quote",
+        changes_program=False,
+        needs=_QUOTED,
+    )
     seller: str | None = option(
         "text",
         None,

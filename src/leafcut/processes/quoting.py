@@ -15,7 +15,7 @@ from leafcut.options import QuoteOptions, Settings, flag_name
 from leafcut.processes.base import Process
 
 #: Options that every quote needs.
-_NEEDED = ("seller", "currency", "valid_days", "shop_rate", "setup_cost", "markup")
+_NEEDED = ("seller", "terms", "currency", "valid_days", "shop_rate", "setup_cost", "markup")
 #: Cubic metres per cubic millimetre.
 _M3_PER_MM3 = 1e-9
 
@@ -42,12 +42,14 @@ def check_quote(settings: Settings, process: Process) -> None:
         raise OptionError("--quote: '{}' is not a web page; name a file ending in .html", options.quote.name)
     missing = [name for name in (*_NEEDED, *process.quoted_with) if name not in settings.given]
     missing += [
-        name for name in ("seller", "currency") if name in settings.given and not _lines(getattr(options, name))
+        name
+        for name in ("seller", "terms", "currency")
+        if name in settings.given and not _lines(getattr(options, name))
     ]
     if missing:
         raise OptionError(
             "--quote: a quote also needs {}; give 0 for a cost that you do not have, and write the values of your shop "
-            "in your defaults file once (leafcut defaults)",
+            "once in your defaults file (leafcut defaults --template)",
             ", ".join(map(flag_name, missing)),
         )
 
@@ -142,10 +144,12 @@ def with_quote(outcome: Outcome[Any], settings: Settings, run: RunCost) -> Outco
     setup_cost, markup = options.setup_cost or 0.0, options.markup or 0.0
     quote = Quote(
         seller=_lines(options.seller),
-        currency=" ".join(_lines(options.currency)),
+        terms=_lines(options.terms),
+        currency=(options.currency or "").strip(),
         made=today,
         valid_until=today + timedelta(days=options.valid_days or 0),
         material=run.material,
+        is_material_supplied=options.stock_price == 0.0,
         thickness=run.thickness,
         runs=options.quantity,
         lines=quote_lines(run, options.quantity, setup_cost, markup),

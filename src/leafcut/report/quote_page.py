@@ -18,6 +18,8 @@ from leafcut.report.wording import count_text, replace_unprintable, time_words
 #: Width and height of the picture of a part, user units.
 _WIDTH, _HEIGHT = 150.0, 96.0
 _MARGIN = 3.0
+#: Separator of thousands: a narrow no-break space.
+_THOUSANDS = "\u202f"
 #: Chord error of arcs in a picture, user units.
 _CHORD = 0.05
 
@@ -40,11 +42,12 @@ def quote_page_html(quote: Quote) -> str:
             valid_until=quote.valid_until.isoformat(),
             currency=replace_unprintable(quote.currency),
             material=_material_words(quote.material),
+            supplied=quote.is_material_supplied,
             thickness=f"{quote.thickness:g} mm",
             rows=[_row(line) for line in quote.lines],
-            quantity=f"{quote.quantity:,}",
-            weight=_limit(weight_words(quote.weight_kg), any(line.part.lighter for line in quote.lines)),
+            weight=_at_most(weight_words(quote.weight_kg), any(line.part.lighter for line in quote.lines)),
             total=price_words(quote.total),
+            terms=[replace_unprintable(line) for line in quote.terms],
         )
     )
 
@@ -90,19 +93,19 @@ def quote_as_json(quote: Quote) -> dict[str, Any]:
 
 
 def price_words(price: float) -> str:
-    """Format a price with two decimals and thousands separators."""
-    return f"{price:,.2f}"
+    """Format a price with two decimals. A narrow space separates thousands, because commas have two meanings."""
+    return f"{price:,.2f}".replace(",", _THOUSANDS)
 
 
 def weight_words(kg: float) -> str:
     """Format a weight, kg, in grams below 1 kg."""
     if kg >= 1.0:
-        return f"{kg:,.2f} kg"
+        return f"{kg:,.2f} kg".replace(",", _THOUSANDS)
     grams = 1000.0 * kg
     return f"{grams:.0f} g" if grams >= 10.0 else f"{grams:.2g} g"
 
 
-def _limit(words: str, lighter: bool) -> str:
+def _at_most(words: str, lighter: bool) -> str:
     """Return a weight that is an upper limit if the part is `lighter`."""
     return f"at most {words}" if lighter else words
 
@@ -120,8 +123,8 @@ def _row(line: QuoteLine) -> dict[str, str]:
         "note": f"set of {part.outlines} parts" if part.outlines > 1 else "",
         "picture": part_picture(part),
         "size": _size_words(part.edges),
-        "quantity": f"{line.quantity:,}",
-        "weight": _limit(weight_words(part.weight_kg), part.lighter),
+        "quantity": f"{line.quantity:,}".replace(",", _THOUSANDS),
+        "weight": _at_most(weight_words(part.weight_kg), part.lighter),
         "time": time_words(line.time_s),
         "price": price_words(line.price),
         "total": price_words(line.total),
@@ -130,7 +133,7 @@ def _row(line: QuoteLine) -> dict[str, str]:
 
 def _size_words(edges: Sequence[Polyline]) -> str:
     x0, y0, x1, y1 = _box(edges)
-    return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
+    return f"{round(x1 - x0, 1):.8g} × {round(y1 - y0, 1):.8g} mm"
 
 
 def _box(edges: Sequence[Polyline]) -> tuple[float, float, float, float]:

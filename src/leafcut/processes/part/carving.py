@@ -48,8 +48,8 @@ def carvings_of(
     issues: list[Issue] = []
     narrow: list[PocketArea] = []
     for rule, contours in divided.faces_of(Operation.VCARVE):
-        tool, flat, first = tools[rule.tool or 0], flats.get(rule.flat), len(carvings)
-        bit = v_bit(tool)
+        tool, first = tools[rule.tool or 0], len(carvings)
+        bit, flat = v_bit(tool), None if rule.flat is None else flats[rule.flat]
         for drawn in drawn_areas(rule, contours, settings, issues):
             name = Message("the shape at ({:.4g}, {:.4g}) on layer {}", *drawn.outline.start, drawn.layer)
             area = replace(drawn, name=name)

@@ -10,12 +10,9 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.quote import PartCost, RunCost, cost_of_time
 from leafcut.options import SpeedOptions
-from leafcut.processes.part.model import CopyGrid, Edge, PartRequest, material_of
+from leafcut.processes.part.model import Edge, PartRequest, material_of
 from leafcut.processes.plan import Plan
 from leafcut.processes.quoting import density_of, no_part, weight
-
-#: Tolerance for the position of a copy, mm.
-_SLACK = 1e-6
 
 
 def plate_cost(plan: Plan, seconds: float) -> RunCost:
@@ -36,7 +33,9 @@ def plate_cost(plan: Plan, seconds: float) -> RunCost:
     if not outlines:
         raise no_part(plan.part.name)
     grid = plan.work.copies
-    copies, edges = grid.number if grid else 1, _first_copy(request.edges, grid)
+    copies = grid.number if grid else 1
+    # The edges of the first copy come first.
+    edges = request.edges[: len(request.edges) // copies]
     material = settings.job.material
     cost = cost_of_time(settings.of(SpeedOptions).shop_rate or 0.0, seconds) + plan.work.plate_price
     part = PartCost(
@@ -65,17 +64,6 @@ def _volume(plan: Plan) -> float:
     material = material.difference(shapely.union_all(holes))
     pockets = math.fsum(area.region.intersection(material).area * area.depth for area in request.pockets)
     return float(material.area * request.thickness - pockets)
-
-
-def _first_copy(edges: Sequence[Edge], grid: CopyGrid | None) -> Sequence[Edge]:
-    """Return the edges of the first copy. If copies interlock, the edges of all copies are returned."""
-    if grid is None:
-        return edges
-    boxes = [edge.path.extents for edge in edges]
-    right = max(box[2] for box in boxes) - (grid.columns - 1) * grid.pitch[0] + _SLACK
-    top = max(box[3] for box in boxes) - (grid.rows - 1) * grid.pitch[1] + _SLACK
-    first = [edge for edge, box in zip(edges, boxes, strict=True) if box[2] <= right and box[3] <= top]
-    return first if len(first) * grid.number == len(edges) else edges
 
 
 def _lines_inside(request: PartRequest, edges: Sequence[Edge]) -> tuple[Polyline, ...]:

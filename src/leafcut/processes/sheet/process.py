@@ -73,7 +73,7 @@ class SheetCutting(Process):
     }
     command = "cut"
     tabulates = True
-    quoted_with = ("cutting_rate",)
+    quoted_with = ("cutting_rate", "material")
     help = "Cut the contours of a drawing from sheet, by plasma, laser, oxyfuel or waterjet."
     reads = "drawing"
     heads = tuple(head for head in Head if head.method is not None)

@@ -44,7 +44,7 @@ _EXCESS = 0.005
 _SNAP = 0.05
 #: Minimum width of a remainder on a floor that counts, mm. Films are within the tolerance of the end mill's path.
 _THIN = 0.04
-#: Minimum length around the area of mill centres, in mill radii. Otherwise, the end mill has no room for a ramp.
+#: Minimum perimeter of the area of mill centres, in mill radii. Otherwise, the end mill has no room for a ramp.
 _ROOM = 2.0
 
 

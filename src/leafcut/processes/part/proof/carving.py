@@ -27,7 +27,7 @@ _SPACING = 0.1
 _CELL, _MOST = 0.25, 20_000
 #: Number of points that are checked at once.
 _BLOCK = 1000
-#: Minimum length around the area of mill centres where the end mill must clear a floor itself, in mill radii.
+#: Minimum perimeter of the area of mill centres where the end mill must clear a floor itself, in mill radii.
 _ROOM = 4.0
 #: Number of chords per quarter of a circle.
 _QUARTER = 64
@@ -38,6 +38,7 @@ def check_carvings(request: PartRequest, cuts: Cuts) -> Verdict:
     explained = np.zeros(len(cuts), dtype=np.bool_)
     differences: list[Difference] = []
     works = []
+    rows_of: dict[PocketMill, NDArray[np.int64]] = {}
     for carving in request.carvings:
         region, bit, name = carving.area.region, carving.bit, carving.area.name
         inside = cuts.within(region.buffer(TOLERANCE))
@@ -47,6 +48,7 @@ def check_carvings(request: PartRequest, cuts: Cuts) -> Verdict:
         if carving.flat is not None:
             level = inside[cuts.tools[inside] == carving.flat.tool]
             floor = region.buffer(-bit.tip - carving.limit * bit.spread, quad_segs=_QUARTER)
+            rows_of[carving.flat] = np.union1d(rows_of.get(carving.flat, cuts.rows[:0]), cuts.rows[level])
             differences += _check_mill(carving, carving.flat, cuts, own, level)
             differences += _check_floor(carving, carving.flat, floor, cuts, own, level)
         explained[own] = explained[level] = True
@@ -63,6 +65,8 @@ def check_carvings(request: PartRequest, cuts: Cuts) -> Verdict:
             words = Message("{} is not carved all the way to its walls at {}", name, position_text(*place.tolist()))
             differences.append(Difference(Message("not cut"), 0, 0, words))
         works.append(FaceWork(name, np.union1d(own, level), region))
+    for mill, rows in rows_of.items():
+        differences += check_load(mill, cuts, rows) if len(rows) else []
     return Verdict(explained, differences, works)
 
 
@@ -74,7 +78,7 @@ def _through_wall(name: str, cuts: Cuts, k: int, place: NDArray[np.float64]) -> 
 def _check_mill(
     carving: Carving, mill: PocketMill, cuts: Cuts, own: NDArray[np.int64], level: NDArray[np.int64]
 ) -> list[Difference]:
-    """Check that the end mill stays clear of the slopes, comes before the V-bit, and is not overloaded.
+    """Check that the end mill stays clear of the slopes, and that it comes before the V-bit.
 
     `own` are the cuts of the V-bit in this shape, and `level` are those of the end mill.
     """
@@ -86,7 +90,7 @@ def _check_mill(
     if len(own) and len(level) and cuts.rows[own[0]] < cuts.rows[level[-1]]:
         words = Message("T{} works in {} before T{} has cleared it", carving.bit.tool, name, mill.tool)
         differences.append(cuts.difference(Message("order"), int(own[0]), words))
-    return [*differences, *(check_load(mill, cuts, cuts.rows[level]) if len(level) else [])]
+    return differences
 
 
 def _check_floor(
@@ -104,7 +108,7 @@ def _check_floor(
     at = uncleared_place(mill.radius, shapely.MultiPolygon(wide).buffer(mill.radius, quad_segs=_QUARTER), cuts, level)
     if at is None:
         cleared = shapely.buffer(cuts.lines[level], mill.radius + TOLERANCE, quad_segs=_QUARTER)
-        # Ridges between two passes of the V-bit are this wide if they are too high.
+        # Between wider strips, the ridges would be too high.
         strips = shapely.buffer(cuts.lines[own], bit.tip + STRIP * min(1.0, bit.spread))
         left = centres.buffer(bit.tip, quad_segs=_QUARTER) - shapely.union_all([*cleared, *strips])
         left = left.buffer(-0.5 * TOLERANCE)
