@@ -24,7 +24,7 @@ def test_a_plugin_is_what_its_kind_makes_of_what_the_entry_point_names(install: 
     assert WORDS.names() == ("hello",)
     assert WORDS.load("hello") == 6
     assert [(one.name, one.package, one.adds, one.error) for one in WORDS.plugins()] == [("hello", "talk", 6, "")]
-    assert WORDS.listed() == [("hello", "6 (of talk)")]
+    assert WORDS.names_and_descriptions() == [("hello", "6 (of talk)")]
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_a_broken_one_is_refused_by_name_told_in_the_list_and_stops_no_other(
     bye, hello = WORDS.plugins()
     assert (bye.adds, hello.adds) == (4, None)
     assert hello.refusal in str(refused.value)
-    assert WORDS.listed() == [("bye", "4 (of more)"), ("hello", hello.refusal)]
+    assert WORDS.names_and_descriptions() == [("bye", "4 (of more)"), ("hello", hello.refusal)]
 
 
 def test_nothing_of_a_package_is_imported_to_know_its_names(install: Installer) -> None:

@@ -50,8 +50,8 @@ class Watched:
 
         with open_executor("threads", 1) as executor, pytest.raises(KeyboardInterrupt):
             watch = FolderWatch(folder, Path("out"), given, executor, self.written.append, self.refused.append)
-            watch.check()
-            watch.run(2.0, sleep)
+            watch.check_settings()
+            watch.run_until_interrupted(2.0, sleep)
 
     @property
     def names(self) -> list[str]:
@@ -187,7 +187,7 @@ def test_inputs_are_never_overwritten(folder: Path, tmp_path: Path) -> None:
     with open_executor("threads", 1) as executor:
         watch = FolderWatch(folder, tmp_path / "in", GIVEN, executor, print, print)
         with pytest.raises(OptionError, match="programs would be watched as well"):
-            watch.check()
+            watch.check_settings()
     Path("out/a.nc").symlink_to((folder / "a.nc").resolve())
     seen = Watched(folder, *[nothing] * 3)
     assert seen.names == [] and "never overwritten" in seen.refused[0]

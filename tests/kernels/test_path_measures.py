@@ -100,13 +100,13 @@ def test_the_places_near_a_piece_of_a_way_are_all_that_it_is_no_further_from_tha
     places, way = random.uniform(0.0, 9.0, (150, 2)), random.uniform(0.0, 9.0, (20, 2))
     way[7] = way[6]
     limits, pieces = random.uniform(0.1, 2.0, 150), np.flatnonzero(np.arange(19) % 3 > 0)
-    piece, place = CoveragePoints(places, limits, pieces).near(way)
+    piece, place = CoveragePoints(places, limits, pieces).pairs_within_limit(way)
     assert np.array_equal(piece, np.sort(piece))
     lines = shapely.linestrings(np.stack([way[pieces], way[pieces + 1]], axis=1))
     away = shapely.distance(lines[:, None], shapely.points(places))
     expected = {(int(pieces[i]), int(k)) for i, k in np.argwhere(away <= limits)}
     assert set(zip(piece.tolist(), place.tolist(), strict=True)) == expected and len(piece) == len(expected)
-    assert [len(part) for part in CoveragePoints(places[:0], limits[:0], pieces).near(way)] == [0, 0]
+    assert [len(part) for part in CoveragePoints(places[:0], limits[:0], pieces).pairs_within_limit(way)] == [0, 0]
 
 
 def merged(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:

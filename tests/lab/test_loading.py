@@ -40,7 +40,7 @@ def test_the_reduced_form_has_what_it_names_and_is_kept_under_a_name_of_its_own(
     whole = load_experiment(written(tmp_path))
     short = reduced_experiment(whole)
     assert [(r.seed, r.instance.name, r.levels["algorithm"].name) for r in short.runs()] == [(7, "ten", "acs")]
-    assert short.storage_key != whole.key
+    assert short.storage_key != whole.storage_key
 
 
 def test_files_are_sought_beside_the_description(tmp_path: Path) -> None:

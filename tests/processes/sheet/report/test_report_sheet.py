@@ -21,14 +21,14 @@ from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.registry import report_of
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.processes.sheet.report.cut_words import clock_text, contour_words, cut_title, name_words, size_words
+from leafcut.processes.sheet.report.cut_words import contour_words, cut_title, name_words, size_words
 from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, part_window, path_sections, sheet_drawing
 from leafcut.processes.sheet.report.sheet_report import detailed_cuts, draw_cut_detail
 from leafcut.report.json_answer import program_as_json
 from leafcut.report.page import path_svg, report_page_html
 from leafcut.report.summary import print_summary
 from leafcut.report.svg import STEPS
-from leafcut.report.wording import money_words
+from leafcut.report.wording import clock_text, money_words
 from page_parser import Page
 
 DATA = CutData(
