@@ -114,7 +114,7 @@ def run_experiment(
     if as_json:
         print_json(
             {
-                "experiment": description.key,
+                "experiment": description.storage_key,
                 "runs": ran.runs,
                 "finished": ran.finished,
                 "done": ran.done,
@@ -173,7 +173,7 @@ def report_experiment(
         check_output(file, [results, name if name.endswith(".toml") else None])
     write_all_or_none(files)
     if as_json:
-        print_json({"experiment": description.key, "rows": len(rows), "files": list(files)})
+        print_json({"experiment": description.storage_key, "rows": len(rows), "files": list(files)})
     else:
         print(f"{description.title}: {' and '.join(files)}")
     return 0

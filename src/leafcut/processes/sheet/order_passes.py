@@ -337,5 +337,5 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
             many,
         )
         issues.append(Issue("L619", words, Message("the first at ({:.4g}, {:.4g})", beyond[0][0], beyond[0][1])))
-    detached = None if routes is None else routes.issue(cut_plan.cuts)
+    detached = None if routes is None else routes.crossing_issue(cut_plan.cuts)
     return issues if detached is None else [*issues, detached]
