@@ -7,14 +7,17 @@ tool.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
 from leafcut.material.cutting_force import feed_ratio_for_power, mean_chip_thickness, milling_power, ramp_power
-from leafcut.material.engagement import Engaged
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.units import SECONDS_PER_MINUTE
+
+if TYPE_CHECKING:
+    from leafcut.material.engagement import Engaged
 
 
 def chip_thickness(engaged: Engaged, feed: Floats | float, rpm: Floats | float) -> Floats:

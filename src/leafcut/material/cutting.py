@@ -7,17 +7,19 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
-from leafcut.kernels.sweep import CellRows, ToolShape
 from leafcut.material.height_field import HeightField
 from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Body, BodyPart, Cutter
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
+
+if TYPE_CHECKING:
+    from leafcut.kernels.sweep import CellRows, ToolShape
 
 #: Number of strips of the field. It is independent of the number of threads, so that sums are reproducible.
 _STRIPS = 16

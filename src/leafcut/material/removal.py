@@ -6,7 +6,7 @@ This does not depend on path planning.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, consecutive_segments
 from leafcut.geometry.regions import FINE, chords_per_quarter, swept_region, tool_centres
-from leafcut.material.engagement import Engaged
 from leafcut.material.tool_steps import ToolSteps, steps_along_path
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
+
+if TYPE_CHECKING:
+    from leafcut.material.engagement import Engaged
 
 #: Number of steps that are swept together, which limits the memory use.
 _BATCH = 4096

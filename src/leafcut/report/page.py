@@ -6,15 +6,13 @@ import base64
 import io
 import re
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError
 from leafcut.material.same_stock import stock_differences
-from leafcut.material.solid import Solid, cut_display_solid
+from leafcut.material.solid import cut_display_solid
 from leafcut.model.issue import missing_work_text
-from leafcut.model.outcome import Which
 from leafcut.report import views
-from leafcut.report.path_report import PathReport
 from leafcut.report.stock_picture import OverStock, stock_png
 from leafcut.report.styles import css_hash, drawing_css, page_templates, style_sheet
 from leafcut.report.svg import embed_styles
@@ -29,6 +27,11 @@ from leafcut.report.wording import (
     title_words,
     verification_limits,
 )
+
+if TYPE_CHECKING:
+    from leafcut.material.solid import Solid
+    from leafcut.model.outcome import Which
+    from leafcut.report.path_report import PathReport
 
 #: A command-line option in a message.
 _FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")

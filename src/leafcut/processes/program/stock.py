@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of
-from leafcut.material.cutting import Removed
 from leafcut.material.height_field import COARSEST, HeightField, StockBlock, default_cell_size
 from leafcut.material.mesh_field import bounding_block
 from leafcut.material.same_stock import stock_differences
@@ -23,14 +22,14 @@ from leafcut.material.straight_moves import (
 )
 from leafcut.message import Message
 from leafcut.model.cutter import Body, BodyPart, Cutter, cutter_of_tool, shank_and_holder_sections
-from leafcut.model.heartbeat import Heartbeat, OnProgress, heartbeat_for_step
+from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
-from leafcut.processes.program.reading import BELOW_SURFACE, ProgramRead, read_file
+from leafcut.processes.program.reading import BELOW_SURFACE, read_file
 from leafcut.processes.program.stated_part import StatedPart, place_part_as_stated, stated_part, stock_before_cuts
 from leafcut.processes.program.tools import program_tools, tool_diameter_warnings
 from leafcut.processes.program.workpiece import (
@@ -42,8 +41,13 @@ from leafcut.processes.program.workpiece import (
     unit_hint,
     unit_that_fits,
 )
-from leafcut.read import Input
 from leafcut.read.step import ChosenSolid
+
+if TYPE_CHECKING:
+    from leafcut.material.cutting import Removed
+    from leafcut.model.heartbeat import Heartbeat
+    from leafcut.processes.program.reading import ProgramRead
+    from leafcut.read import Input
 
 #: A simulated move is at most this share of the smallest tool diameter long, or at most this number of cells. The
 #: larger limit applies.
