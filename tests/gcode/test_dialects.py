@@ -146,8 +146,8 @@ def test_words_that_leafcut_does_not_understand_are_refused_with_their_line(old:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('base = "heidenhain"\nend_word = ""', "toml:2: 'end_word' is '', but must be M30 in the language klartext"),
-        ('base = "siemens"\nlength_offset = ""', "'length_offset' is '', but must be edge in the language sinumerik"),
+        ('base = "heidenhain"\nend_word = ""', "toml:2: 'end_word' is '', but must be M30 for the language klartext"),
+        ('base = "siemens"\nlength_offset = ""', "'length_offset' is '', but must be edge for the language sinumerik"),
     ],
 )
 def test_a_word_that_the_language_of_a_controller_requires_cannot_be_changed(

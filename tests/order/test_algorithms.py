@@ -186,7 +186,7 @@ def test_what_whoever_is_told_raises_ends_it_as_it_is() -> None:
 
 
 def test_one_that_cannot_be_used_is_told_also_where_there_is_nothing_to_order() -> None:
-    words = "the algorithm 'untitled' is a plug-in of toys that cannot be used .*has a title in one line"
+    words = "the algorithm 'untitled' is a plug-in of toys that cannot be used .*must have a title of one line"
     for n in (0, 2, 30):
         with pytest.raises(OptionError, match=words):
             solve(RoutingProblem.of_points(POINTS[:n]), SolveOptions(algorithm="untitled"))
