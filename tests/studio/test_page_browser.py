@@ -409,7 +409,7 @@ def test_what_knowing_the_stock_saves_is_told_beside_the_figures(page: Page) -> 
     typed(page, "Tool diameter", "3")
     run(page)
     expect(page.locator("#result-panel")).to_contain_text("heights lowered: 29")
-    expect(page.locator("#result-panel")).to_contain_text("air cuts converted to rapids: 16")
+    expect(page.locator("#result-panel")).to_contain_text("now rapids: 16")
 
 
 def test_missing_work_comes_first_in_red_and_is_hatched_in_the_drawing(page: Page, tmp_path: Path) -> None:

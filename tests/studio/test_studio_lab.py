@@ -31,7 +31,7 @@ def test_an_experiment_runs_once_and_its_report_and_runs_can_be_had(studio: Stud
     assert lab.state is not None
     assert (lab.state.running, lab.state.line, lab.state.failed) == (False, "", ())
     rows = lab.rows(of)
-    assert len(rows) == of.n_runs == lab.counts()[of.storage_key]
+    assert len(rows) == of.n_runs == lab.run_counts()[of.storage_key]
     began = [row.began for row in rows]
     lab.start(of)
     lab.wait()
