@@ -56,7 +56,8 @@ class Cuts:
         return Difference(what, 0, int(self.path.line[self.rows[k]]), text)
 
     @cached_property
-    def _tree(self) -> shapely.STRtree:
+    def tree(self) -> shapely.STRtree:
+        """The lines as a spatial index."""
         return shapely.STRtree(self.lines)
 
     def along(self, path: Any) -> NDArray[np.int64]:
@@ -65,11 +66,11 @@ class Cuts:
 
     def within(self, area: Any) -> NDArray[np.int64]:
         """Return the indices of all cuts inside an area, in program order."""
-        return np.sort(self._tree.query(area, predicate="covers"))
+        return np.sort(self.tree.query(area, predicate="covers"))
 
     def near(self, area: Any, distance: float) -> NDArray[np.int64]:
         """Return the indices of all cuts that are at most `distance` mm from an area, in program order."""
-        return np.sort(self._tree.query(area, predicate="dwithin", distance=distance))
+        return np.sort(self.tree.query(area, predicate="dwithin", distance=distance))
 
     def place(self, k: int) -> str:
         """Format the end point of the cut with index `k` as text."""

@@ -29,14 +29,14 @@ def check_depths(request: PartRequest, cuts: Cuts, pockets: NDArray[np.bool_]) -
     steps = np.array([request.steps.get(int(tool), np.inf) for tool in cuts.tools])
     deep = np.flatnonzero((cuts.lowest < -steps - _SLACK) & ~pockets)
     which, points = points_on(cuts.ends[deep], _SPACING)
-    cut, lines = deep[which], shapely.STRtree(cuts.lines)
+    cut = deep[which]
     radii = {request.tool: request.radius, **{tool: mill.radius for tool, mill in request.clearing_mills.items()}}
     reach = np.array([radii.get(int(tool), 0.0) for tool in cuts.tools])
     differences: list[Difference] = []
     for first in range(0, len(cut), _BLOCK):
         block, places = cut[first : first + _BLOCK], points[first : first + _BLOCK]
         for distances in (np.full(len(cuts), STRIP), reach):
-            over = _surface(cuts, lines, block, places, distances) - places[:, 2] > steps[block] + _SLACK
+            over = _surface(cuts, block, places, distances) - places[:, 2] > steps[block] + _SLACK
             block, places = block[over], places[over]
             if not len(block):
                 break
@@ -48,14 +48,14 @@ def check_depths(request: PartRequest, cuts: Cuts, pockets: NDArray[np.bool_]) -
     return differences
 
 
-def _surface(cuts: Cuts, lines: shapely.STRtree, cut: NDArray[np.int64], places: Floats, distances: Floats) -> Floats:
+def _surface(cuts: Cuts, cut: NDArray[np.int64], places: Floats, distances: Floats) -> Floats:
     """Return the height of the surface at each place before its own cut, float64[n], mm.
 
     Earlier cuts count up to the distance in `distances`, float64[cuts], mm.
     """
     surface = np.zeros(len(cut))
     points = shapely.points(places[:, :2])
-    near, other = lines.query(points, predicate="dwithin", distance=float(distances.max(initial=0.0)))
+    near, other = cuts.tree.query(points, predicate="dwithin", distance=float(distances.max(initial=0.0)))
     near, other = near[other < cut[near]], other[other < cut[near]]
     start, move = cuts.ends[other, :3], cuts.ends[other, 3:] - cuts.ends[other, :3]
     length = (move[:, :2] ** 2).sum(axis=1)
