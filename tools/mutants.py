@@ -1,9 +1,10 @@
 """Measure how many small source faults the fast tests detect: `python tools/mutants.py --count 100`.
 
-The same number of mutmut mutants is drawn from solver, proof, readers and post-processors, with the commit hash as
-seed, so that the choice is not arbitrary. The fast tests are run once to record which of them execute which line. For
-each mutant, the script changes one source file, runs the tests that can detect the change until the first failure, and
-restores the file. It prints each mutant with its result. Run it in a clean clone that nothing else uses.
+The same number of mutmut mutants is drawn from solver, proof, readers, post-processors and the course of a job, with
+the commit hash as seed, so that the choice is not arbitrary. The fast tests are run once to record which of them
+execute which line. For each mutant, the script changes one source file, runs the tests that can detect the change until
+the first failure, and restores the file. It prints each mutant with its result. Run it in a clean clone that nothing
+else uses.
 
 `make test` may kill a few more mutants, because only `--most` seconds of tests are run for each mutant, and tests that
 start a process, or use a cached result, are not recorded. An endless loop counts as killed.
@@ -37,6 +38,7 @@ GROUPS = {
     "solver": ("order/*.py", "order/literature/*.py", "kernels/*.py"),
     "proof": ("proof/*.py", "processes/*/proof/*.py"),
     "readers": ("read/**/*.py", "gcode/*.py"),
+    "course": ("processes/*.py", "processes/*/process.py", "processes/*/spec.py"),
     "posts": ("post/*.py", "processes/*/post/*.py", "processes/*/post.py"),
 }
 
