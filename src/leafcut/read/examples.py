@@ -7,7 +7,6 @@ grids, rows) are our own. `examples/make_plates.py` writes the same plates as DX
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,173 +75,114 @@ _Group = tuple[list[Inches], float]
 _QUARTER, _EIGHTH = 0.25, 0.125
 
 
-def _plate_10() -> list[_Group]:
-    return [(_corner_holes(10, 12, 0.75), _QUARTER), (_bolt_circle(5, 6, 4.5, 6), _QUARTER)]
-
-
-def _plate_27() -> list[_Group]:
-    return [
+#: Maps the name of a plate to its groups of holes.
+_PATTERNS: dict[str, list[_Group]] = {
+    "plate-10": [(_corner_holes(10, 12, 0.75), _QUARTER), (_bolt_circle(5, 6, 4.5, 6), _QUARTER)],
+    "plate-27": [
         (_corner_holes(10, 12, 0.75), _QUARTER),
         (_bolt_circle(5, 8.25, 4, 8, 22.5), _QUARTER),
         (_hole_grid(2, 1.75, 1.5, 5, 3), _QUARTER),
-    ]
-
-
-def _plate_45() -> list[_Group]:
-    return [
+    ],
+    "plate-45": [
         (_corner_holes(10, 12, 0.625), _QUARTER),
         (_bolt_circle(5, 8, 6, 12, 15), _QUARTER),
         (_bolt_circle(5, 8, 2.5, 5, 90), _QUARTER),
         (_hole_grid(1.875, 1.25, 1.25, 6, 3), _QUARTER),
         (_hole_row(0.625, 3.5, 0, 1.0, 3), _QUARTER),
         (_hole_row(9.375, 3.5, 0, 1.0, 3), _QUARTER),
-    ]
-
-
-def _plate_65() -> list[_Group]:
-    return [
+    ],
+    "plate-65": [
         (_corner_holes(10, 12, 0.5), _QUARTER),
         (_hole_row(0.5, 2.0, 0, 8 / 7, 8), _QUARTER),
         (_hole_row(9.5, 2.0, 0, 8 / 7, 8), _QUARTER),
         (_bolt_circle(5, 8.25, 5.5, 16), _QUARTER),
         (_bolt_circle(5, 8.25, 2, 4, 45), _QUARTER),
         (_hole_grid(3, 1, 1, 5, 5), _QUARTER),
-    ]
-
-
-def _plate_70() -> list[_Group]:
-    return [
+    ],
+    "plate-70": [
         (_corner_holes(10, 12, 0.5), _QUARTER),
         (_hole_row(0.5, 2.0, 0, 1.0, 9), _QUARTER),
         (_hole_row(9.5, 2.0, 0, 1.0, 9), _QUARTER),
         (_bolt_circle(5, 8.125, 6, 18), _QUARTER),
         (_bolt_circle(5, 8.125, 2.75, 6, 30), _QUARTER),
         (_hole_grid(2.5, 1.0, 1, 6, 4), _QUARTER),
-    ]
-
-
-def _plate_8x8_10() -> list[_Group]:
-    return [(_bolt_circle(4, 4, 4.5, 8), _QUARTER), ([(1.0, 1.0), (7.0, 7.0)], _QUARTER)]
-
-
-def _plate_8x8_21() -> list[_Group]:
-    return [
+    ],
+    "plate-8x8-10": [(_bolt_circle(4, 4, 4.5, 8), _QUARTER), ([(1.0, 1.0), (7.0, 7.0)], _QUARTER)],
+    "plate-8x8-21": [
         (_corner_holes(8, 8, 0.75), _QUARTER),
         (_bolt_circle(4, 4, 5.5, 12, 15), _QUARTER),
         (_bolt_circle(4, 4, 2.5, 4, 45), _QUARTER),
         ([(4.0, 4.0)], _QUARTER),
-    ]
-
-
-def _plate_8x8_35() -> list[_Group]:
-    return [
+    ],
+    "plate-8x8-35": [
         (_corner_holes(8, 8, 0.75), _QUARTER),
         ([(4.0, 0.75), (4.0, 7.25), (0.75, 4.0), (7.25, 4.0)], _QUARTER),
         (_bolt_circle(4, 5.25, 2.75, 12), _QUARTER),
         (_hole_grid(2.0, 1.5, 1, 5, 3), _QUARTER),
-    ]
-
-
-def _plate_8x8_70() -> list[_Group]:
-    return [
+    ],
+    "plate-8x8-70": [
         (_corner_holes(8, 8, 0.5), _QUARTER),
         (_hole_row(2.0, 0.5, 2.0, 0, 3) + _hole_row(2.0, 7.5, 2.0, 0, 3), _QUARTER),
         (_hole_row(0.5, 2.0, 0, 2.0, 3) + _hole_row(7.5, 2.0, 0, 2.0, 3), _QUARTER),
         (_bolt_circle(4, 5.0, 4.25, 24), _QUARTER),
         (_bolt_circle(4, 5.0, 2, 12), _QUARTER),
         (_hole_grid(2.25, 1, 0.7, 6, 3), _QUARTER),
-    ]
-
-
-def _plate_15x15_10() -> list[_Group]:
-    return [(_bolt_circle(7.5, 7.5, 9, 8), _QUARTER), ([(1.5, 1.5), (13.5, 13.5)], _QUARTER)]
-
-
-def _plate_15x15_21() -> list[_Group]:
-    return [
+    ],
+    "plate-15x15-10": [(_bolt_circle(7.5, 7.5, 9, 8), _QUARTER), ([(1.5, 1.5), (13.5, 13.5)], _QUARTER)],
+    "plate-15x15-21": [
         (_corner_holes(15, 15, 1), _QUARTER),
         (_bolt_circle(7.5, 7.5, 11, 12, 15), _QUARTER),
         (_bolt_circle(7.5, 7.5, 5, 4, 45), _QUARTER),
         ([(7.5, 7.5)], _QUARTER),
-    ]
-
-
-def _plate_15x15_35() -> list[_Group]:
-    return [
+    ],
+    "plate-15x15-35": [
         (_corner_holes(15, 15, 1), _QUARTER),
         ([(7.5, 1.0), (7.5, 14.0), (1.0, 7.5), (14.0, 7.5)], _QUARTER),
         (_bolt_circle(7.5, 10, 5, 12), _QUARTER),
         (_hole_grid(3.5, 2.5, 2, 5, 3), _QUARTER),
-    ]
-
-
-def _plate_15x15_70() -> list[_Group]:
-    return [
+    ],
+    "plate-15x15-70": [
         (_corner_holes(15, 15, 0.75), _QUARTER),
         (_hole_row(3.75, 0.75, 3.75, 0, 3) + _hole_row(3.75, 14.25, 3.75, 0, 3), _QUARTER),
         (_hole_row(0.75, 3.75, 0, 3.75, 3) + _hole_row(14.25, 3.75, 0, 3.75, 3), _QUARTER),
         (_bolt_circle(7.5, 9.5, 8, 24), _QUARTER),
         (_bolt_circle(7.5, 9.5, 4, 12), _QUARTER),
         (_hole_grid(4.375, 2, 1.25, 6, 3), _QUARTER),
-    ]
-
-
-def _board_97() -> list[_Group]:
-    blocks = [(1.5, 2.0), (10.5, 2.0), (1.5, 11.5), (10.5, 11.5), (6.0, 1.25)]
-    return [
+    ],
+    "board-97": [
         (_corner_holes(15, 15, 0.5), _QUARTER),
-        *((_hole_grid(x, y, 0.75, 5, 3), _EIGHTH) for x, y in blocks),
+        *(
+            (_hole_grid(x, y, 0.75, 5, 3), _EIGHTH)
+            for x, y in [(1.5, 2.0), (10.5, 2.0), (1.5, 11.5), (10.5, 11.5), (6.0, 1.25)]
+        ),
         (_bolt_circle(7.5, 7.75, 5, 18), _EIGHTH),
-    ]
-
-
-def _board_121() -> list[_Group]:
-    centres = [(x, y) for y in (2.75, 7.5, 12.25) for x in (2.75, 7.5, 12.25)]
-    return [
+    ],
+    "board-121": [
         (_corner_holes(15, 15, 0.5), _QUARTER),
-        *(([centre, *_bolt_circle(*centre, 2.75, 12)], _EIGHTH) for centre in centres),
-    ]
-
-
-def _board_200() -> list[_Group]:
-    blocks = [
-        (1.5, 1.5),
-        (5.75, 1.25),
-        (10.5, 1.5),
-        (1.25, 6.25),
-        (11.25, 6.25),
-        (1.5, 11.5),
-        (5.75, 11.75),
-        (10.5, 11.5),
-    ]
-    circles = [(6.0, 6.25, 2.0), (9.0, 6.25, 2.0), (7.5, 9.25, 2.5)]
-    return [
+        *(
+            ([centre, *_bolt_circle(*centre, 2.75, 12)], _EIGHTH)
+            for centre in [(x, y) for y in (2.75, 7.5, 12.25) for x in (2.75, 7.5, 12.25)]
+        ),
+    ],
+    "board-200": [
         (_corner_holes(15, 15, 0.5), _QUARTER),
-        *((_hole_grid(x, y, 0.625, 5, 4), _EIGHTH) for x, y in blocks),
-        *((_bolt_circle(*circle, 12), _EIGHTH) for circle in circles),
-    ]
-
-
-#: Maps a name to (width, height, pattern), inches.
-_PLATES: dict[str, tuple[float, float, Callable[[], list[_Group]]]] = {
-    "plate-10": (10, 12, _plate_10),
-    "plate-27": (10, 12, _plate_27),
-    "plate-45": (10, 12, _plate_45),
-    "plate-65": (10, 12, _plate_65),
-    "plate-70": (10, 12, _plate_70),
-    "plate-8x8-10": (8, 8, _plate_8x8_10),
-    "plate-8x8-21": (8, 8, _plate_8x8_21),
-    "plate-8x8-35": (8, 8, _plate_8x8_35),
-    "plate-8x8-70": (8, 8, _plate_8x8_70),
-    "plate-15x15-10": (15, 15, _plate_15x15_10),
-    "plate-15x15-21": (15, 15, _plate_15x15_21),
-    "plate-15x15-35": (15, 15, _plate_15x15_35),
-    "plate-15x15-70": (15, 15, _plate_15x15_70),
-    "board-97": (15, 15, _board_97),
-    "board-121": (15, 15, _board_121),
-    "board-200": (15, 15, _board_200),
+        *(
+            (_hole_grid(x, y, 0.625, 5, 4), _EIGHTH)
+            for x, y in [
+                (1.5, 1.5),
+                (5.75, 1.25),
+                (10.5, 1.5),
+                (1.25, 6.25),
+                (11.25, 6.25),
+                (1.5, 11.5),
+                (5.75, 11.75),
+                (10.5, 11.5),
+            ]
+        ),
+        *((_bolt_circle(*circle, 12), _EIGHTH) for circle in [(6.0, 6.25, 2.0), (9.0, 6.25, 2.0), (7.5, 9.25, 2.5)]),
+    ],
 }
-PLATE_NAMES = tuple(_PLATES)
+PLATE_NAMES = tuple(_PATTERNS)
 EXAMPLE_NAMES = ("ten-points", *PLATE_NAMES)
 
 
@@ -251,14 +191,16 @@ def create_plate(name: str) -> Plate:
 
     The holes are shuffled to imitate the order of a drawing made by hand. The name of the plate is the seed.
     """
-    width, height, pattern = _PLATES[name]
-    groups = pattern()
+    width, height = (8, 8) if "8x8" in name else (15, 15) if name.startswith(("plate-15x15", "board")) else (10, 12)
+    groups = list(_PATTERNS[name])
+
     import random  # start-up
 
     draw = random.Random(name)
     draw.shuffle(groups)
     holes = []
-    for points, diameter in groups:
+    for group, diameter in groups:
+        points = list(group)
         draw.shuffle(points)
         holes += [PlateHole(round(x, 4), round(y, 4), diameter) for x, y in points]
     return Plate(name, width, height, 0.25, tuple(holes))
