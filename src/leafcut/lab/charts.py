@@ -34,7 +34,7 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: 
 
     The whiskers extend to 1.5 times the interquartile range (Tukey 1977).
     """
-    figure, axes = _new_figure(max(_WIDTH, 0.55 * len(groups)))
+    axes = _new_axes(max(_WIDTH, 0.55 * len(groups)))
     values = [list(group) for group in groups.values()]
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
     for part in ("boxes", "whiskers", "caps", "medians"):
@@ -46,8 +46,7 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: 
         x = position + 0.18 * np.linspace(-1.0, 1.0, len(sample)) if len(sample) > 1 else [position]
         axes.plot(x, sample, "o", color=_HUES[1], markersize=2.6, alpha=0.7, markeredgewidth=0)
     _label_x_axis(axes, list(groups))
-    axes.set_ylabel(heading)
-    return _figure_as_svg(figure, description)
+    return _labelled_chart(axes, "", heading, description)
 
 
 def chart_of_means(
@@ -68,7 +67,7 @@ def chart_of_means(
     ideal
         Points of a dotted line.
     """
-    figure, axes = _new_figure()
+    axes = _new_axes()
     if ideal:
         axes.plot(*zip(*ideal, strict=True), color=_SOFT, linewidth=1, linestyle=":", label="ideal")
     for k, (name, points) in enumerate(series.items()):
@@ -86,15 +85,12 @@ def chart_of_means(
             linewidth=1.4,
             label=name,
         )
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(heading)
-    _add_legend(axes, len(series) + bool(ideal))
-    return _figure_as_svg(figure, description)
+    return _labelled_chart(axes, x_label, heading, description, len(series) + bool(ideal))
 
 
 def convergence_chart(variants: Mapping[str, Sequence[Course]], x_label: str, heading: str, description: str) -> str:
     """Draw the mean convergence curve of each variant, with a band from its best to its worst run."""
-    figure, axes = _new_figure()
+    axes = _new_axes()
     last = max(curve[-1][0] for curves in variants.values() for curve in curves)
     places = np.linspace(0.0, last, _STEPS)
     for k, (name, curves) in enumerate(variants.items()):
@@ -102,22 +98,16 @@ def convergence_chart(variants: Mapping[str, Sequence[Course]], x_label: str, he
         colour, dash = _line_style(k)
         axes.fill_between(places, table.min(axis=0), table.max(axis=0), color=colour, alpha=0.13, linewidth=0)
         axes.plot(places, table.mean(axis=0), color=colour, linestyle=dash, linewidth=1.5, label=name)
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(heading)
-    _add_legend(axes, len(variants))
-    return _figure_as_svg(figure, description)
+    return _labelled_chart(axes, x_label, heading, description, len(variants))
 
 
 def line_chart(series: Mapping[str, Course], x_label: str, heading: str, description: str) -> str:
     """Draw a line chart. `series` maps a name to its points (x, y)."""
-    figure, axes = _new_figure()
+    axes = _new_axes()
     for k, (name, points) in enumerate(series.items()):
         colour, dash = _line_style(k)
         axes.plot(*zip(*points, strict=True), color=colour, linestyle=dash, linewidth=1.5, label=name)
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(heading)
-    _add_legend(axes, len(series))
-    return _figure_as_svg(figure, description)
+    return _labelled_chart(axes, x_label, heading, description, len(series))
 
 
 def time_to_target_chart(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
@@ -128,7 +118,7 @@ def time_to_target_chart(variants: Mapping[str, Sequence[float | None]], x_label
 
     Source: Aiex, Resende and Ribeiro 2007, *TTT plots*.
     """
-    figure, axes = _new_figure()
+    axes = _new_axes()
     last = max((t for times in variants.values() for t in times if t is not None), default=1.0) or 1.0
     for k, (name, times) in enumerate(variants.items()):
         reached = sorted(t for t in times if t is not None)
@@ -144,17 +134,14 @@ def time_to_target_chart(variants: Mapping[str, Sequence[float | None]], x_label
             label=name,
         )
     axes.set_ylim(-2, 103)
-    axes.set_xlabel(x_label)
-    axes.set_ylabel("runs at the target, %")
-    _add_legend(axes, len(variants))
-    return _figure_as_svg(figure, description)
+    return _labelled_chart(axes, x_label, "runs at the target, %", description, len(variants))
 
 
 def pareto_chart(
     points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, description: str
 ) -> str:
     """Draw a scatter plot of two responses. A line connects the variants on the Pareto front, and labels name them."""
-    figure, axes = _new_figure()
+    axes = _new_axes()
     dominated = [point for name, point in points.items() if name not in front]
     if dominated:
         axes.plot(*zip(*dominated, strict=True), "o", color=_SOFT, markersize=4, alpha=0.7)
@@ -167,37 +154,29 @@ def pareto_chart(
         label = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
         axes.annotate(label, point, xytext=(5, 5), textcoords="offset points", fontsize=8, color=_INK)
     axes.margins(0.15)
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(heading)
-    return _figure_as_svg(figure, description)
+    return _labelled_chart(axes, x_label, heading, description)
 
 
 def scatter_chart(
     series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, heading: str, description: str
 ) -> str:
     """Draw a scatter plot. `series` maps a name to its points (x, y)."""
-    figure, axes = _new_figure()
+    axes = _new_axes()
     for k, (name, points) in enumerate(series.items()):
         axes.plot(*zip(*points, strict=True), "os^D"[k % 4], color=_HUES[k % len(_HUES)], markersize=5, label=name)
     axes.axhline(0.0, color=_SOFT, linewidth=0.8)
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(heading)
-    _add_legend(axes, len(series))
-    return _figure_as_svg(figure, description)
+    return _labelled_chart(axes, x_label, heading, description, len(series))
 
 
 def tuning_trials_chart(costs: Sequence[tuple[float, float]], heading: str, description: str) -> str:
     """Plot the cost of each trial relative to the defaults, and the lowest cost so far as a step line."""
-    figure, axes = _new_figure()
+    axes = _new_axes()
     x, y = (np.array(column, dtype=np.float64) for column in zip(*costs, strict=True))
     axes.plot(x, y, "o", color=_HUES[1], markersize=3.5, alpha=0.8, markeredgewidth=0, label="trial")
     best = np.minimum.accumulate(np.minimum(y, 1.0))
     axes.step(x, best, where="post", color=_HUES[0], linewidth=1.6, label="least so far")
     axes.axhline(1.0, color=_SOFT, linewidth=1, linestyle=":", label="defaults")
-    axes.set_xlabel("trial")
-    axes.set_ylabel(heading)
-    _add_legend(axes, 3)
-    return _figure_as_svg(figure, description)
+    return _labelled_chart(axes, "trial", heading, description, 3)
 
 
 def _evaluate_step_curve(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -216,7 +195,7 @@ def _line_style(k: int) -> tuple[str, str]:
     return _HUES[k % len(_HUES)], _DASHES[k // len(_HUES) % len(_DASHES)]
 
 
-def _new_figure(width: float = _WIDTH) -> tuple[Any, Axes]:
+def _new_axes(width: float = _WIDTH) -> Axes:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, _HEIGHT), layout="constrained")
@@ -231,7 +210,7 @@ def _new_figure(width: float = _WIDTH) -> tuple[Any, Axes]:
     for axis in (axes.xaxis, axes.yaxis):
         axis.label.set_color(_INK)
         axis.label.set_fontsize(9)
-    return figure, axes
+    return axes
 
 
 def _label_x_axis(axes: Axes, names: Sequence[str]) -> None:
@@ -239,9 +218,13 @@ def _label_x_axis(axes: Axes, names: Sequence[str]) -> None:
     axes.set_xticks(range(1, len(names) + 1), names, rotation=30 if long else 0, ha="right" if long else "center")
 
 
-def _add_legend(axes: Axes, count: int) -> None:
-    if count > 1:
-        axes.legend(fontsize=8, frameon=False, labelcolor=_INK, ncols=1 + (count > 6))
+def _labelled_chart(axes: Axes, x_label: str, heading: str, description: str, series: int = 0) -> str:
+    """Add the labels of the axes, and a legend for several series, and return the chart as SVG."""
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(heading)
+    if series > 1:
+        axes.legend(fontsize=8, frameon=False, labelcolor=_INK, ncols=1 + (series > 6))
+    return _figure_as_svg(axes.figure, description)
 
 
 def _figure_as_svg(figure: Any, description: str) -> str:
