@@ -19,9 +19,21 @@ from leafcut.message import has_words, template_key
 
 CATALOGUE = sources.PACKAGE / "studio" / "texts" / "messages_es.toml"
 #: Functions and classes with a template → index of its argument, and prefix of the template. Errors are found by name.
-TEMPLATES = {"Message": (0, ""), "ReadError": (1, ""), "value_error": (1, "'{}' ")}
+TEMPLATES = {
+    "Message": (0, ""),
+    "ReadError": (1, ""),
+    "value_error": (1, "'{}' "),
+    "_missing_work_issues": (1, ""),
+}
 #: Functions with a noun that is counted in a message → index of its argument.
-NOUNS = {"count_of": 1, "count_text": 1, "MissingWork": 0, "_count_and_area_text": 1, "_describe_sizes": 1}
+NOUNS = {
+    "count_of": 1,
+    "count_text": 1,
+    "MissingWork": 0,
+    "_count_and_area_text": 1,
+    "_describe_sizes": 1,
+    "_missing_work_issues": 3,
+}
 ERROR = re.compile(r"\w+Error|BlockError|UnclearBlock|_RunEnded|_AlarmStop|_NoAnswer|PortLost")
 #: Errors of Python, whose text is not a template.
 OF_PYTHON = re.compile(r"(Value|Type|Key|Index|Runtime|OS|Import|Attribute|Assertion|Overflow|Lookup)Error")
@@ -84,9 +96,9 @@ def templates_of(node: ast.AST) -> Iterator[str]:
     name, args = called(node), node.args
     if name == "partial" and args and isinstance(args[0], ast.Name) and args[0].id == "Message":
         yield from constants(args[1])
-    elif name in NOUNS and len(args) > NOUNS[name]:
+    if name in NOUNS and len(args) > NOUNS[name]:
         yield from (f"{{}} {noun}{ending}" for noun in constants(args[NOUNS[name]]) for ending in ("", "s"))
-    elif name in TEMPLATES or (ERROR.fullmatch(name) and not OF_PYTHON.fullmatch(name)):
+    if name in TEMPLATES or (ERROR.fullmatch(name) and not OF_PYTHON.fullmatch(name)):
         index, prefix = TEMPLATES.get(name, (0, ""))
         # A text without values is no template: its braces are ordinary characters.
         alone = name != "Message" and len(args) <= index + 1

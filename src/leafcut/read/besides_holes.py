@@ -167,7 +167,7 @@ def report_contours_besides_holes(
                 )
         missing_work = MissingWork(noun, len(members), tuple(positions), tuple(paths[k] for k in members))
         missing = missing_work if kind in ("hole", "slot", "circle", "contour") else None
-        issue = Issue("L201", message, first_positions_text(positions, len(members)), Severity.NOTE, missing)
+        issue = Issue("L201", message, first_positions_text(positions), Severity.NOTE, missing)
         (other_issues if kind == "contour" else issues).append(issue)
     return issues, other_issues
 

@@ -244,9 +244,7 @@ class HoleCollector:
                 "{} outside the plane of the plate will not be drilled", count_of(len(self.leaning), "circle")
             )
             missing = MissingWork("hole", len(self.leaning), tuple(self.leaning))
-            issues.append(
-                Issue("L202", message, first_positions_text(self.leaning, len(self.leaning)), missing=missing)
-            )
+            issues.append(Issue("L202", message, first_positions_text(self.leaning), missing=missing))
         for kind, number in self.far.items():
             issues.append(
                 Issue("L203", Message("{} {} {}", number, kind, OUT_OF_RANGE), missing=MissingWork("hole", number))
@@ -274,7 +272,7 @@ def _polygon_issue(holes: list[Hole]) -> Issue:
     sizes = ", ".join(f"Ø{diameter:.4g}" for diameter in sorted({round(hole.diameter, 3) for hole in holes})[:5])
     positions = [(hole.x, hole.y) for hole in holes]
     message = Message("treated {} with corners on a circle as round holes ({})", count_of(len(holes), "polygon"), sizes)
-    return Issue("L405", message, first_positions_text(positions, len(positions)))
+    return Issue("L405", message, first_positions_text(positions))
 
 
 def _other_entity_notes(kinds: Counter[str]) -> list[Issue]:

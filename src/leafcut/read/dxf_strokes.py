@@ -385,7 +385,7 @@ class Strokes:
                 "projected onto the plane of the sheet: {} that sloped out of it",
                 count_of(len(self.sloping), "line"),
             )
-            issues.append(Issue("L202", message, first_positions_text(self.sloping, len(self.sloping))))
+            issues.append(Issue("L202", message, first_positions_text(self.sloping)))
         for (kind, reason), handles in self.skipped.items():
             location = Message("handle {}", ", ".join(handles[:3])) + (" …" if len(handles) > 3 else "")
             message = Message(

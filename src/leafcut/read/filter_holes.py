@@ -58,7 +58,7 @@ def holes_on_part_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[l
     )
     positions = [(hole.x, hole.y) for hole in skipped]
     return [hole for hole in holes if hole.layer not in skipped_layers], [
-        Issue("L204", message, first_positions_text(positions, len(positions)))
+        Issue("L204", message, first_positions_text(positions))
     ]
 
 
@@ -133,7 +133,7 @@ def _without_duplicates(
             Issue(
                 "L301",
                 Message("merged {} drawn on top of another of the same diameter", count_of(len(duplicates), "hole")),
-                first_positions_text(duplicates, len(duplicates)),
+                first_positions_text(duplicates),
             )
         )
     return [_hole_at_height(h, z) for h, z, is_double in zip(holes, highest, double, strict=True) if not is_double]
@@ -178,7 +178,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
     if raised:
         # A rapid to the height of the lower circle would enter the material above it.
         message = Message("concentric circles are drawn at different heights, so the hole starts at the highest")
-        issues.append(Issue("L406", message, first_positions_text(raised, len(raised))))
+        issues.append(Issue("L406", message, first_positions_text(raised)))
     if removed:
         positions = [(holes[i].x, holes[i].y) for i in sorted(removed)]
         issues.append(
@@ -189,7 +189,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
                     count_of(len(removed), "circle"),
                     options.concentric,
                 ),
-                first_positions_text(positions, len(positions)),
+                first_positions_text(positions),
                 missing=MissingWork("circle", len(positions), tuple(positions)),
             )
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -284,10 +284,10 @@ def has_lone_surrogate(value: Any) -> bool:
     return False
 
 
-def first_positions_text(points: list[tuple[float, float]], number: int) -> Message:
-    """Format the first positions in `points` for `Issue.place`. `number` is the total number of positions."""
+def first_positions_text(points: Sequence[tuple[float, float]]) -> Message:
+    """Format the first of several positions for `Issue.place`."""
     first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
-    return Message("at {}", first) + (" …" if number > 3 else "")
+    return Message("at {}", first) + (" …" if len(points) > 3 else "")
 
 
 def drawing_unit_mm(options: ReadOptions, own_units: str | None) -> float:

@@ -349,7 +349,7 @@ def _drop_dirt_spots(
             count_of(n_dirt, "spot"),
             narrow * size,
         )
-        issues.append(Issue("L214", message, first_positions_text(positions, n_dirt)))
+        issues.append(Issue("L214", message, first_positions_text(positions)))
     return kept
 
 

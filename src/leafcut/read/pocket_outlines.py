@@ -205,7 +205,7 @@ def _join_to_outlines(
             zero_length.append(contour.path.start)
     if zero_length:
         message = Message("left out {} of zero length", count_of(len(zero_length), "line"))
-        issues.append(Issue("L313", message, first_positions_text(zero_length, len(zero_length)), Severity.NOTE))
+        issues.append(Issue("L313", message, first_positions_text(zero_length), Severity.NOTE))
     joined = [outline for kind, members in strokes.items() for outline in _join_strokes(members, kind, joining, issues)]
     opened = [o for o in joined if not o.contour.path.closed]
     if opened and joining.open_paths != "drop":
@@ -214,7 +214,7 @@ def _join_to_outlines(
         raise LeafcutError(
             "{}, {}; the first ends at ({:.6g}, {:.6g}){}; close the outline, or use --open-paths drop",
             count_of(len(opened), "open path"),
-            first_positions_text([p.start for p in paths], len(paths)),
+            first_positions_text([p.start for p in paths]),
             x,
             y,
             advice_for_open_path(0, paths),
@@ -225,7 +225,7 @@ def _join_to_outlines(
             Issue(
                 "L212",
                 Message("the program leaves out {}", count_of(len(opened), "open path")),
-                first_positions_text(positions, len(opened)),
+                first_positions_text(positions),
             )
         )
     closed = sorted((o for o in joined if o.contour.path.closed), key=lambda o: o.order)
@@ -244,14 +244,14 @@ def _join_strokes(
         message = Message(
             "closed {}; the widest was {:.3g} mm", count_of(len(gaps), "gap"), max(width for _, width in gaps)
         )
-        issues.append(Issue("L311", message, first_positions_text([point for point, _ in gaps], len(gaps))))
+        issues.append(Issue("L311", message, first_positions_text([point for point, _ in gaps])))
     if tidied.branches:
         number = count_of(len(tidied.branches), "place")
         message = Message("more than two line ends meet at {}; check the outlines", number)
-        issues.append(Issue("L314", message, first_positions_text(tidied.branches, len(tidied.branches))))
+        issues.append(Issue("L314", message, first_positions_text(tidied.branches)))
     if tidied.doubles:
         message = Message("merged {} drawn on top of other lines", count_of(len(tidied.doubles), "line"))
-        issues.append(Issue("L312", message, first_positions_text(tidied.doubles, len(tidied.doubles))))
+        issues.append(Issue("L312", message, first_positions_text(tidied.doubles)))
     outlines = []
     for path, members, _ in tidied.paths:
         order, stroke = strokes[min(members)]
@@ -305,7 +305,7 @@ def _without_duplicates(
             Issue(
                 "L312",
                 Message("merged {} drawn twice", count_of(len(duplicates), "outline")),
-                first_positions_text(positions, len(positions)),
+                first_positions_text(positions),
             )
         )
     return [k for k in range(len(outlines)) if k not in duplicates]
@@ -402,10 +402,10 @@ def _check_contacts(
         message = Message(
             "{} of pockets touch each other, so no wall remains between them", count_of(len(touching), "pair")
         )
-        issues.append(Issue("L423", message, first_positions_text(touching, len(touching))))
+        issues.append(Issue("L423", message, first_positions_text(touching)))
     if at_edge:
         message = Message("no wall remains at the edge of the plate for {}", count_of(len(at_edge), "pocket"))
-        issues.append(Issue("L423", message, first_positions_text(at_edge, len(at_edge))))
+        issues.append(Issue("L423", message, first_positions_text(at_edge)))
 
 
 def _conflict_location_text(conflict: Conflict) -> Message:

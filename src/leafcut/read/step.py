@@ -194,15 +194,12 @@ def _read_solid(source: Source, options: ReadOptions, features: str) -> dict[str
 
 def _with_program_zero(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
     pose = Pose.of(options)
-    outline = np.array(data["box"] if data["box"] and _is_quarter_turn(options.rotate) else data["hull"])
+    # A rotation by a multiple of 90° keeps a bounding box exact.
+    quarter_turn = abs(math.remainder(options.rotate, 0.5 * math.pi)) < 1e-9
+    outline = np.array(data["box"] if data["box"] and quarter_turn else data["hull"])
     reference = Part(part.name, contours=(Contour(Polyline.of_points(outline, closed=True)),))
     zero = ProgramZero(up=pose.up, level=pose.level, z=round(data["z"], 6))
     return replace(part, reference=reference, zero=zero, height=round(data["height"], 6))
-
-
-def _is_quarter_turn(angle: float) -> bool:
-    """Return whether an angle, rad, is a multiple of 90°. Such a rotation keeps a bounding box exact."""
-    return abs(math.remainder(angle, 0.5 * math.pi)) < 1e-9
 
 
 def _refuse_units_option(options: ReadOptions) -> None:
@@ -224,60 +221,44 @@ def read_step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose 
 
 
 def _hole_issues(data: dict[str, Any], up: str) -> list[Issue]:
-    issues = []
     opposite = up.removeprefix("-") if up.startswith("-") else f"-{up}"
-    if data["below"]:
-        issues.append(
-            Issue(
-                "L218",
-                Message(
-                    "{} open only from below will not be drilled; turn the part over (--up {})",
-                    count_of(data["below"], "hole"),
-                    opposite,
-                ),
-                missing=MissingWork("hole", data["below"]),
-            )
-        )
-    if data["obstructed"]:
-        issues.append(
-            Issue(
-                "L218",
-                Message(
-                    "{} with material inside, above or closed around it (an island, an overhang or a cavity) "
-                    "will not be drilled",
-                    count_of(data["obstructed"], "round wall"),
-                ),
-                missing=MissingWork("round wall", data["obstructed"]),
-            )
-        )
+    issues = [
+        *_missing_work_issues(
+            "L218",
+            "{} open only from below will not be drilled; turn the part over (--up {})",
+            data["below"],
+            "hole",
+            opposite,
+        ),
+        *_missing_work_issues(
+            "L218",
+            "{} with material inside, above or closed around it (an island, an overhang or a cavity) "
+            "will not be drilled",
+            data["obstructed"],
+            "round wall",
+        ),
+    ]
     if data["free"]:
-        issues.append(
-            Issue(
-                "L218",
-                Message(
-                    "{} with a free-form surface may contain holes that were not found; export hole walls as cylinders",
-                    count_of(data["free"], "face"),
-                ),
-            )
+        message = Message(
+            "{} with a free-form surface may contain holes that were not found; export hole walls as cylinders",
+            count_of(data["free"], "face"),
         )
+        issues.append(Issue("L218", message))
     for direction, count in data["aside"].items():
         # Each row of the matrix selects one axis of the solid.
         row = _AXES.get(direction)
         axis = "" if row is None else "xyz"[[abs(value) for value in TURNS[up][row]].index(1)]
         turn = Message("; turn the solid with --up {} or --up -{}", axis, axis) if axis else ""
-        issues.append(
-            Issue(
-                "L218",
-                Message(
-                    "{} along {} will not be drilled, because only holes along Z are{}",
-                    count_of(count, "hole"),
-                    direction,
-                    turn,
-                ),
-                missing=MissingWork("hole", count),
-            )
+        issues += _missing_work_issues(
+            "L218", "{} along {} will not be drilled, because only holes along Z are{}", count, "hole", direction, turn
         )
     return issues
+
+
+def _missing_work_issues(code: str, template: str, number: int, noun: str, *values: object) -> list[Issue]:
+    """Report work that is not done, unless the number is 0. The first value of the template is the number."""
+    message = Message(template, count_of(number, noun), *values)
+    return [Issue(code, message, missing=MissingWork(noun, number))] if number else []
 
 
 def _plate_issues(data: dict[str, Any]) -> tuple[Issue, ...]:
@@ -292,68 +273,43 @@ def _plate_issues(data: dict[str, Any]) -> tuple[Issue, ...]:
 
 
 def _pocket_issues(data: dict[str, Any]) -> list[Issue]:
-    issues = []
-    if data["open"]:
-        issues.append(
-            Issue(
-                "L219",
-                Message(
-                    "{} open at a side (a step, an open slot) will not be milled, because a pocket has walls "
-                    "all around",
-                    count_of(data["open"], "level face"),
-                ),
-                missing=MissingWork("level face", data["open"]),
-            )
-        )
-    if data["leaning"]:
-        issues.append(
-            Issue(
-                "L219",
-                Message(
-                    "{} with sloping walls or rounded floor edges will not be milled, because walls must be vertical",
-                    count_of(data["leaning"], "pocket"),
-                ),
-                missing=MissingWork("pocket", data["leaning"]),
-            )
-        )
-    if data["covered"]:
-        issues.append(
-            Issue(
-                "L219",
-                Message(
-                    "{} under an overhang will not be milled, because the tool cannot reach there from above",
-                    count_of(data["covered"], "level face"),
-                ),
-                missing=MissingWork("level face", data["covered"]),
-            )
-        )
-    if data["sloping"]:
-        issues.append(
-            Issue(
-                "L219",
-                Message(
-                    "{} that slope or are rounded (chamfers, fillets, curved floors) will not be milled",
-                    count_of(data["sloping"], "face"),
-                ),
-                missing=MissingWork("face", data["sloping"]),
-            )
-        )
+    issues = [
+        *_missing_work_issues(
+            "L219",
+            "{} open at a side (a step, an open slot) will not be milled, because a pocket has walls all around",
+            data["open"],
+            "level face",
+        ),
+        *_missing_work_issues(
+            "L219",
+            "{} with sloping walls or rounded floor edges will not be milled, because walls must be vertical",
+            data["leaning"],
+            "pocket",
+        ),
+        *_missing_work_issues(
+            "L219",
+            "{} under an overhang will not be milled, because the tool cannot reach there from above",
+            data["covered"],
+            "level face",
+        ),
+        *_missing_work_issues(
+            "L219",
+            "{} that slope or are rounded (chamfers, fillets, curved floors) will not be milled",
+            data["sloping"],
+            "face",
+        ),
+    ]
     openings = [
         _oriented_path(opening["outline"], clockwise=False) for opening in data["openings"] if not opening["diameter"]
     ]
     if openings:
         positions = tuple(_box_centre(outline) for outline in openings)
-        issues.append(
-            Issue(
-                "L219",
-                Message(
-                    "the program does not mill {} through the part, because a pocket has a floor",
-                    count_of(len(openings), "opening"),
-                ),
-                first_positions_text([*positions], len(positions)),
-                missing=MissingWork("opening", len(openings), positions, tuple(openings)),
-            )
+        message = Message(
+            "the program does not mill {} through the part, because a pocket has a floor",
+            count_of(len(openings), "opening"),
         )
+        missing = MissingWork("opening", len(openings), positions, tuple(openings))
+        issues.append(Issue("L219", message, first_positions_text(positions), missing=missing))
     return issues
 
 
@@ -376,7 +332,7 @@ def report_work_besides_holes(source: Source, options: ReadOptions) -> list[Issu
         positions = tuple(_box_centre(outline) for outline in outlines)
         message = Message("{} will not be milled; use leafcut pocket", count_of(len(outlines), "pocket"))
         missing = MissingWork("pocket", len(outlines), positions, tuple(outlines))
-        issues.append(Issue("L219", message, first_positions_text([*positions], len(positions)), missing=missing))
+        issues.append(Issue("L219", message, first_positions_text(positions), missing=missing))
     return issues
 
 

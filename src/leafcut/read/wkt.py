@@ -77,7 +77,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
         issues.append(Issue("L210", Message("no region: {}", words), severity=Severity.NOTE))
     if rings.heights:
         message = Message("corners have different heights and were projected onto the plane")
-        issues.append(Issue("L202", message, first_positions_text(rings.heights, len(rings.heights))))
+        issues.append(Issue("L202", message, first_positions_text(rings.heights)))
     contours = tuple(Contour(Polyline.of_points(ring.points, closed=True)) for ring in rings.rings)
     part = Part(source.name, source=source.file_name, format="wkt", units=options.units or "mm", contours=contours)
     if options.units is None:
