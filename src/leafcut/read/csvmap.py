@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain
 
 from leafcut.errors import ReadError, printable
 from leafcut.message import Message
-from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import holes_on_chosen_layers, select_holes
+from leafcut.read.filter_holes import part_of_points
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
@@ -24,7 +24,6 @@ from leafcut.read.format import (
     drawing_unit_mm,
     to_mm,
     too_many_holes_error,
-    unknown_units_issue,
 )
 from leafcut.read.table_rows import detect_separator, is_number, parse_cell_number, split_row
 
@@ -101,19 +100,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     if len(bad) > NAMED_ROWS:
         more = len(bad) - NAMED_ROWS
         issues.append(Issue("L208", Message("{} further rows skipped", more), missing=MissingWork("hole", more)))
-    on_layer, left_out = holes_on_chosen_layers(holes, options)
-    kept, selection_issues = select_holes(on_layer, options, point_tolerance=0.0)
-    issues += left_out
-    if not kept:
-        raise ReadError(
-            source.path,
-            Message("no holes: {}", Message.joined("; ", (i.message for i in (*left_out, *selection_issues)))),
-        )
-    units = options.units or columns.unit
-    part = Part(source.name, kept, source=source.file_name, format="csv", units=units or "mm")
-    if units is None:
-        selection_issues.append(unknown_units_issue(Message("the table"), part, Severity.NOTE))
-    return replace(part, issues=(*issues, *selection_issues))
+    return part_of_points(source, holes, issues, options, "csv", columns.unit, Message("the table"))
 
 
 def _split_rows(lines: list[str], separator: str | None) -> Iterator[tuple[int, list[str]]]:

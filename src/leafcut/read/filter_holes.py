@@ -12,15 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import count_of, printable
+from leafcut.errors import ReadError, count_of, printable
 from leafcut.geometry.polyline import Polyline
 from leafcut.message import Message
 from leafcut.model.contour import is_annotation_layer, layer_filter
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, MissingWork, Severity
-from leafcut.model.part import Hole
+from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.format import first_positions_text
+from leafcut.read.format import Source, first_positions_text, unknown_units_issue
 
 #: Holes of equal diameter are duplicates if they are closer than this, mm.
 MERGE_TOLERANCE = 0.01
@@ -62,17 +62,37 @@ def holes_on_part_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[l
     ]
 
 
-def holes_on_chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
-    """Return the holes on the chosen layers and the holes without a layer.
+def part_of_points(
+    source: Source,
+    holes: Sequence[Hole],
+    issues: list[Issue],
+    options: ReadOptions,
+    format_name: str,
+    own_units: str | None,
+    noun: Message,
+) -> Part:
+    """Create the part of a list of points: the holes on the chosen layers and the holes without a layer.
 
-    The second result is a note about the holes on other layers (L204).
+    Raises
+    ------
+    ReadError
+        No hole remains.
     """
     chosen = layer_filter(options.layers)
-    kept = [h for h in holes if not h.layer or chosen(h.layer)]
-    if n_left_out := len(holes) - len(kept):
+    on_layer = [h for h in holes if not h.layer or chosen(h.layer)]
+    left_out = []
+    if n_left_out := len(holes) - len(on_layer):
         message = Message("left out {} on layers that are not selected", count_of(n_left_out, "hole"))
-        return kept, [Issue("L204", message, severity=Severity.NOTE)]
-    return kept, []
+        left_out.append(Issue("L204", message, severity=Severity.NOTE))
+    kept, selection_issues = select_holes(on_layer, options, point_tolerance=0.0)
+    if not kept:
+        reasons = Message.joined("; ", (i.message for i in (*left_out, *selection_issues)))
+        raise ReadError(source.path, Message("no holes: {}", reasons))
+    units = options.units or own_units
+    part = Part(source.name, kept, source=source.file_name, format=format_name, units=units or "mm")
+    if units is None:
+        selection_issues.append(unknown_units_issue(noun, part, Severity.NOTE))
+    return replace(part, issues=(*issues, *left_out, *selection_issues))
 
 
 def select_holes(

@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import io
 import math
-from dataclasses import dataclass, field, replace
+from collections import Counter
+from dataclasses import dataclass, field
 from typing import Any
+from xml.sax.handler import ContentHandler
 
 from leafcut.errors import ReadError, name_suggestion, printable
 from leafcut.message import Message
-from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import holes_on_chosen_layers, select_holes
+from leafcut.read.filter_holes import part_of_points
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
@@ -26,7 +28,6 @@ from leafcut.read.format import (
     drawing_unit_mm,
     to_mm,
     too_many_holes_error,
-    unknown_units_issue,
 )
 from leafcut.read.recognition import POINT_TAGS
 from leafcut.units import MM_PER_UNIT
@@ -62,37 +63,42 @@ class _Point:
     holds_points: bool = False
 
 
-@dataclass
-class _Map:
-    path: str
-    units: str | None = None
-    root: str = ""
-    points: list[_Point] = field(default_factory=list)
-    open: list[_Point] = field(default_factory=list)
-    tags: dict[str, int] = field(default_factory=dict)
+class _Map(ContentHandler):
+    """Collects the points of a map while its XML is parsed."""
 
-    def start_element(self, tag: str, attributes: dict[str, str], line: int) -> None:
+    def __init__(self, source: Source) -> None:
+        super().__init__()
+        self.path, self.on_progress = source.path, source.on_progress
+        self.units: str | None = None
+        self.root = ""
+        self.points: list[_Point] = []
+        self.open: list[_Point] = []
+        self.tags: Counter[str] = Counter()
+
+    def startElement(self, name: str, attrs: Any) -> None:
+        self.on_progress()
+        tag, line = _name_without_namespace(name), self._locator.getLineNumber()  # type: ignore[attr-defined]
+        attributes = {_name_without_namespace(key): str(value) for key, value in attrs.items()}
         if not self.root:
             self.root = tag
             self._read_units(attributes, line)
         if tag in POINT_TAGS:
             if self.open:
                 self.open[-1].holds_points = True
-            point = _Point(line, {FIELDS[k]: v for k, v in attributes.items() if k in FIELDS})
-            self.open.append(point)
+            self.open.append(_Point(line, {FIELDS[k]: v for k, v in attributes.items() if k in FIELDS}))
         elif self.open:
             self.open[-1].current = FIELDS.get(tag, "")
         else:
-            self.tags[tag] = self.tags.get(tag, 0) + 1
+            self.tags[tag] += 1
 
-    def add_text(self, text: str) -> None:
+    def characters(self, content: str) -> None:
         if self.open and (name := self.open[-1].current):
-            self.open[-1].values[name] = self.open[-1].values.get(name, "") + text
+            self.open[-1].values[name] = self.open[-1].values.get(name, "") + content
 
-    def end_element(self, tag: str) -> None:
+    def endElement(self, name: str) -> None:
         if not self.open:
             return
-        if tag in POINT_TAGS:
+        if _name_without_namespace(name) in POINT_TAGS:
             point = self.open.pop()
             if not point.holds_points or "x" in point.values:
                 self.points.append(point)
@@ -139,19 +145,7 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
             issues.append(Issue("L203", Message("point skipped: {}", problem), place, missing=MissingWork("hole")))
     if not holes:
         raise ReadError(source.path, Message("no usable points: {}", issues[0].message), point_map.points[0].line)
-    on_layer, left_out = holes_on_chosen_layers(holes, options)
-    kept, selection_issues = select_holes(on_layer, options, point_tolerance=0.0)
-    issues += left_out
-    if not kept:
-        raise ReadError(
-            source.path,
-            Message("no holes: {}", Message.joined("; ", (i.message for i in (*left_out, *selection_issues)))),
-        )
-    units = options.units or point_map.units
-    part = Part(source.name, kept, source=source.file_name, format="xml", units=units or "mm")
-    if units is None:
-        selection_issues.append(unknown_units_issue(Message("the map"), part, Severity.NOTE))
-    return replace(part, issues=(*issues, *selection_issues))
+    return part_of_points(source, holes, issues, options, "xml", point_map.units, Message("the map"))
 
 
 def _hole_of_element(point: _Point, factor: float) -> Hole:
@@ -173,26 +167,11 @@ def _hole_of_element(point: _Point, factor: float) -> Hole:
 
 
 def _parse_map(source: Source) -> _Map:
-    from xml.sax.handler import ContentHandler
-
     from defusedxml.expatreader import DefusedExpatParser
 
-    point_map = _Map(source.path)
-
-    class Handler(ContentHandler):
-        def startElement(self, name: str, attrs: Any) -> None:
-            source.on_progress()
-            plain = {_name_without_namespace(key): str(value) for key, value in attrs.items()}
-            point_map.start_element(_name_without_namespace(name), plain, parser.getLineNumber())
-
-        def characters(self, content: str) -> None:
-            point_map.add_text(content)
-
-        def endElement(self, name: str) -> None:
-            point_map.end_element(_name_without_namespace(name))
-
+    point_map = _Map(source)
     parser = DefusedExpatParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
-    parser.setContentHandler(Handler())
+    parser.setContentHandler(point_map)
     with convert_xml_errors(source.path, Message("which a map does not need")):
         parser.parse(io.BytesIO(source.data))
     return point_map
