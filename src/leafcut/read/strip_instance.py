@@ -7,6 +7,7 @@ An item has an ``id``, a ``demand``, ``allowed_orientations`` in degrees (missin
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from leafcut.errors import ReadError, parser_errors, printable
@@ -52,19 +53,11 @@ def read_strip_instance(
     if not isinstance(items, list) or not 0 < len(items) <= MAX_ITEMS:
         raise ReadError(file, Message("a strip instance has a list 'items' of 1 to {:,} items", MAX_ITEMS))
     name = printable(str(data.get("name") or "strip"))
-    given = (angles,) if turned else ()
-    return [_parse_item(file, name, number, item, quantity, given, unit) for number, item in enumerate(items)]
+    parts = [_parse_item(file, name, number, item, quantity, unit) for number, item in enumerate(items)]
+    return [replace(part, rotations=angles) for part in parts] if turned else parts
 
 
-def _parse_item(
-    file: str,
-    name: str,
-    number: int,
-    item: Any,
-    quantity: int,
-    angles: tuple[tuple[float, ...] | None, ...],
-    unit: float,
-) -> NestPart:
+def _parse_item(file: str, name: str, number: int, item: Any, quantity: int, unit: float) -> NestPart:
     try:
         kind, points = item["shape"]["type"], item["shape"]["data"]
         if kind != "simple_polygon":
@@ -89,4 +82,4 @@ def _parse_item(
     if rotations is not None and (not rotations or not all(map(math.isfinite, rotations))):
         raise ReadError(file, Message("item {}: its angles must be a list of numbers", number))
     outline = Contour(Polyline.of_points(corners, closed=True))
-    return NestPart(label, (outline,), demand * quantity, angles[0] if angles else rotations)
+    return NestPart(label, (outline,), demand * quantity, rotations)

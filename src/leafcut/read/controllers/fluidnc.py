@@ -18,8 +18,8 @@ from leafcut.errors import ReadError, printable
 from leafcut.model.kinds import Head
 from leafcut.model.machine import XYZ
 from leafcut.read.controllers.values import (
-    SPINDLE_START,
     Axes,
+    Scalar,
     Values,
     format_axes,
     format_line_numbers,
@@ -41,14 +41,8 @@ _SPINDLES = ("pwm", "10v", "besc", "dac", "hbridge", "relay", "onoff", "huanyang
 _LASER = "laser"
 
 
-@dataclass(frozen=True)
-class _Scalar:
-    text: str
-    line: int
-
-
 #: A mapping of FluidNC's file; keys are lower case, because FluidNC ignores case.
-_Tree = dict[str, "_Scalar | _Tree"]
+_Tree = dict[str, "Scalar | _Tree"]
 
 
 def import_fluidnc(text: str, file: str) -> Values:
@@ -64,7 +58,7 @@ def import_fluidnc(text: str, file: str) -> Values:
     values = Values(file, "FluidNC")
     for key in ("name", "board"):
         entry = tree.get(key)
-        if isinstance(entry, _Scalar) and entry.text.strip():
+        if isinstance(entry, Scalar) and entry.text.strip():
             values.take("name", printable(entry.text, 40), f"{key}, {format_line_numbers([entry.line])}")
             break
     axes = _subtree(tree, "axes")
@@ -80,21 +74,13 @@ def import_fluidnc(text: str, file: str) -> Values:
     _store_process(values, tree)
     values.derive("rapid.style", "linear", "FluidNC plans as GRBL: all axes together on a straight line")
     values.derive("corners.style", "grbl", "FluidNC plans as GRBL, by junction deviation")
-    deviation = tree.get("junction_deviation_mm")
-    if isinstance(deviation, _Scalar):
-        value = parse_leading_number(values, deviation.text, "junction_deviation_mm", deviation.line)
-        values.take(
-            "corners.deviation", f"{value:.10g} mm", f"junction_deviation_mm, {format_line_numbers([deviation.line])}"
-        )
-    else:
-        values.assume("corners.deviation", f"{_DEVIATION} mm", "FluidNC's default of junction_deviation_mm")
-    tolerance = tree.get("arc_tolerance_mm")
-    if isinstance(tolerance, _Scalar):
-        value = parse_leading_number(values, tolerance.text, "arc_tolerance_mm", tolerance.line)
-        values.take(
-            "corners.arc_tolerance", f"{value:.10g} mm", f"arc_tolerance_mm, {format_line_numbers([tolerance.line])}"
-        )
-    if all(isinstance(part.get("steps_per_mm"), _Scalar) for part in parts):
+    values.assume("corners.deviation", f"{_DEVIATION} mm", "FluidNC's default of junction_deviation_mm")
+    for key, name in (("junction_deviation_mm", "corners.deviation"), ("arc_tolerance_mm", "corners.arc_tolerance")):
+        entry = tree.get(key)
+        if isinstance(entry, Scalar):
+            value = parse_leading_number(values, entry.text, key, entry.line)
+            values.take(name, f"{value:.10g} mm", f"{key}, {format_line_numbers([entry.line])}")
+    if all(isinstance(part.get("steps_per_mm"), Scalar) for part in parts):
         steps = _axis_values(values, parts, "steps_per_mm", math.nan, "steps/mm")
         values.take("motors.steps_per_mm", format_axes(steps.numbers, steps.unit), steps.source)
     kinematics = [name for name in _subtree(tree, "kinematics") if name != "cartesian"]
@@ -171,14 +157,14 @@ def _as_xyz(numbers: list[float]) -> XYZ:
     return (numbers[0], numbers[1], numbers[2])
 
 
-def _number_or_default(values: Values, tree: _Tree, key: str, otherwise: float) -> float:
+def _number_or_default(values: Values, tree: _Tree, key: str, otherwise: float, owner: str = "") -> float:
     entry = tree.get(key)
-    return parse_leading_number(values, entry.text, key, entry.line) if isinstance(entry, _Scalar) else otherwise
+    return parse_leading_number(values, entry.text, key + owner, entry.line) if isinstance(entry, Scalar) else otherwise
 
 
 def _is_true(tree: _Tree, key: str, *, otherwise: bool) -> bool:
     entry = tree.get(key)
-    return entry.text.strip().lower() in ("true", "yes", "1") if isinstance(entry, _Scalar) else otherwise
+    return entry.text.strip().lower() in ("true", "yes", "1") if isinstance(entry, Scalar) else otherwise
 
 
 def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, float, int]:
@@ -194,16 +180,11 @@ def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, 
         Line number of the travel, or 0 if the file does not state the travel.
     """
     entry = part.get("max_travel_mm")
-    if not isinstance(entry, _Scalar):
+    if not isinstance(entry, Scalar):
         return -math.inf, math.inf, 0.0, 0
     length = parse_leading_number(values, entry.text, f"max_travel_mm of {axis}", entry.line)
     homing = _subtree(part, "homing")
-    home_entry = homing.get("mpos_mm")
-    home = (
-        parse_leading_number(values, home_entry.text, f"mpos_mm of {axis}", home_entry.line)
-        if isinstance(home_entry, _Scalar)
-        else 0.0
-    )
+    home = _number_or_default(values, homing, "mpos_mm", 0.0, f" of {axis}")
     # Without homing, the travel counts down from machine zero, as with homing in positive direction (the default).
     counts_down = not homing or _is_true(homing, "positive_direction", otherwise=True)
     if not length > 0:
@@ -244,22 +225,20 @@ def _store_process(values: Values, tree: _Tree) -> None:
             values.note('it also has a laser: create a separate profile for it, with process = "laser"')
     section = _subtree(tree, spindle or _LASER)
     speeds = section.get("speed_map")
-    if isinstance(speeds, _Scalar):
+    if isinstance(speeds, Scalar):
         _store_speed_map(values, speeds)
     start = section.get("spinup_ms")
-    if isinstance(start, _Scalar):
+    if isinstance(start, Scalar):
         seconds = parse_leading_number(values, start.text, "spinup_ms", start.line) / 1000.0
         values.take(
             "spindle.start_time", f"{max(seconds, 0.0):.10g} s", f"spinup_ms, {format_line_numbers([start.line])}"
         )
-    elif not only_laser:
-        values.assume("spindle.start_time", *SPINDLE_START)
     else:
-        values.assume("spindle.start_time", "0 s", "a laser needs no start-up time")
+        values.assume_spindle_start(only_laser)
     values.store_manual_tool_changes("FluidNC changes tools by macros, which are not read")
 
 
-def _store_speed_map(values: Values, entry: _Scalar) -> None:
+def _store_speed_map(values: Values, entry: Scalar) -> None:
     """Store the lowest and the highest speed in a speed map such as ``0=0% 6000=25% 24000=100%``."""
     speeds = []
     for pair in entry.text.split():
@@ -282,7 +261,7 @@ def _axis_values(values: Values, parts: list[_Tree], key: str, otherwise: float,
     numbers, lines, missing = [], [], []
     for axis, part in zip("xyz", parts, strict=True):
         entry = part.get(key)
-        if isinstance(entry, _Scalar):
+        if isinstance(entry, Scalar):
             numbers.append(parse_leading_number(values, entry.text, f"{key} of {axis}", entry.line))
             lines.append(entry.line)
         else:
@@ -309,14 +288,14 @@ def _parse_yaml(text: str, file: str) -> _Tree:
     #: Path of the parser. Each entry has a mapping (None if skipped) and the key that is waiting for its value.
     stack: list[tuple[_Tree | None, str | None]] = []
 
-    def put(value: _Scalar | _Tree) -> bool:
+    def put(value: Scalar | _Tree) -> bool:
         if not stack:
             return isinstance(value, dict)
         tree, key = stack[-1]
         if tree is None:
             return False
         if key is None:
-            stack[-1] = (tree, value.text.strip().lower() if isinstance(value, _Scalar) else "")
+            stack[-1] = (tree, value.text.strip().lower() if isinstance(value, Scalar) else "")
             return False
         tree.setdefault(key, value)
         stack[-1] = (tree, None)
@@ -329,7 +308,7 @@ def _parse_yaml(text: str, file: str) -> _Tree:
             if len(stack) > _MAX_DEPTH:
                 raise ReadError(file, "is nested too deep", event.start_mark.line + 1)
             if isinstance(event, yaml.ScalarEvent):
-                put(_Scalar(event.value, event.start_mark.line + 1))
+                put(Scalar(event.value, event.start_mark.line + 1))
             elif isinstance(event, yaml.MappingStartEvent):
                 mapping: _Tree = root if not stack else {}
                 stack.append((mapping if put(mapping) else None, None))

@@ -8,10 +8,9 @@ Source: GRBL 1.1 wiki, "Grbl v1.1 Configuration" (meaning of each number; always
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, format_line_numbers, parse_leading_number
+from leafcut.read.controllers.values import Axes, Scalar, Values, format_line_numbers, parse_leading_number
 
 #: ``$110=500.000`` or ``$110 = 500 (x max rate, mm/min)``, optionally after a prefix written by the terminal.
 SETTING = re.compile(r"^[^$\[]{0,40}\$(\d{1,4})\s*=\s*([^\s(;]+)", re.MULTILINE)
@@ -34,12 +33,6 @@ _DEVIATION, _HOMING, _HOME_TO_MIN, _FASTEST_RPM, _SLOWEST_RPM, _LASER, _SPINDLE_
 _ZERO_AT_SWITCH = 8
 #: Minimum number of settings that identifies a text as GRBL settings.
 _SOME = 3
-
-
-@dataclass(frozen=True)
-class _Setting:
-    text: str
-    line: int
 
 
 def import_grbl(text: str, file: str) -> Values:
@@ -85,7 +78,7 @@ def is_settings_reply(text: str) -> bool:
     )
 
 
-def _parse_settings(text: str) -> dict[int, _Setting]:
+def _parse_settings(text: str) -> dict[int, Scalar]:
     """Parse the settings by number, with the line of each setting. If a number occurs twice, the last value wins."""
     settings = {}
     if text.lstrip("\ufeff \t\r\n").startswith("{"):
@@ -93,16 +86,16 @@ def _parse_settings(text: str) -> dict[int, _Setting]:
         for entry in _KEPT.finditer(text):
             line += text.count("\n", position, entry.start())
             position = entry.start()
-            settings[int(entry[1] or entry[3])] = _Setting((entry[2] or entry[4] or "").strip(), line)
+            settings[int(entry[1] or entry[3])] = Scalar((entry[2] or entry[4] or "").strip(), line)
         return settings
     for count, text_line in enumerate(text.splitlines(), 1):
         match = SETTING.match(text_line)
         if match:
-            settings[int(match[1])] = _Setting(match[2], count)
+            settings[int(match[1])] = Scalar(match[2], count)
     return settings
 
 
-def _store_arc_tolerance_and_steps(values: Values, settings: dict[int, _Setting]) -> None:
+def _store_arc_tolerance_and_steps(values: Values, settings: dict[int, Scalar]) -> None:
     if _ARC_TOLERANCE in settings:
         source = _setting_source(settings, _ARC_TOLERANCE)
         values.take("corners.arc_tolerance", f"{_setting_number(values, settings, _ARC_TOLERANCE):.10g} mm", source)
@@ -115,7 +108,7 @@ def _store_arc_tolerance_and_steps(values: Values, settings: dict[int, _Setting]
         values.take("motors.lock_time", f"{0.0 if lock_time == _ALWAYS_ON else lock_time:.10g} ms", source)
 
 
-def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:
+def _store_controller(values: Values, settings: dict[int, Scalar], laser: bool) -> None:
     values.derive("controller", "grbl-laser" if laser else "grbl", "the settings have GRBL's format")
     if laser:
         values.store_process(Head.LASER, f"{_setting_source(settings, _LASER)}: laser mode")
@@ -134,14 +127,12 @@ def _store_controller(values: Values, settings: dict[int, _Setting], laser: bool
             f"{_setting_number(values, settings, _SPINDLE_ON):.10g} s",
             _setting_source(settings, _SPINDLE_ON),
         )
-    elif laser:
-        values.assume("spindle.start_time", "0 s", "a laser needs no start-up time")
     else:
-        values.assume("spindle.start_time", *SPINDLE_START)
+        values.assume_spindle_start(laser)
     values.store_manual_tool_changes("GRBL itself has no tool changer")
 
 
-def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
+def _store_travel(values: Values, settings: dict[int, Scalar], hal: bool) -> None:
     homing = _setting_flags(values, settings, _HOMING)
     to_min = _setting_flags(values, settings, _HOME_TO_MIN)
     if any(key in settings for key in _TRAVELS):
@@ -174,19 +165,19 @@ def _store_travel(values: Values, settings: dict[int, _Setting], hal: bool) -> N
         values.note("homing is off ($22=0): the travel starts at the position at power-on")
 
 
-def _axis_settings(values: Values, settings: dict[int, _Setting], keys: tuple[int, ...], unit: str) -> Axes:
+def _axis_settings(values: Values, settings: dict[int, Scalar], keys: tuple[int, ...], unit: str) -> Axes:
     for key in keys:
         if key not in settings:
             raise values.refusal(f"has no ${key}; save the complete answer to $$")
     return Axes(tuple(_setting_number(values, settings, key) for key in keys), unit, _setting_sources(settings, keys))
 
 
-def _setting_number(values: Values, settings: dict[int, _Setting], key: int) -> float:
+def _setting_number(values: Values, settings: dict[int, Scalar], key: int) -> float:
     setting = settings[key]
     return parse_leading_number(values, setting.text, f"${key}", setting.line)
 
 
-def _setting_flags(values: Values, settings: dict[int, _Setting], key: int) -> int:
+def _setting_flags(values: Values, settings: dict[int, Scalar], key: int) -> int:
     if key not in settings:
         return 0
     flags = _setting_number(values, settings, key)
@@ -195,10 +186,10 @@ def _setting_flags(values: Values, settings: dict[int, _Setting], key: int) -> i
     return int(flags)
 
 
-def _setting_source(settings: dict[int, _Setting], key: int) -> str:
+def _setting_source(settings: dict[int, Scalar], key: int) -> str:
     return f"${key} = {settings[key].text}, {format_line_numbers([settings[key].line])}"
 
 
-def _setting_sources(settings: dict[int, _Setting], keys: tuple[int, ...] | list[int]) -> str:
+def _setting_sources(settings: dict[int, Scalar], keys: tuple[int, ...] | list[int]) -> str:
     texts = ", ".join(f"${key} = {settings[key].text}" for key in keys)
     return f"{texts}, {format_line_numbers(settings[key].line for key in keys)}"

@@ -36,32 +36,20 @@ class SettingsKind:
 
     name: str
     help: str
-    read: Callable[[str, str, str | None], Values]
-
-
-def _refusing_units_option(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None], Values]:
-    def reader(text: str, file: str, units: str | None) -> Values:
-        if units is not None:
-            raise OptionError("--units: this file states its units; leave it out")
-        return read(text, file)
-
-    return reader
+    read: Callable[..., Values]
+    states_units: bool = False
 
 
 KINDS: dict[str, SettingsKind] = {
     kind.name: kind
     for kind in (
-        SettingsKind(
-            "grbl", "the answer of GRBL or grblHAL to $$, saved as text", _refusing_units_option(grbl.import_grbl)
-        ),
+        SettingsKind("grbl", "the answer of GRBL or grblHAL to $$, saved as text", grbl.import_grbl, states_units=True),
         SettingsKind("linuxcnc", "the .ini of LinuxCNC", linuxcnc.import_linuxcnc),
         SettingsKind("mach3", "the .xml of Mach3", mach.import_mach3),
         SettingsKind("mach4", "the Machine.ini of Mach4", mach.import_mach4),
-        SettingsKind("fluidnc", "the config.yaml of FluidNC", _refusing_units_option(fluidnc.import_fluidnc)),
-        SettingsKind(
-            "marlin", "the answer of Marlin to M503, saved as text", _refusing_units_option(reprap.import_marlin)
-        ),
-        SettingsKind("rrf", "the config.g of RepRapFirmware (Duet)", _refusing_units_option(reprap.import_rrf)),
+        SettingsKind("fluidnc", "the config.yaml of FluidNC", fluidnc.import_fluidnc, states_units=True),
+        SettingsKind("marlin", "the answer of Marlin to M503, saved as text", reprap.import_marlin, states_units=True),
+        SettingsKind("rrf", "the config.g of RepRapFirmware (Duet)", reprap.import_rrf, states_units=True),
     )
 }
 
@@ -199,7 +187,9 @@ def machine_from_settings(text: str, file: str, kind: str | None = None, units: 
     if units not in (None, "mm", "in"):
         raise OptionError(f"--units: '{printable(str(units), 20)}' is not mm or in")
     kind_name = kind or detect_settings_kind(text, file)
-    values = KINDS[kind_name].read(text, file, units)
+    if units is not None and KINDS[kind_name].states_units:
+        raise OptionError("--units: this file states its units; leave it out")
+    values = KINDS[kind_name].read(text, file, *([] if units is None else [units]))
     if "name" not in values.entries:
         values.derive("name", printable(Path(file).stem, 40) or kind_name, "the name of the file")
     values.derive("description", f"{values.entries['name'].value}, from settings of {values.title}", "the file")
@@ -211,8 +201,7 @@ def _machine_from_values(kind: str, values: Values, origin: str) -> ImportedMach
     for key in PROFILE_KEYS:
         if key.reported and key.default is not None and key.name not in values.entries:
             values.assume(key.name, key.default, key.why.removeprefix("estimate: ") or "leafcut's own default")
-    order = {key.name: index for index, key in enumerate(PROFILE_KEYS)}
-    sorted_values = tuple(sorted(values.entries.values(), key=lambda value: order[value.key]))
+    sorted_values = tuple(values.entries[key.name] for key in PROFILE_KEYS if key.name in values.entries)
     text = profile_text(sorted_values, f"Machine profile from {origin}.")
     machine = machine_from_profile_text(text, values.file)
     return ImportedMachine(kind, values.title, machine, sorted_values, tuple(values.notes), text)
@@ -286,8 +275,7 @@ def change_profile_values(name_or_path: str, changes: Mapping[str, tuple[Any, st
     values = {value.key: value for value in values_of_profile(data)}
     for key, (value, source) in changes.items():
         values[key] = Value(key, value, ValueOrigin.DERIVED, source)
-    order = {key.name: number for number, key in enumerate(PROFILE_KEYS)}
-    sorted_values = tuple(sorted(values.values(), key=lambda value: order[value.key]))
+    sorted_values = tuple(values[key.name] for key in PROFILE_KEYS if key.name in values)
     text = profile_text(
         sorted_values, f"Machine profile {data.get('name', name_or_path)}, fitted by leafcut machine check."
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from leafcut.errors import printable
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.ini_text import Entry, Ini, read_ini
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, parse_leading_number
+from leafcut.read.controllers.values import Axes, Values, parse_leading_number
 
 #: Limits beyond this mean unlimited, in machine units; LinuxCNC's default is 1e99.
 _NO_LIMIT = 1e6
@@ -198,7 +198,7 @@ class _Reader:
             self.values.store_spindle_range(highest, max(slowest, 0.0), f"[{section}]{key}, {entry.place}")
             break
         if self.values.entries["controller"].value == "linuxcnc":
-            self.values.assume("spindle.start_time", *SPINDLE_START)
+            self.values.assume_spindle_start()
 
     def store_tool_change(self) -> None:
         random = self.ini.get("RANDOM_TOOLCHANGER", "EMCIO")

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.errors import ReadError, printable
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.ini_text import Ini, read_ini
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, parse_leading_number
+from leafcut.read.controllers.values import Axes, Values, parse_leading_number
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -85,14 +85,12 @@ def import_mach3(text: str, file: str, units: str | None = None) -> Values:
 def _store_mach3_travel(
     values: Values, unit: str, lowest: tuple[float, ...], highest: tuple[float, ...], limits_off: bool
 ) -> None:
-    unset = limits_off and all(pair == _MACH3_UNSET for pair in zip(lowest, highest, strict=True))
-    if unset:
+    if limits_off and all(pair == _MACH3_UNSET for pair in zip(lowest, highest, strict=True)):
         values.note("soft limits are off and were never set: the travel is not checked")
         return
-    template = "soft limits, <M{}Min> to <M{}Max>"
     if limits_off:
         values.note("soft limits are off in Mach3 (<SoftLimit>0): their travel is used anyway")
-    source = template.format(0, 2)
+    source = "soft limits, <M0Min> to <M2Max>"
     values.store_travel(Axes(lowest, unit, source), Axes(highest, unit, source))
 
 
@@ -101,18 +99,15 @@ def _store_mach3_process(values: Values, tags: Mapping[str, str]) -> None:
     if tags.get("PlasmaMode", "0").strip() == "1":
         values.note('PlasmaMode is on: if this is a plasma table, set process = "torch" and controller = "plasma"')
     pulley = int(parse_leading_number(values, tags.get("PULLEY", "0"), "<PULLEY>")) + 1
-    fastest, slowest = tags.get(f"SPEED{pulley}"), tags.get(f"LSPEED{pulley}", "0")
-    if fastest is not None and parse_leading_number(values, fastest, f"<SPEED{pulley}>") > 0:
-        highest, lowest = (
-            parse_leading_number(values, fastest, f"<SPEED{pulley}>"),
-            parse_leading_number(values, slowest, f"<LSPEED{pulley}>"),
-        )
+    highest = parse_leading_number(values, tags.get(f"SPEED{pulley}", "0"), f"<SPEED{pulley}>")
+    if highest > 0:
+        lowest = parse_leading_number(values, tags.get(f"LSPEED{pulley}", "0"), f"<LSPEED{pulley}>")
         values.store_spindle_range(highest, max(lowest, 0.0), f"pulley in use, <SPEED{pulley}>")
     if "SpinDelayCW" in tags:
         delay = parse_leading_number(values, tags["SpinDelayCW"], "<SpinDelayCW>")
         values.take("spindle.start_time", f"{max(delay, 0.0):.10g} s", "<SpinDelayCW>")
     else:
-        values.assume("spindle.start_time", *SPINDLE_START)
+        values.assume_spindle_start()
     _store_motion_style(values)
 
 
@@ -147,18 +142,17 @@ def import_mach4(text: str, file: str, units: str | None = None) -> Values:
         Axes((0.0, 0.0, 0.0), unit, "Mach4's file has the direction of homing, not its end", assumed=True)
     )
     values.assume("process", Head.SPINDLE.value, "the file does not state the process")
-    fastest = ini.get("MaxRPM", "SpindleRange0")
-    if fastest is not None and parse_leading_number(values, fastest.text, f"MaxRPM ({fastest.place})") > 0:
-        slowest = ini.get("MinRPM", "SpindleRange0")
+    fastest, slowest = ini.get("MaxRPM", "SpindleRange0"), ini.get("MinRPM", "SpindleRange0")
+    high = parse_leading_number(values, fastest.text, f"MaxRPM ({fastest.place})") if fastest else 0.0
+    if fastest and high > 0:
         low = parse_leading_number(values, slowest.text, f"MinRPM ({slowest.place})") if slowest else 0.0
-        high = parse_leading_number(values, fastest.text, f"MaxRPM ({fastest.place})")
         values.store_spindle_range(high, max(low, 0.0), f"[SpindleRange0], {fastest.place}")
     delay = ini.get("SpindleDelay", "Preferences")
     if delay is not None:
         seconds = parse_leading_number(values, delay.text, f"SpindleDelay ({delay.place})")
         values.take("spindle.start_time", f"{max(seconds, 0.0):.10g} s", f"[Preferences]SpindleDelay, {delay.place}")
     else:
-        values.assume("spindle.start_time", *SPINDLE_START)
+        values.assume_spindle_start()
     _store_motion_style(values)
     return values
 

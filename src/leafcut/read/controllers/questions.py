@@ -287,8 +287,7 @@ class _Answers:
         entries = self.values.entries
         if "description" not in entries:
             self.values.derive("description", f"{entries['name'].value} ({entries['controller'].value})", "answered")
-        order = {key.name: index for index, key in enumerate(PROFILE_KEYS)}
-        sorted_values = tuple(sorted(entries.values(), key=lambda value: order[value.key]))
+        sorted_values = tuple(entries[key.name] for key in PROFILE_KEYS if key.name in entries)
         text = profile_text(sorted_values, "Machine profile by answers (leafcut machine new).")
         machine = machine_from_profile_text(text, "machine new")
         return ImportedMachine("new", "answers", machine, sorted_values, tuple(self.values.notes), text)

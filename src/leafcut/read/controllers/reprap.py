@@ -18,7 +18,6 @@ from pathlib import Path
 from leafcut.errors import printable
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.values import (
-    SPINDLE_START,
     Axes,
     Values,
     format_axes,
@@ -272,7 +271,7 @@ def _store_common_values(values: Values, name: str, laser: bool = False) -> None
         values.store_process(Head.LASER, "M452")
     else:
         values.assume("process", Head.SPINDLE.value, "the file does not state the process")
-    values.assume("spindle.start_time", *(("0 s", "a laser needs no start-up time") if laser else SPINDLE_START))
+    values.assume_spindle_start(laser)
     values.store_manual_tool_changes("the file does not state how tools are changed")
 
 

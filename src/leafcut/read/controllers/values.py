@@ -59,6 +59,14 @@ class Value:
         return f"estimate: {self.source}" if self.how is ValueOrigin.ASSUMED else self.source
 
 
+@dataclass(frozen=True)
+class Scalar:
+    """A text in a settings file, with its line."""
+
+    text: str
+    line: int
+
+
 @dataclass
 class Values:
     """The values of a settings file.
@@ -154,6 +162,10 @@ class Values:
         """Store the fact that an operator changes tools by hand."""
         self.assume("tool_change.automatic", False, why)
         self.assume("tool_change.time", *HAND_CHANGE)
+
+    def assume_spindle_start(self, laser: bool = False) -> None:
+        """Store an estimate of the time that a spindle needs to start."""
+        self.assume("spindle.start_time", *(("0 s", "a laser needs no start-up time") if laser else SPINDLE_START))
 
     def store_process(self, head: Head, source: str) -> None:
         """Store the process of the machine."""
