@@ -176,11 +176,3 @@ def test_moves_that_would_surprise_are_refused_with_one_line(name: str, steps: l
     with pytest.raises(PostError) as refused:
         lines_of(name, run(*steps))
     assert str(refused.value) == message
-
-
-def test_the_spindle_gets_time_unless_a_dwell_follows() -> None:
-    """Once for each start from standstill; 0 s are not written."""
-    steps = run(("spindle", 100.0), ("spindle", 90.0), ("spindle", 0.0), ("spindle", 80.0), ("dwell", 2.0))
-    assert lines_of("linuxcnc", steps, spindle_start_s=1.5) == ["S100 M3", "G4 P1.5", "S90 M3", "M5", "S80 M3", "G4 P2"]
-    assert lines_of("linuxcnc", steps) == ["S100 M3", "S90 M3", "M5", "S80 M3", "G4 P2"]
-    assert lines_of("linuxcnc", run(("spindle", 100.0)), spindle_start_s=1.5) == ["S100 M3", "G4 P1.5"]

@@ -213,19 +213,6 @@ def test_mach3_programs_say_which_setting_their_dwells_need() -> None:
     assert "must be off" in write_program(b.build(), load_dialect("mach3"), PostOptions(), ["part"])
 
 
-def test_the_spindle_is_given_time_to_start() -> None:
-    """A dwell after a start from standstill, unless the toolpath has its own."""
-    b = started()
-    b.spindle(100.0)
-    b.spindle(200.0)
-    b.spindle(0.0)
-    b.spindle(100.0)
-    b.dwell(9.0)
-    b.end()
-    text = write_program(b.build(), load_dialect("linuxcnc"), PostOptions(), spindle_start_s=3.0)
-    assert text.splitlines()[-7:] == ["S100 M3", "G4 P3", "S200 M3", "M5", "S100 M3", "G4 P9", "M2"]
-
-
 @pytest.mark.parametrize(
     "text, plain",
     [

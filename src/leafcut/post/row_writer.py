@@ -97,13 +97,12 @@ class Writer:
         dialect: Dialect,
         options: PostOptions,
         tool_names: Mapping[int, str] = NO_NAMES,
-        start_s: float = 0.0,
         rapid_velocity: float = math.nan,
         preselect_tool: bool = False,
     ) -> None:
         decimals = dialect.decimals_inch if options.output_units == "inch" else dialect.decimals_mm
         self.path, self.dialect, self.options = path, dialect, options
-        self.tool_names, self.start_s, self.rapid_velocity = tool_names, start_s, rapid_velocity
+        self.tool_names, self.rapid_velocity = tool_names, rapid_velocity
         self.preselect_tool = preselect_tool
         self.numbers = NumberFormat(options.output_units == "inch", decimals, dialect.point_required)
         self.out = Blocks(dialect, options.line_numbers)
@@ -464,8 +463,6 @@ class Writer:
             self.spinning = False
             return
         self.out.write("S" + format_number(abs(row.value), 0), "M3" if row.value > 0 else "M4")
-        if not self.spinning and self.start_s > 0 and Kind.DWELL not in self.path.kind[self.row + 1 : self.row + 2]:
-            self.out.write("G4", dwell_word(self.start_s, self.dialect))
         self.spinning = True
 
     def _write_coolant(self, row: Motion) -> None:

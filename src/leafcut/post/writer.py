@@ -32,7 +32,6 @@ def write_program(
     header: Sequence[str] = (),
     *,
     tool_names: Mapping[int, str] = NO_NAMES,
-    spindle_start_s: float = 0.0,
     rapid_velocity: float = math.nan,
     preselect_tool: bool = False,
 ) -> str:
@@ -53,8 +52,6 @@ def write_program(
         Tool number → name for comments.
     rapid_velocity
         Speed of rapids, mm/s, for a dialect whose G0 states it (`Dialect.rapid_feed`); NaN to leave it out.
-    spindle_start_s
-        Dwell after a spindle start if the toolpath has no dwell there, s.
     preselect_tool
         Whether to name the next tool after each tool change.
 
@@ -64,9 +61,7 @@ def write_program(
         The toolpath needs a word that the controller lacks, or moves before its height is known.
     """
     check_post_options(dialect, options)
-    writer = _writer_class(dialect.language)(
-        toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity, preselect_tool
-    )
+    writer = _writer_class(dialect.language)(toolpath, dialect, options, tool_names, rapid_velocity, preselect_tool)
     return writer.program_text(header if options.header else ())
 
 
