@@ -292,6 +292,8 @@ class Flow:
     def _obey_sub(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
         return construct.closing_line()
 
+    _obey_else = _obey_continue = _obey_sub
+
     def _obey_endsub(self, construct: Construct, scanner: Scanner, line: int) -> int:
         if not self.calls:
             scanner.position = len(scanner.text)
@@ -334,9 +336,6 @@ class Flow:
             self._deciding = -1
             return self._execute_branch(construct, scanner.parse_expression(), line)
         scanner.position = len(scanner.text)
-        return construct.closing_line()
-
-    def _obey_else(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
         return construct.closing_line()
 
     def _obey_endif(self, _construct: Construct, _scanner: Scanner, line: int) -> int:
@@ -396,6 +395,3 @@ class Flow:
     def _obey_break(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
         self._broken |= construct.kind == "while"
         return construct.closing_line() + 1
-
-    def _obey_continue(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
-        return construct.closing_line()

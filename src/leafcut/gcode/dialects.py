@@ -138,16 +138,12 @@ class Torch:
     @property
     def on_code(self) -> int:
         """The number of the M word that switches the torch on."""
-        return _m_number(self.on)
+        return int(next(word for word in self.on.split() if word.startswith("M"))[1:])
 
     @property
     def can_switch_off_along_path(self) -> bool:
         """Whether the program can switch the torch off and on again along a path without another pierce."""
         return self.power or self.arc_output is not None
-
-
-def _m_number(words: str) -> int:
-    return int(next(word for word in words.split() if word.startswith("M"))[1:])
 
 
 @dataclass(frozen=True)

@@ -365,7 +365,7 @@ class Scanner:
         if self.peek() != "/":
             raise BlockError("ATAN needs two arguments: ATAN[…]/[…]")
         self.position += 1
-        return _evaluate_function(_atan_degrees, name, argument, self.parse_expression())
+        return _evaluate_function(lambda y, x: math.degrees(math.atan2(y, x)), name, argument, self.parse_expression())
 
     def _parse_exists(self) -> float:
         inside = re.compile(r"[ \t]*\[[ \t]*#[ \t]*(?=<)").match(self.text, self.position)
@@ -414,10 +414,6 @@ def _evaluate_function(function: Callable[..., float], name: str, *arguments: fl
     if isinstance(value, complex) or not math.isfinite(value):
         raise BlockError("{} of {} has no value", name, " and ".join(f"{a:g}" for a in arguments))
     return value
-
-
-def _atan_degrees(y: float, x: float) -> float:
-    return math.degrees(math.atan2(y, x))
 
 
 def _positive_mod(a: float, b: float) -> float:

@@ -144,9 +144,14 @@ class Jumps:
             return self._execute_goto(rest, line), ""
         if keyword == "IF":
             return self._execute_if(rest, line)
+        found = self._all_loops().get(line)
         if keyword == "END":
-            return self._start_of_loop(line), ""
-        number, end = self._loop_starting_at(line)
+            if found is None:
+                raise BlockError("END has no WHILE … DO before it")
+            return found[1], ""
+        if found is None:
+            raise BlockError("a loop (WHILE … DO) has no END")
+        number, end = found
         if keyword == "DO":
             return line + 1, ""
         scanner = Scanner(rest, self._parameters)
@@ -215,44 +220,20 @@ class Jumps:
 
     # -- loops -------------------------------------------------------------------------------------------------------
 
-    def _loop_starting_at(self, line: int) -> tuple[int, int]:
-        """Return the number of the loop that starts on a line, and the line of its END."""
-        found = self._all_loops().get(line)
-        if found is None:
-            raise BlockError("a loop (WHILE … DO) has no END")
-        return found
-
-    def _start_of_loop(self, line: int) -> int:
-        found = self._all_loops().get(line)
-        if found is None:
-            raise BlockError("END has no WHILE … DO before it")
-        return found[1]
-
     def _all_loops(self) -> dict[int, tuple[int, int]]:
         """Map the first and the last line of each loop to its number and the line at its other end."""
         if self._loops is None:
             self._loops = {}
             opened: dict[int, list[int]] = {}
-            for at in range(len(self._lines)):
-                statement = parse_statement(self._lines[at])
-                number = None if statement is None else self._loop_number_opened_by(statement)
-                if number is not None:
+            for at, line in enumerate(self._lines):
+                keyword, rest = parse_statement(line) or ("", "")
+                number = _loop_number(keyword, rest)
+                if keyword in ("DO", "WHILE") and number is not None:
                     opened.setdefault(number, []).append(at)
-                elif statement is not None and statement.keyword == "END":
-                    number = _loop_number(statement.rest)
-                    if opened.get(number):
-                        begin = opened[number].pop()
-                        self._loops[begin], self._loops[at] = (number, at), (number, begin)
+                elif keyword == "END" and number is not None and opened.get(number):
+                    begin = opened[number].pop()
+                    self._loops[begin], self._loops[at] = (number, at), (number, begin)
         return self._loops
-
-    @staticmethod
-    def _loop_number_opened_by(statement: JumpStatement) -> int | None:
-        if statement.keyword == "DO":
-            return _loop_number(statement.rest)
-        if statement.keyword != "WHILE":
-            return None
-        found = re.search(r"DO[ \t]*([0-9]{1,9})[ \t]*$", statement.rest, re.IGNORECASE)
-        return int(found.group(1)) if found else None
 
     def _find_targets(self) -> set[int]:
         found: set[int] = set()
@@ -269,6 +250,10 @@ class Jumps:
         return found | {k for k, text in enumerate(self._lines) if _LABEL.match(text)} if anywhere else found
 
 
-def _loop_number(rest: str) -> int:
-    digits = re.match(r"[ \t]*([0-9]{1,9})(?![0-9])", rest)
-    return int(digits.group(1)) if digits else -1
+def _loop_number(keyword: str, rest: str) -> int | None:
+    """Return the number of the loop that a statement DO, WHILE or END names, or None."""
+    if keyword == "WHILE":
+        found = re.search(r"DO[ \t]*([0-9]{1,9})[ \t]*$", rest, re.IGNORECASE)
+    else:
+        found = re.match(r"[ \t]*([0-9]{1,9})(?![0-9])", rest)
+    return int(found.group(1)) if found else None

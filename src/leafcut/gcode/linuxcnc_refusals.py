@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.state import AXES, InterpreterState
 from leafcut.gcode.word_groups import ENDS_TRANSFORM, GROUP_OF, NO_MOTION, OTHER_AXES, SortedBlock
@@ -89,11 +87,8 @@ def _lacks_words(state: InterpreterState, words: SortedBlock) -> bool:
         return True
     if g.get("motion") == 53 and state.unknown_motion != "G5.2":
         return True
-    return g.get("non-modal") == 100 and letters.keys() >= {"L", "P"} and _sets_missing_offset(letters)
-
-
-def _sets_missing_offset(letters: Mapping[str, Word]) -> bool:
-    return letters["L"].value in (2.0, 20.0) and letters["P"].value > 9.0
+    sets_offset = g.get("non-modal") == 100 and letters.keys() >= {"L", "P"} and letters["L"].value in (2.0, 20.0)
+    return sets_offset and letters["P"].value > 9.0
 
 
 def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
