@@ -42,7 +42,6 @@ from leafcut.read.dxf_shapes import (
 )
 from leafcut.read.dxf_strokes import Strokes, entity_to_stroke
 from leafcut.read.filter_holes import (
-    MERGE_TOLERANCE,
     ArcPiece,
     holes_on_part_layers,
     join_arcs_to_circles,
@@ -126,7 +125,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         raise ReadError(source.path, _no_holes_message(walk, finds, selection_issues))
     undrilled: list[Issue] = []
     contours: list[Issue] = []
-    outline_indices = outline_circle_indices(kept, paths, MERGE_TOLERANCE)
+    outline_indices = outline_circle_indices(kept, paths)
     if paths or outline_indices:
         from leafcut.read.besides_holes import report_contours_besides_holes  # start-up
 

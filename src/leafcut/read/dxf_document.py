@@ -18,7 +18,7 @@ from leafcut.model.contour import layer_filter
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
-from leafcut.read.format import Source, drawing_unit_mm
+from leafcut.read.format import Source, drawing_unit_mm, skipped_entities_issue
 from leafcut.read.recognition import BINARY_DXF, DXF_SECTION
 
 #: Memory limits: ezdxf needs about 1.6 kB per circle and 0.1 kB per tag (two lines).
@@ -203,16 +203,8 @@ def skipped_content_issues(walk: BlockWalk[Any]) -> list[Issue]:
     for kind, handle, reason in walk.broken:
         reasons.setdefault((kind, reason), []).append(handle)
     for (kind, reason), handles in reasons.items():
-        location = Message("handle {}", ", ".join(h or "?" for h in handles[:3])) + (" …" if len(handles) > 3 else "")
-        missing = MissingWork("element", len(handles))
-        issues.append(
-            Issue(
-                "L203",
-                Message("skipped {} {}: {}", len(handles), printable(kind), reason),
-                location,
-                missing=missing,
-            )
-        )
+        message = Message("skipped {} {}: {}", len(handles), printable(kind), reason)
+        issues.append(skipped_entities_issue(handles, message))
     if walk.hidden:
         issues.append(Issue("L204", Message("left out: {}", hidden_counts_text(walk)), severity=Severity.NOTE))
     for name, number in walk.missing_blocks.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from leafcut.message import Message
@@ -167,25 +167,18 @@ def vertices_without_control_points(entity: Any) -> list[Any]:
     return [v for v in entity.vertices if not v.dxf.get("flags", 0) & 16]
 
 
-def _lwpolyline_arcs(entity: Any) -> tuple[Curve, ...]:
-    return _arcs_of_vertices(entity, *polyline_vertices(entity))
-
-
 def _polyline_arcs(entity: Any) -> tuple[Curve, ...]:
-    return _arcs_of_vertices(entity, *polyline_vertices(entity)) if entity.is_2d_polyline else ()
-
-
-def _arcs_of_vertices(
-    entity: Any, vertices: Sequence[tuple[float, float, float]], closed: bool, elevation: float
-) -> tuple[Curve, ...]:
     """Return the arcs of a polyline that consists only of arcs.
 
     Return no arcs for other polylines, because rounded corners are not holes.
     """
+    if entity.dxftype() == "POLYLINE" and not entity.is_2d_polyline:
+        return ()
+    vertices, closed, elevation = polyline_vertices(entity)
     if all(v[2] == 0.0 for v in vertices):
         return ()
     ux, uy, ocs = plane_axes_of_entity(entity)
-    ends: Iterable[tuple[float, float, float]] = [*vertices[1:], vertices[0]] if closed else vertices[1:]
+    ends = [*vertices[1:], vertices[0]] if closed else vertices[1:]
     curves = []
     for (x0, y0, bulge), (x1, y1, _) in zip(vertices, ends, strict=False):
         if (x0, y0) == (x1, y1):
@@ -211,7 +204,7 @@ _MAKERS = {
     "CIRCLE": circle_curve,
     "ARC": arc_curve,
     "ELLIPSE": _circular_ellipse_curve,
-    "LWPOLYLINE": _lwpolyline_arcs,
+    "LWPOLYLINE": _polyline_arcs,
     "POLYLINE": _polyline_arcs,
 }
 

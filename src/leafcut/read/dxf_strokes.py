@@ -49,6 +49,7 @@ from leafcut.read.format import (
     MAX_SEGMENTS,
     OUT_OF_RANGE,
     first_positions_text,
+    skipped_entities_issue,
     too_many_segments_error,
 )
 
@@ -372,7 +373,7 @@ class Strokes:
             return _StrokePath(path, is_sloped(stroke, matrix), stroke_height(stroke, matrix) * self.factor)
 
     def _record_skipped(self, stroke: DxfStroke, reason: str) -> None:
-        self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
+        self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle)
 
     def issues(self) -> list[Issue]:
         """Report the strokes that cannot be used."""
@@ -387,11 +388,10 @@ class Strokes:
             )
             issues.append(Issue("L202", message, first_positions_text(self.sloping)))
         for (kind, reason), handles in self.skipped.items():
-            location = Message("handle {}", ", ".join(handles[:3])) + (" …" if len(handles) > 3 else "")
             message = Message(
                 "skipped {} {}: {}", len(handles), printable(kind), map_text(reason, lambda text: printable(text, 100))
             )
-            issues.append(Issue("L203", message, location, missing=MissingWork("element", len(handles))))
+            issues.append(skipped_entities_issue(handles, message))
         return issues
 
 

@@ -183,7 +183,7 @@ def text_line_strokes(text: str) -> tuple[LetterLines, float]:
     x = 0.0
     for letter in unicodedata.normalize("NFC", text):
         lines, width = _letter_strokes(_SUBSTITUTES.get(letter, letter))
-        strokes += [_shift(line, x) for line in lines]
+        strokes += [line + np.array([x, 0.0]) for line in lines]
         x += width
     return strokes, x
 
@@ -191,11 +191,11 @@ def text_line_strokes(text: str) -> tuple[LetterLines, float]:
 def _letter_strokes(letter: str) -> tuple[LetterLines, float]:
     if letter == "°":
         ring, width = _letter_strokes("o")
-        return [_shift(0.5 * line, 0.0, 0.5) for line in ring], 0.6 * width
+        return [0.5 * line + np.array([0.0, 0.5]) for line in ring], 0.6 * width
     if letter in _COMPOSITES:
         parts = [_letter_strokes(part) for part in _COMPOSITES[letter]]
         widest = max(width for _, width in parts)
-        return [_shift(line, 0.5 * (widest - width)) for lines, width in parts for line in lines], widest
+        return [line + np.array([0.5 * (widest - width), 0.0]) for lines, width in parts for line in lines], widest
     base, *marks = list(unicodedata.normalize("NFD", letter))
     glyph = _stroke_font().get(base)
     if glyph is None or any(mark not in _ACCENTS for mark in marks):
@@ -206,11 +206,6 @@ def _letter_strokes(letter: str) -> tuple[LetterLines, float]:
         strokes = strokes[1:]  # the accent replaces the dot
     strokes += _accent_strokes(marks, 0.5 * glyph.char_width, _SMALL if base.islower() else _CAPITAL)
     return [np.array(stroke, dtype=np.float64) / _CAPITAL for stroke in strokes], glyph.char_width / _CAPITAL
-
-
-def _shift(line: NDArray[np.float64], x: float, y: float = 0.0) -> NDArray[np.float64]:
-    moved: NDArray[np.float64] = line + np.array([x, y])
-    return moved
 
 
 def _accent_strokes(marks: list[str], middle: float, head: float) -> Iterator[list[tuple[float, float]]]:

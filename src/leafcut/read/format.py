@@ -16,7 +16,7 @@ from leafcut.errors import ReadError, parser_errors, printable
 from leafcut.files.whole_files import decode_text
 from leafcut.message import Message
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
@@ -288,6 +288,12 @@ def first_positions_text(points: Sequence[tuple[float, float]]) -> Message:
     """Format the first of several positions for `Issue.place`."""
     first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
     return Message("at {}", first) + (" …" if len(points) > 3 else "")
+
+
+def skipped_entities_issue(handles: Sequence[str], message: Message) -> Issue:
+    """Report the entities of a drawing that a reader skipped, by their handles."""
+    location = Message("handle {}", ", ".join(h or "?" for h in handles[:3])) + (" …" if len(handles) > 3 else "")
+    return Issue("L203", message, location, missing=MissingWork("element", len(handles)))
 
 
 def drawing_unit_mm(options: ReadOptions, own_units: str | None) -> float:

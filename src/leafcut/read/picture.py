@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageOps, UnidentifiedImageError
 
 from leafcut.errors import OptionError, ReadError, count_of, printable
 from leafcut.geometry.arrays import Points
@@ -129,8 +130,6 @@ def picture_size(source: Source) -> tuple[int, int]:
 
 
 def _open_picture(source: Source) -> Any:
-    from PIL import Image, UnidentifiedImageError
-
     kind = picture_kind(source.data)
     if kind not in _READ:
         description = Message("this is a {} picture", kind) if kind else Message("this is not a picture")
@@ -176,8 +175,6 @@ def _pixel_size_hint(image: Any) -> Message:
 
 def _pixel_brightness(source: Source, image: Any, invert: bool) -> Grey:
     """Return the brightness of each pixel, float32[rows, columns], from 0 to 1. Dark pixels are milled."""
-    from PIL import Image, ImageOps
-
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from svgelements import Arc, Close, CubicBezier, Move, Path, QuadraticBezier
 
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.curves import Spend, accept_any_point_count, bezier_points, ellipse_path, fit_arcs_to_curve
@@ -17,7 +18,6 @@ from leafcut.read.svg_transform import Affine, parse_length, parse_numbers
 
 #: Characters that path data may contain. svgelements silently skips unknown characters.
 _PATH_DATA = re.compile(r"[MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]*")
-_FULL = 2.0 * math.pi
 
 
 class EllipseArc(NamedTuple):
@@ -109,7 +109,7 @@ def _ellipse_subpath(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpa
         rx, ry = _length_attribute(a, "rx", frame.width), _length_attribute(a, "ry", frame.height)
     if rx > 0.0 and ry > 0.0:
         center = (_length_attribute(a, "cx", frame.width), _length_attribute(a, "cy", frame.height))
-        yield SvgSubpath([EllipseArc(center, (rx, 0.0), (0.0, ry), 0.0, _FULL)], closed=True)
+        yield SvgSubpath([EllipseArc(center, (rx, 0.0), (0.0, ry), 0.0, math.tau)], closed=True)
 
 
 def _path_subpaths(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
@@ -128,8 +128,6 @@ def _path_subpaths(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
 
 
 def _split_path_data(text: str) -> Iterator[SvgSubpath]:
-    from svgelements import Close, Move, Path
-
     pieces: list[list[Point] | EllipseArc] = []
     for segment in Path(text):
         if isinstance(segment, Move):
@@ -148,8 +146,6 @@ def _split_path_data(text: str) -> Iterator[SvgSubpath]:
 
 
 def _convert_path_segment(segment: Any) -> list[Point] | EllipseArc:
-    from svgelements import Arc, CubicBezier, QuadraticBezier
-
     if isinstance(segment, Arc):
         center, u, v = segment.center, segment.prx, segment.pry
         if segment.sweep == 0 or center is None or u is None or v is None:

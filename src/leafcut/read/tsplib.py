@@ -166,7 +166,8 @@ def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues
         raise ReadError(path, "NODE_COORD_SECTION is missing")
     if "DISPLAY_DATA_SECTION" in sections:
         return _sorted_coordinates(path, sections["DISPLAY_DATA_SECTION"], n, issues)
-    return _nodes_on_circle(n)
+    angle = np.arange(n) * (math.tau / n)
+    return np.column_stack([np.cos(angle), np.sin(angle)]) * (10.0 * n / math.tau)
 
 
 def _sorted_coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
@@ -225,11 +226,6 @@ def distance_matrix(
     triangle[indices] = values
     symmetric_matrix: NDArray[np.float64] = triangle + triangle.T - np.diag(np.diag(triangle))
     return symmetric_matrix
-
-
-def _nodes_on_circle(n: int) -> NDArray[np.float64]:
-    angle = np.arange(n) * (math.tau / n)
-    return np.column_stack([np.cos(angle), np.sin(angle)]) * (10.0 * n / math.tau)
 
 
 def _listed_optimum(source: Source, name: str, n: int) -> float | None:
