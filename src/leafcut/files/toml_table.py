@@ -115,10 +115,8 @@ class TomlTable:
         """Return ``read(key)``, or None if the key is missing."""
         return read(key) if key in self else None
 
-    def vector(self, key: str, unit: str, default: tuple[float, ...] | None = None, size: int = 3) -> tuple[float, ...]:
+    def vector(self, key: str, unit: str, size: int = 3) -> tuple[float, ...]:
         """Return a quantity for each axis. A single string applies to all axes."""
-        if default is not None and key not in self:
-            return default
         value = self._get(key, None)
         if isinstance(value, str):
             value = [value] * size

@@ -96,7 +96,7 @@ def part_of_points(
 
 
 def select_holes(
-    holes: Sequence[Hole], options: ReadOptions, point_tolerance: float | None = None
+    holes: Sequence[Hole], options: ReadOptions, point_tolerance: float = MERGE_TOLERANCE
 ) -> tuple[tuple[Hole, ...], list[Issue]]:
     """Return the holes to drill, in file order, and issues.
 
@@ -109,12 +109,12 @@ def select_holes(
     """
     issues: list[Issue] = []
     kept = _filter_by_diameter(holes, options, issues)
-    kept = _without_duplicates(kept, MERGE_TOLERANCE, point_tolerance, issues)
-    kept = _without_centre_marks(kept, MERGE_TOLERANCE, issues)
+    kept = _without_duplicates(kept, point_tolerance, issues)
+    kept = _without_centre_marks(kept, issues)
     if options.concentric != "all":
         kept = _select_concentric(kept, options, issues)
         # The remaining circle may have a centre mark that belonged to a circle just removed.
-        kept = _without_centre_marks(kept, MERGE_TOLERANCE, issues)
+        kept = _without_centre_marks(kept, issues)
     return tuple(kept), issues
 
 
@@ -135,14 +135,11 @@ def _filter_by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: lis
     return kept
 
 
-def _without_duplicates(
-    holes: list[Hole], tolerance: float, point_tolerance: float | None, issues: list[Issue]
-) -> list[Hole]:
-    points = tolerance if point_tolerance is None else point_tolerance
+def _without_duplicates(holes: list[Hole], point_tolerance: float, issues: list[Issue]) -> list[Hole]:
     double = [False] * len(holes)
     highest = [h.z for h in holes]
-    for select, reach in (([h.diameter > 0 for h in holes], tolerance), ([h.diameter <= 0 for h in holes], points)):
-        rows = [i for i, chosen in enumerate(select) if chosen]
+    for circles, reach in ((True, MERGE_TOLERANCE), (False, point_tolerance)):
+        rows = [i for i, hole in enumerate(holes) if (hole.diameter > 0) == circles]
         table = np.array([(holes[i].x, holes[i].y, holes[i].diameter) for i in rows]).reshape(-1, 3)
         for row, first in zip(rows, anchors_of_points(table, reach), strict=True):
             double[row] = rows[first] != row
@@ -163,14 +160,14 @@ def _hole_at_height(hole: Hole, z: float) -> Hole:
     return hole if hole.z == z else replace(hole, z=z)
 
 
-def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issue]) -> list[Hole]:
+def _without_centre_marks(holes: list[Hole], issues: list[Issue]) -> list[Hole]:
     circles = [h for h in holes if h.diameter > 0]
     if not circles or len(circles) == len(holes):
         return holes
     # Circles first: a point whose anchor is a circle marks its centre.
     ordered = circles + [h for h in holes if h.diameter <= 0]
     table = np.array([(h.x, h.y, 0.0) for h in ordered])
-    first_rows = anchors_of_points(table, tolerance)
+    first_rows = anchors_of_points(table, MERGE_TOLERANCE)
     marks = {id(ordered[i]) for i in range(len(circles), len(ordered)) if first_rows[i] < len(circles)}
     if marks:
         issues.append(
@@ -188,7 +185,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
     circles = [i for i, hole in enumerate(holes) if hole.diameter > 0]
     order = sorted(circles, key=lambda i: sign * holes[i].diameter)
     table = np.array([(holes[i].x, holes[i].y, 0.0) for i in order]).reshape(-1, 3)
-    anchor_ranks = _concentric_anchors(table, [0.5 * holes[i].diameter for i in order], MERGE_TOLERANCE)
+    anchor_ranks = _concentric_anchors(table, [0.5 * holes[i].diameter for i in order])
     removed = {row for rank, row in enumerate(order) if anchor_ranks[rank] != rank}
     highest = [hole.z for hole in holes]
     for rank, row in enumerate(order):
@@ -216,13 +213,14 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
     return [_hole_at_height(hole, highest[i]) for i, hole in enumerate(holes) if i not in removed]
 
 
-def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
+def _concentric_anchors(centres: NDArray[np.float64], radii: list[float]) -> list[int]:
     """Return the anchor of each circle like `anchors_of_points`, but use the tolerance for concentric circles."""
-    anchor_of = anchors_of_points(centres, tolerance)
+    anchor_of = anchors_of_points(centres, MERGE_TOLERANCE)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []
-    for k, neighbours, distances in _nearby_smaller_circles(table, np.maximum(tolerance, _CONCENTRIC * table[:, 2])):
-        steps = neighbours[distances <= _concentric_tolerance(table[k, 2], table[neighbours, 2], tolerance)]
+    reach = np.maximum(MERGE_TOLERANCE, _CONCENTRIC * table[:, 2])
+    for k, neighbours, distances in _nearby_smaller_circles(table, reach):
+        steps = neighbours[distances <= _concentric_tolerance(table[k, 2], table[neighbours, 2])]
         pairs += [(min(k, step), max(k, step)) for step in steps.tolist()]
     for first, second in sorted(pairs):
         if anchor_of[first] == first and anchor_of[second] == second:
@@ -230,7 +228,7 @@ def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolera
     return [anchor_of[k] for k in anchor_of]
 
 
-def outline_circle_indices(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
+def outline_circle_indices(holes: Sequence[Hole], paths: Sequence[Polyline]) -> list[int]:
     """Return the circles that are outlines of parts and not holes.
 
     Such a circle encloses an off-centre hole, or several off-centre contours that lie apart. Concentric circles are
@@ -241,7 +239,7 @@ def outline_circle_indices(holes: Sequence[Hole], paths: Sequence[Polyline], tol
     radius = table[:, 2]
     outlines = set()
     for k, neighbours, distances in _nearby_smaller_circles(table, radius):
-        off_centre = distances > _concentric_tolerance(radius[k], radius[neighbours], tolerance)
+        off_centre = distances > _concentric_tolerance(radius[k], radius[neighbours])
         if (off_centre & (distances + radius[neighbours] <= radius[k])).any():
             outlines.add(k)
     boxes: dict[int, list[tuple[float, float, float, float]]] = {}
@@ -250,7 +248,7 @@ def outline_circle_indices(holes: Sequence[Hole], paths: Sequence[Polyline], tol
         x0, y0, x1, y1 = path.extents
         middle, half = (0.5 * (x0 + x1), 0.5 * (y0 + y1)), 0.5 * min(x1 - x0, y1 - y0)
         for k in np.flatnonzero(((low <= (x0, y0)) & (high >= (x1, y1))).all(axis=1)).tolist():
-            if math.dist(middle, table[k, :2]) <= _concentric_tolerance(radius[k], half, tolerance):
+            if math.dist(middle, table[k, :2]) <= _concentric_tolerance(radius[k], half):
                 continue
             if np.hypot(*(path.flattened() - table[k, :2]).T).max() <= radius[k]:
                 boxes.setdefault(k, []).append((x0, y0, x1, y1))
@@ -262,12 +260,12 @@ def outline_circle_indices(holes: Sequence[Hole], paths: Sequence[Polyline], tol
     return sorted(outlines)
 
 
-def _concentric_tolerance(radius: float, inner: Any, tolerance: float) -> Any:
+def _concentric_tolerance(radius: float, inner: Any) -> Any:
     """Return the maximum distance between the centres of two concentric items, mm.
 
     `inner` is the radius of the inner item, which must contain the centre of the circle.
     """
-    return np.maximum(tolerance, np.minimum(_CONCENTRIC * radius, inner))
+    return np.maximum(MERGE_TOLERANCE, np.minimum(_CONCENTRIC * radius, inner))
 
 
 def _nearby_smaller_circles(

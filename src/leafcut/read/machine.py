@@ -157,6 +157,7 @@ def _machine_from_values(data: dict[str, Any], place: str) -> Machine:
     rapid, corners, motors, travel, spindle, change = (
         top.table(name, KEYS[name]) for name in ("rapid", "corners", "motors", "travel", "spindle", "tool_change")
     )
+    probe, sources = top.table("probe", KEYS["probe"]), top.table("sources", SOURCE_KEYS)
     velocity = _as_xyz(rapid.vector("velocity", "mm/s"))
     name = top.text("name", Path(place).stem)
     controller, family = _controller_dialect(top, place)
@@ -195,8 +196,12 @@ def _machine_from_values(data: dict[str, Any], place: str) -> Machine:
         tool_change_s=change.quantity("time", "s"),
         tool_change_position=change.optional("position", lambda key: _as_xy(change.vector(key, "mm", size=2))),
         nozzle_diameter=top.quantity("nozzle_diameter", "mm"),
-        probe=_parse_probe(top) if "probe" in top else None,
-        sources=_value_sources(top),
+        probe=Probe(
+            probe.quantity("feed", "mm/s"), probe.quantity("depth", "mm"), probe.quantity("switch_offset", "mm")
+        )
+        if "probe" in top
+        else None,
+        sources={key: sources.text(key) for key in sources.values},
     )
     if "max_feed" not in given:
         assumed["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (the slower of the rapids of x and y)"
@@ -251,22 +256,12 @@ def _travel_limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
     )
 
 
-def _parse_probe(top: TomlTable) -> Probe:
-    table = top.table("probe", KEYS["probe"])
-    return Probe(table.quantity("feed", "mm/s"), table.quantity("depth", "mm"), table.quantity("switch_offset", "mm"))
-
-
 def _as_xyz(v: tuple[float, ...]) -> XYZ:
     return (v[0], v[1], v[2])
 
 
 def _as_xy(v: tuple[float, ...]) -> tuple[float, float]:
     return (v[0], v[1])
-
-
-def _value_sources(top: TomlTable) -> dict[str, str]:
-    table = top.table("sources", SOURCE_KEYS)
-    return {key: table.text(key) for key in table.values}
 
 
 def _check_values(machine: Machine, place: str, top: TomlTable) -> None:
@@ -342,12 +337,10 @@ def _check_probe(probe: Probe, max_feed: float, refusal: Callable[[str, Message]
 
 
 def _check_positive(machine: Machine, top: TomlTable, refusal: Callable[[str, Message], DataError]) -> None:
-    if not machine.corner_deviation > 0:
-        shown = top.table("corners", KEYS["corners"]).as_written("deviation")
-        raise refusal("corners.deviation", Message("is {}, but must be above 0", shown))
-    if not machine.arc_tolerance > 0:
-        shown = top.table("corners", KEYS["corners"]).as_written("arc_tolerance")
-        raise refusal("corners.arc_tolerance", Message("is {}, but must be above 0", shown))
+    for key, value in (("deviation", machine.corner_deviation), ("arc_tolerance", machine.arc_tolerance)):
+        if not value > 0:
+            shown = top.table("corners", KEYS["corners"]).as_written(key)
+            raise refusal(f"corners.{key}", Message("is {}, but must be above 0", shown))
     motors = top.table("motors", KEYS["motors"])
     for axis, steps in zip("xyz", machine.steps_per_mm, strict=True):
         if not 0 < steps <= _MAX_STEPS:

@@ -381,12 +381,12 @@ def profile_template(data: Mapping[str, Any], name: str) -> str:
         "# A line such as '# key = value' is a key that is not set: the value is its default, or an example.",
         MACHINE.toml_line,
     ]
-    for table, keys in _keys_by_table().items():
+    for table in KEYS:
         values = data.get(table, {}) if table else data
         lines.append("")
         if table:
             lines.append(f"[{table}]" if table in data or table != "probe" else f"# [{table}]")
-        for key in keys:
+        for key in (key for key in PROFILE_KEYS if key.table == table):
             lines.extend(_template_lines(key, values, name if key.name == "name" else None))
     sources = data.get("sources", {})
     if sources:
@@ -405,10 +405,6 @@ def _template_lines(key: ProfileKey, values: Mapping[str, Any], name: str | None
     value = key.default if key.default is not None else key.example if key.example is not None else name
     if value is not None:
         yield f"# {key.key} = {toml_value(value)}"
-
-
-def _keys_by_table() -> dict[str, list[ProfileKey]]:
-    return {table: [key for key in PROFILE_KEYS if key.table == table] for table in KEYS}
 
 
 def toml_value(value: Any) -> str:

@@ -84,9 +84,9 @@ def _read_step_bytes(file: Path, size: int) -> bytes:
 def _read_stl(file: Path, head: bytes, size: int) -> np.ndarray:
     if size < _HEADER and not head.lstrip().startswith(b"solid"):
         raise ReadError(file, "not an STL file: too short")
-    binary = size >= _HEADER and size == _HEADER + _TRIANGLE * int.from_bytes(head[80:84], "little")
+    stated_count = int.from_bytes(head[80:84], "little")
+    binary = size >= _HEADER and size == _HEADER + _TRIANGLE * stated_count
     if not binary and not head.lstrip().lower().startswith(b"solid"):
-        stated_count = int.from_bytes(head[80:84], "little")
         raise ReadError(
             file,
             Message(
@@ -97,7 +97,7 @@ def _read_stl(file: Path, head: bytes, size: int) -> np.ndarray:
                 size,
             ),
         )
-    count = int.from_bytes(head[80:84], "little") if binary else 0
+    count = stated_count if binary else 0
     if count > MOST_TRIANGLES or (not binary and size > _MAX_TEXT):
         size_text = Message("{:,} triangles", count) if binary else Message("{} MiB of text", size >> 20)
         raise ReadError(

@@ -76,9 +76,5 @@ def _geometry_as_part(paths: Sequence[Polyline], holes: Sequence[Hole]) -> Part:
 
 def _surrounds(outer: tuple[float, float, float, float], inner: tuple[float, float, float, float]) -> bool:
     """Return whether the box `outer` extends beyond the box `inner` on every side by more than `JOINED`."""
-    return (
-        outer[0] < inner[0] - JOINED
-        and outer[1] < inner[1] - JOINED
-        and outer[2] > inner[2] + JOINED
-        and outer[3] > inner[3] + JOINED
-    )
+    below = all(outer[k] < inner[k] - JOINED for k in (0, 1))
+    return below and all(outer[k] > inner[k] + JOINED for k in (2, 3))

@@ -280,7 +280,7 @@ def _read_solid(
     shape = _transform_shape(shape, TURNS[up], 0.0)
     BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
     faces = [as_face(face) for face in subshapes(shape, TopAbs_FACE)]
-    triangles = _all_triangles(faces)
+    triangles = np.concatenate([np.zeros((0, 3, 3)), *map(face_triangles, faces)])
     if len(triangles) > max_triangles:
         return {
             "problem": Message("the solid has {:,} triangles; at most {:,} are read", len(triangles), max_triangles)
@@ -294,12 +294,13 @@ def _read_solid(
         faces = [as_face(face) for face in subshapes(shape, TopAbs_FACE)]
     result: dict[str, Any] = {}
     if features != "mesh":
-        height = float(np.ptp(triangles[:, :, 2])) if len(triangles) else 0.0
+        hull: Any = shapely.MultiPoint(triangles[:, :, :2].reshape(-1, 2)).convex_hull
+        x0, y0, _, x1, y1, _ = _bounding_box(shape) if boxed else (0.0,) * 6
         result = {
             "z": z,
-            "height": height,
-            "hull": _hull_in_top_view(triangles),
-            "box": _box_corners(shape) if boxed else [],
+            "height": float(np.ptp(triangles[:, :, 2])) if len(triangles) else 0.0,
+            "hull": shapely.get_coordinates(hull).tolist(),
+            "box": [[x0, y0], [x1, y0], [x1, y1], [x0, y1]] if boxed else [],
         }
     return result | _extract_features(features, shape, triangles, faces), triangles
 
@@ -310,7 +311,8 @@ def _extract_features(
     if features == "mesh":
         return {}
     if features == "holes":
-        return _holes_as_dict(shape, triangles)
+        holes, excluded, aside = _find_holes(shape, triangles)
+        return {"holes": [asdict(hole) for hole in holes], **excluded, "aside": aside}
     from leafcut.read.step_sections import find_outlines, find_pockets
 
     def is_visible_from_above(x: float, y: float, z: float) -> bool:
@@ -327,16 +329,6 @@ def _transform_shape(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> 
     (a, b, c), (d, e, f), (g, h, i) = rows
     move.SetValues(a, b, c, 0.0, d, e, f, 0.0, g, h, i, lift)
     return shape.Moved(TopLoc_Location(move))
-
-
-def _hull_in_top_view(triangles: NDArray[np.float64]) -> list[list[float]]:
-    hull: Any = shapely.MultiPoint(triangles[:, :, :2].reshape(-1, 2)).convex_hull
-    return [list(corner) for corner in shapely.get_coordinates(hull).tolist()]
-
-
-def _box_corners(shape: Any) -> list[list[float]]:
-    x0, y0, _, x1, y1, _ = _bounding_box(shape)
-    return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
 
 
 def _bounding_box(shape: Any) -> tuple[float, float, float, float, float, float]:
@@ -362,16 +354,6 @@ def _describe_solids(solids: Sequence[Any]) -> Message:
 
 def _point_coordinates(point: Any) -> tuple[float, float, float]:
     return point.X(), point.Y(), point.Z()
-
-
-def _holes_as_dict(shape: Any, triangles: NDArray[np.float64]) -> dict[str, Any]:
-    holes, excluded, aside = _find_holes(shape, triangles)
-    return {"holes": [asdict(hole) for hole in holes], **excluded, "aside": aside}
-
-
-def _all_triangles(faces: Sequence[Any]) -> NDArray[np.float64]:
-    parts = [face_triangles(face) for face in faces]
-    return np.concatenate(parts) if parts else np.zeros((0, 3, 3))
 
 
 def _find_holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole], dict[str, int], dict[str, int]]:

@@ -322,7 +322,7 @@ def _choice_parser(known: Sequence[str]) -> Callable[[Question, str], dict[str, 
 
 
 def _parse_controller_answer(question: Question, typed: str) -> dict[str, Any]:
-    return _choice_parser(list(dialect_names()))(question, typed)
+    return _choice_parser(dialect_names())(question, typed)
 
 
 def _parse_axes_answer(question: Question, typed: str) -> dict[str, Any]:
