@@ -9,7 +9,7 @@ from statistics import fmean, median
 
 from leafcut.errors import OptionError, count_of
 from leafcut.lab import charts, message_costs
-from leafcut.lab.description import TIMES, WALL, Analysis, Response
+from leafcut.lab.description import TIMES, WALL, Analysis, Factor, Response
 from leafcut.lab.results import (
     MAX_CHARTS,
     ReportBlock,
@@ -339,17 +339,14 @@ def _two_way_anova_block(results: Results, analysis: Analysis, response: Respons
         }
         if len(drawn) < MAX_CHARTS:
             label = f"{response.title} over {first.title.lower()}, a line for each {second.title.lower()}: {name}"
-            drawn.append(
-                (name, charts.chart_of_means(series, _levels_words(first.title, first), response.heading, label))
-            )
+            drawn.append((name, charts.chart_of_means(series, _levels_words(first), response.heading, label)))
     return ReportBlock(f"{_TITLES['crossed']}: {response.title.lower()}", tuple(sentences), tuple(tables), tuple(drawn))
 
 
-def _levels_words(name: str, factor: object) -> str:
-    levels = getattr(factor, "levels", ())
-    if getattr(factor, "numeric", False):
-        return name
-    return f"{name} ({', '.join(f'{k} = {level.name}' for k, level in enumerate(levels))})"
+def _levels_words(factor: Factor) -> str:
+    if factor.numeric:
+        return factor.title
+    return f"{factor.title} ({', '.join(f'{k} = {level.name}' for k, level in enumerate(factor.levels))})"
 
 
 def _speedup_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:

@@ -186,11 +186,6 @@ def _evaluate_step_curve(curve: Course, places: NDArray[np.float64]) -> NDArray[
     return costs
 
 
-def time_to_reach(curve: Course, target: float) -> float | None:
-    """Return the time at which a run has reached the target cost, or None if it never did."""
-    return next((x for x, y in curve if y <= target), None)
-
-
 def _line_style(k: int) -> tuple[str, str]:
     return _HUES[k % len(_HUES)], _DASHES[k // len(_HUES) % len(_DASHES)]
 

@@ -277,11 +277,12 @@ def _parse_response(table: DescriptionTable) -> Response:
 def _parse_analysis(table: DescriptionTable, description: Description) -> Analysis:
     table.check_keys({"kind", "response", "factors", "alpha", "base", "without", "boards", "against", "fact"})
     kind, response = table.text("kind"), table.text("response", description.responses[0].name)
+    responses, instances = ([item.name for item in items] for items in (description.responses, description.instances))
     factors = table.texts("factors") or [factor.name for factor in description.factors]
     alpha = table.as_number("alpha", table.content.get("alpha", 0.05))
     known = {
         "kind": (kind, ANALYSES),
-        "response": (response, [item.name for item in description.responses]),
+        "response": (response, responses),
         **{f"factor {name}": (name, [f.name for f in description.factors]) for name in factors},
     }
     for kind_of_name, (word, words) in known.items():
@@ -299,18 +300,13 @@ def _parse_analysis(table: DescriptionTable, description: Description) -> Analys
         raise table.error(f"base '{base}' is no level of {', '.join(factors)}")
     without = tuple(table.texts("without"))
     for item in without:
-        if item not in [instance.name for instance in description.instances]:
-            raise table.error(
-                f"unknown instance '{item}'{name_suggestion(item, [i.name for i in description.instances])}"
-            )
-    if kind == "pareto" and len(description.responses) < 2:
+        if item not in instances:
+            raise table.error(f"unknown instance '{item}'{name_suggestion(item, instances)}")
+    if kind == "pareto" and len(responses) < 2:
         raise table.error("'pareto' needs two responses")
     against = table.text("against", "")
-    if against and (against == response or against not in [item.name for item in description.responses]):
-        raise table.error(
-            f"against '{against}': name another response"
-            f"{name_suggestion(against, [r.name for r in description.responses])}"
-        )
+    if against and (against == response or against not in responses):
+        raise table.error(f"against '{against}': name another response{name_suggestion(against, responses)}")
     boards = table.content.get("boards", [])
     if not isinstance(boards, list) or any(type(count) is not int or count < 1 for count in boards):
         raise table.error("boards: a list of whole numbers from 1 on is needed")
@@ -411,13 +407,14 @@ def reduced_experiment(description: Description) -> Description:
     if not description.short:
         raise OptionError(f"experiment '{description.name}' has no reduced form: its file has no table [reduced]")
     table = DescriptionTable(description.short, description.name, "reduced")
-    names = table.texts("instances")
+    instances = _select_by_name(description.instances, table.texts("instances"), table, "instances")
+    instance_options = table.table("instance_options")
     reduced_description = replace(
         description,
         reduced=True,
         options={**description.options, **table.table("options")},
         seeds=_parse_seeds(table) if "seeds" in description.short else description.seeds,
-        instances=_select_by_name(description.instances, names, table, "instances"),
+        instances=tuple(replace(i, options={**i.options, **instance_options}) for i in instances),
         factors=tuple(
             replace(
                 factor,
@@ -428,14 +425,6 @@ def reduced_experiment(description: Description) -> Description:
             for factor in description.factors
         ),
     )
-    instance_options = table.table("instance_options")
-    if instance_options:
-        reduced_description = replace(
-            reduced_description,
-            instances=tuple(
-                replace(i, options={**i.options, **instance_options}) for i in reduced_description.instances
-            ),
-        )
     for unknown in set(table.table("levels")) - {factor.name for factor in description.factors}:
         raise table.error(
             f"levels of '{unknown}', which is no factor"

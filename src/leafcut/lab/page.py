@@ -123,41 +123,14 @@ def _check_packages() -> None:
 def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
     """Write the runs as CSV, with one row per run. A row contains the responses, the machine and the start time."""
     factors, responses = [item.name for item in description.factors], [item.name for item in description.responses]
+    first, last = ["experiment", "instance"], ["failed", "began", "leafcut", "machine", "load", "input_sha256"]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        [
-            "experiment",
-            "instance",
-            *factors,
-            "seed",
-            *responses,
-            "failed",
-            "began",
-            "leafcut",
-            "machine",
-            "load",
-            "input_sha256",
-        ]
-    )
+    writer.writerow([*first, *factors, "seed", *responses, *last])
     for row in rows:
-        levels = [row.levels.get(name, "") for name in factors]
-        figures = ["" if row.responses.get(name) is None else row.responses[name] for name in responses]
-        place = ["" if row.load is None else row.load, row.input_sha256]
-        writer.writerow(
-            [
-                row.experiment,
-                row.instance,
-                *levels,
-                row.seed,
-                *figures,
-                row.failed,
-                row.began,
-                row.leafcut,
-                row.machine,
-                *place,
-            ]
-        )
+        levels, figures = [row.levels.get(name) for name in factors], [row.responses.get(name) for name in responses]
+        before, after = ([getattr(row, name) for name in names] for names in (first, last))
+        writer.writerow([*before, *levels, row.seed, *figures, *after])
     return text.getvalue()
 
 
@@ -248,19 +221,18 @@ def searches_block(results: Results) -> ReportBlock | None:
             step[0] != row.curve[0][0] for rows in variants.values() for row in rows for step in row.curve
         )
         across, k = ("iteration", 0) if by_iteration else ("s", 1)
-        steps = {
-            variant: [[(float(point[k]), point[2]) for point in row.curve] for row in rows]
-            for variant, rows in variants.items()
-        }
+        steps, timed = (
+            {
+                variant: [[(float(point[column]), point[2]) for point in row.curve] for row in rows]
+                for variant, rows in variants.items()
+            }
+            for column in (k, 1)
+        )
         sentences = f"Convergence on {name}: the mean of the runs, and the band from the best to the worst"
         drawn.append((f"{name}: convergence", charts.convergence_chart(steps, across, "cost of the best", sentences)))
-        timed = {
-            variant: [[(point[1], point[2]) for point in row.curve] for row in rows]
-            for variant, rows in variants.items()
-        }
         target, percent = _common_target(timed)
         times = {
-            variant: [charts.time_to_reach(curve, target) for curve in timed_curves]
+            variant: [next((x for x, y in curve if y <= target), None) for curve in timed_curves]
             for variant, timed_curves in timed.items()
         }
         sentences = f"Time to target on {name}: the share of runs that came within {percent:g} % of the best found"

@@ -279,8 +279,8 @@ def pairs_as_csv(runs: Mapping[str, Runs]) -> str:
                     figure.response,
                     figure.statistic,
                     figure.published,
-                    "" if own.value is None else own.value,
-                    "" if change is None else change,
+                    own.value,
+                    change,
                     own.runs,
                     own.planned,
                 ]

@@ -138,15 +138,13 @@ class RankComparison:
 
 @dataclass(frozen=True)
 class Trend:
-    """The trend of one variable against another: Kendall's τ-b, Spearman's ρ, and the Theil–Sen slope with its
+    """The trend of one variable against another: Kendall's τ-b, and the Theil–Sen slope with its
     interval.
     """
 
     n: int
     tau: float
     tau_p: float
-    rho: float
-    rho_p: float
     slope: float
     low: float
     high: float
@@ -307,14 +305,12 @@ def trend_test(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> T
 
     if len(x) < 4 or len(set(x)) < 2 or len(set(y)) < 2:
         raise OptionError("a trend needs four points or more that differ in both numbers")
-    tau, rho = stats.kendalltau(x, y), stats.spearmanr(x, y)
+    tau = stats.kendalltau(x, y)
     slope = stats.theilslopes(y, x, alpha=1.0 - alpha)
     return Trend(
         len(x),
         float(tau.statistic),
         float(tau.pvalue),
-        float(rho.statistic),
-        float(rho.pvalue),
         float(slope[0]),
         float(slope[2]),
         float(slope[3]),
