@@ -17,7 +17,7 @@ from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.registry import report_of
 from leafcut.report.drawing import MAX_NUMBERS, build_scene, tool_css_class, toolpath_svg
 from leafcut.report.frame import Frame
-from leafcut.report.labels import Surroundings, label_positions, segments_crossing_box
+from leafcut.report.labels import Surroundings, label_positions
 from leafcut.report.page import path_svg
 from leafcut.report.svg import STEPS, dots_path_data, segments_path_data, tick_label, ticks
 
@@ -218,24 +218,6 @@ def test_path_data_says_the_points_it_was_given(points):
     assert len(lines) == (1 if len(segments) else 0)
     if lines:
         assert np.allclose(lines[0], points, atol=0.51 / STEPS)
-
-
-box = st.tuples(*[st.integers(-40, 40).map(lambda quarter: quarter / 4) for _ in range(4)])
-
-
-@given(box, box)
-def test_a_line_crosses_a_box_if_one_of_its_points_is_inside(line, corners):
-    """Four thousand points of the line are tried; what passes closer to a corner than they lie apart is not judged."""
-    low = np.array([min(corners[0], corners[2]), min(corners[1], corners[3])])
-    high = np.array([max(corners[0], corners[2]), max(corners[1], corners[3])]) + 0.1
-    a, b = np.array(line[:2]), np.array(line[2:])
-    fine = a + (b - a) * np.linspace(0, 1, 4001)[:, None]
-    reach = np.hypot(*(b - a)) / 4000 + 1e-9
-    touched = bool(((fine >= low + 1e-9) & (fine <= high - 1e-9)).all(axis=1).any())
-    near = bool(((fine >= low - reach) & (fine <= high + reach)).all(axis=1).any())
-    crossed = bool(segments_crossing_box(np.array([[a, b]]), low, high)[0])
-    assert crossed or not touched
-    assert near or not crossed
 
 
 def test_numbers_never_cover_each_other():

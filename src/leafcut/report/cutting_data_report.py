@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from leafcut.report.json_answer import issues_as_json
-from leafcut.report.wording import NO_VALUE, count_text, replace_unprintable
+from leafcut.report.wording import NO_VALUE, count_text, print_line, replace_unprintable
 from leafcut.units import SECONDS_PER_MINUTE, format_time
 
 if TYPE_CHECKING:
@@ -79,21 +79,22 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
     from rich.table import Table
 
     def print_styled(words: str, style: str = "") -> None:
-        console.print(replace_unprintable(words), style=style, markup=False, highlight=False, soft_wrap=True)
+        print_line(console, replace_unprintable(words), style)
 
     print_styled(f"{data.material.name} on {data.machine.name}, chosen for {data.objective}", "bold")
     for front in data.tools:
         work = count_text(front.holes, "hole") if front.holes else "1 m of cut"
         print_styled("")
         print_styled(f"{front.tool.label}, {front.tool_material.value}: {work}")
-        rows = _points_to_show(front)
+        rows = points_to_show(front)
         table = Table(box=None, pad_edge=False, header_style="bold")
         table.add_column("")
         for name in rows:
             chosen = name == _BEST[data.objective]
             table.add_column(f"→ {name}" if chosen else name, justify="right", style="bold" if chosen else "")
-        for name, cells in zip(_NAMES, zip(*map(_point_cells, rows.values()), strict=True), strict=True):
-            table.add_row(name, *cells)
+        columns = [_point_cells(point) for point in rows.values()]
+        for name in columns[0]:
+            table.add_row(name, *(column[name] for column in columns))
         console.print(table)
         print_styled(
             f"{count_text(len(front.points), 'point')} on the front, of {front.allowed:,} within the limits and "
@@ -115,7 +116,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
             print_styled(f"{kind} written: {file}")
 
 
-def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
+def points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
     """Return the points of the front to show: the best point for each objective, and the given point, by name."""
     points = front.points
     shown = {
@@ -126,24 +127,18 @@ def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
     return shown | ({"as given": front.given} if front.given else {})
 
 
-#: Names of the rows in a tool's table.
-_NAMES = (
-    "spindle speed", "feed rate", "cutting speed", "chip load", "time", "cost", "tool life",
-    "worn tools", "power", "torque", "thrust",
-)  # fmt: skip
-
-
-def _point_cells(point: CuttingPoint) -> tuple[str, ...]:
-    return (
-        f"{point.rpm:.0f} rpm",
-        f"{point.feed * SECONDS_PER_MINUTE:.0f} mm/min",
-        f"{point.speed * SECONDS_PER_MINUTE / _MM_PER_M:.1f} m/min",
-        f"{point.chip:.3f} mm",
-        format_time(point.time),
-        f"{point.cost:.2f}",
-        format_time(point.life),
-        f"{point.worn:.3g}",
-        f"{point.power / 1000.0:.2f} kW",
-        f"{point.torque / 1000.0:.2f} N·m",
-        f"{point.thrust:.0f} N" if point.thrust else NO_VALUE,
-    )
+def _point_cells(point: CuttingPoint) -> dict[str, str]:
+    """Return the cells of a point in a tool's table, by the name of the row."""
+    return {
+        "spindle speed": f"{point.rpm:.0f} rpm",
+        "feed rate": f"{point.feed * SECONDS_PER_MINUTE:.0f} mm/min",
+        "cutting speed": f"{point.speed * SECONDS_PER_MINUTE / _MM_PER_M:.1f} m/min",
+        "chip load": f"{point.chip:.3f} mm",
+        "time": format_time(point.time),
+        "cost": f"{point.cost:.2f}",
+        "tool life": format_time(point.life),
+        "worn tools": f"{point.worn:.3g}",
+        "power": f"{point.power / 1000.0:.2f} kW",
+        "torque": f"{point.torque / 1000.0:.2f} N·m",
+        "thrust": f"{point.thrust:.0f} N" if point.thrust else NO_VALUE,
+    }

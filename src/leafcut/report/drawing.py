@@ -317,7 +317,8 @@ def _stop_numbers_svg(scene: Scene, path: PlanView, stops: NDArray[np.float64], 
 
     A row of `stops`, float64[k, 4], contains x, y, the radius to keep clear, and the radius of the hole, user units.
     """
-    frame, font = scene.frame, _font_size(stops[:, :2])
+    frame, spacing = scene.frame, _median_nearest_distance(stops[:, :2])
+    font = float(np.clip(0.45 * spacing, 7.0, 11.0))
     lines = np.concatenate([frame.to_user_units(np.concatenate([path.rapids, path.cuts])), scene.edge])
     around = Surroundings(np.concatenate([scene.discs, stops[:, :3]]), lines, (frame.width, frame.height))
     spots = label_positions(stops, words, font, around)
@@ -332,14 +333,6 @@ def _largest_radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.floa
         key = (round(x * STEPS), round(y * STEPS))
         sizes[key] = max(radius, sizes.get(key, 0.0))
     return np.array([sizes.get((round(x * STEPS), round(y * STEPS)), 0.0) for x, y in places.tolist()])
-
-
-def _font_size(places: NDArray[np.float64]) -> float:
-    if len(places) < 2:
-        return 11.0
-    apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))
-    np.fill_diagonal(apart, np.inf)
-    return float(np.clip(0.45 * np.median(apart.min(axis=1)), 7.0, 11.0))
 
 
 def _end_marks_svg(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:

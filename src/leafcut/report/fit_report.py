@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
+from leafcut.report.wording import finite_or_none, print_line
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def print_fit(
         table.add_row(simulation.program, *cells)
     console.print(table, markup=False)
     for line in fit_lines(fitted, simulations, measured):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        print_line(console, line)
 
 
 def fit_lines(fitted: MachineFit, simulations: Sequence[Simulation], measured: Sequence[float]) -> list[str]:
@@ -79,8 +80,8 @@ def fit_as_json(
         "rms_after_s": _root_mean_square_error(fitted.after, measured),
         "acceleration": fitted.acceleration,
         "corner_mm": fitted.corner,
-        "error": {name: _finite_or_none(value) for name, value in fitted.error.items()},
-        "condition": _finite_or_none(fitted.condition),
+        "error": {name: finite_or_none(value) for name, value in fitted.error.items()},
+        "condition": finite_or_none(fitted.condition),
         "held": dict(fitted.held),
         "output": written,
     }
@@ -92,7 +93,3 @@ def _deviation_percent(seconds: float, measured: float) -> str:
 
 def _root_mean_square_error(seconds: Any, measured: Sequence[float]) -> float:
     return math.sqrt(sum((float(a) - b) ** 2 for a, b in zip(seconds, measured, strict=True)) / len(measured))
-
-
-def _finite_or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None

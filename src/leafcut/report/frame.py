@@ -149,15 +149,11 @@ class Frame:
             11,
             y0 + self.height / 2,
             text_anchor="middle",
-            transform=self._quarter_turn(11, y0 + self.height / 2),
+            transform=f"rotate(-90 11 {svg_number(y0 + self.height / 2)})",
         )
         return element(
             "g", edge, element("path", d="".join(marks), class_="tick"), *numbers, names, self._scale_bar_svg(step)
         )
-
-    @staticmethod
-    def _quarter_turn(x: float, y: float) -> str:
-        return f"rotate(-90 {svg_number(x)} {svg_number(y)})"
 
     def _scale_bar_svg(self, step: float) -> str:
         """Draw a scale bar as long as a tick step. Unlike a ratio, a bar stays correct when the page is scaled."""

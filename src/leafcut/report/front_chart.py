@@ -10,6 +10,7 @@ from pathlib import Path
 from leafcut.errors import OptionError
 from leafcut.geometry.arrays import Point
 from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
+from leafcut.report.cutting_data_report import points_to_show
 from leafcut.report.drawing import RAMP
 from leafcut.report.styles import drawing_css
 from leafcut.report.svg import (
@@ -220,7 +221,7 @@ def _panel_svg(
     def place(point: CuttingPoint) -> Point:
         return x.position_at(x_of(point)), y.position_at(y_of(point))
 
-    frame = _Frame(start, end, top, bottom)
+    frame = (start, top, end, bottom)
     return (
         card
         + element("path", d="".join(grid), class_="gridline")
@@ -254,25 +255,9 @@ def _dots_svg(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point]
     return "".join(element("path", d="".join(d), class_=f"dots r{c}") for c, d in sorted(by_colour.items()))
 
 
-@dataclass(frozen=True)
-class _Frame:
-    left: float
-    right: float
-    top: float
-    bottom: float
-
-    def sticks_out(self, box: _Box) -> bool:
-        return box[0] < self.left or box[2] > self.right or box[1] < self.top or box[3] > self.bottom
-
-
-def _draw_marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Frame) -> str:
-    points = front.points
-    place_of = {
-        "quickest": place(min(points, key=lambda p: (p.time, p.cost))),
-        "cheapest": place(min(points, key=lambda p: (p.cost, p.time))),
-        "longest life": place(min(points, key=lambda p: (-p.life, p.cost))),
-    }
+def _draw_marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Box) -> str:
     given = _visible_given_point(front)
+    place_of = {name: place(point) for name, point in points_to_show(front).items() if name != "as given"}
     if given is not None:
         place_of["as given"] = place(given)
     places: dict[Point, list[str]] = {}
@@ -296,7 +281,7 @@ def _mark_box(place: Point) -> _Box:
     return place[0] - 6, place[1] - 6, place[0] + 6, place[1] + 6
 
 
-def _best_label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Frame) -> tuple[_Box, str]:
+def _best_label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Box) -> tuple[_Box, str]:
     wide = _LETTER * len(words)
     best: tuple[float, _Box, str] | None = None
     for number, (right, up) in enumerate(_LABEL_POSITIONS):
@@ -304,7 +289,8 @@ def _best_label(words: str, at: Point, dots: list[Point], boxes: list[_Box], fra
         box = (x, y - 11, x + wide, y + 3) if right else (x - wide, y - 11, x, y + 3)
         hidden = sum(box[0] < dx < box[2] and box[1] < dy < box[3] for dx, dy in dots)
         crossed = sum(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in boxes)
-        cost = number + 5.0 * hidden + 100.0 * crossed + 1000.0 * frame.sticks_out(box)
+        sticks_out = box[0] < frame[0] or box[2] > frame[2] or box[1] < frame[1] or box[3] > frame[3]
+        cost = number + 5.0 * hidden + 100.0 * crossed + 1000.0 * sticks_out
         if best is None or cost < best[0]:
             label = text_element(words, x, y, text_anchor="start" if right else "end", class_="label")
             best = (cost, box, label)

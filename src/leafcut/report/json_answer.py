@@ -12,7 +12,7 @@ from leafcut.model.kinds import BEAMS
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import OperationOutcome
 from leafcut.model.simulation import Simulation
-from leafcut.model.solution import Solved
+from leafcut.model.solution import Solved, WorkerFigures
 from leafcut.report.path_report import PathReport
 from leafcut.report.set_up import axis_ranges
 from leafcut.report.wording import (
@@ -63,7 +63,11 @@ def program_as_json(report: PathReport[Any]) -> dict[str, Any]:
         "search_seconds": finite_or_none(search_seconds(outcome)),
         "compile_seconds": finite_or_none(outcome.compile_seconds),
         "tools": [_operation_as_json(o, outcome.process in BEAMS) for o in outcome.operations],
-        "workers": [w for number, o in enumerate(outcome.operations) for w in _workers_as_json(number, o)],
+        "workers": [
+            {"operation": number, "tool": o.tool.number, **_worker_as_json(w)}
+            for number, o in enumerate(outcome.operations)
+            for w in o.solution.workers
+        ],
         "issues": issues_as_json(outcome.issues),
         **_defaults_entry(outcome.defaults),
     }
@@ -92,10 +96,7 @@ def tour_as_json(solved: Solved) -> dict[str, Any]:
         "seconds": solution.seconds,
         "iterations": solution.iterations,
         "history": [list(step) for step in solution.history],
-        "workers": [
-            {"worker": w.worker, "ants": w.ants, "seconds": w.seconds, "best": finite_or_none(w.best)}
-            for w in solution.workers
-        ],
+        "workers": [_worker_as_json(w) for w in solution.workers],
         "stopped_early": solution.stopped_early,
         "issues": issues_as_json(part.issues),
         **_defaults_entry(solved.defaults),
@@ -186,18 +187,13 @@ def _operation_as_json(operation: OperationOutcome, beam: bool) -> dict[str, Any
     }
 
 
-def _workers_as_json(number: int, operation: OperationOutcome) -> list[dict[str, Any]]:
-    return [
-        {
-            "operation": number,
-            "tool": operation.tool.number,
-            "worker": w.worker,
-            "ants": w.ants,
-            "seconds": finite_or_none(w.seconds),
-            "best": finite_or_none(w.best),
-        }
-        for w in operation.solution.workers
-    ]
+def _worker_as_json(worker: WorkerFigures) -> dict[str, Any]:
+    return {
+        "worker": worker.worker,
+        "ants": worker.ants,
+        "seconds": finite_or_none(worker.seconds),
+        "best": finite_or_none(worker.best),
+    }
 
 
 def studio_overview_as_json(report: PathReport[Any]) -> dict[str, Any]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 #: Width of a digit and height of a capital letter, in font sizes. The values suit common sans-serif fonts.
@@ -52,12 +54,14 @@ def label_positions(
     A row of `stops`, float64[n, 4], contains x, y, the radius to keep clear, and the radius of the hole. A number may
     be inside a large hole.
     """
+    segments: Any = shapely.linestrings(around.lines)
+    lines = shapely.STRtree(segments)
     placed: list[NDArray[np.float64]] = []
     centres: list[tuple[float, float] | None] = []
     for (x, y, free, hole), word in zip(stops.tolist(), words, strict=True):
         half = np.array([DIGIT_WIDTH * font * len(word), CAP_HEIGHT * font]) / 2 + (1.6, 0.6)
         candidates = _candidate_positions((x, y), free, hole, half)
-        costs = _position_costs(candidates, half, (x, y), around, placed)
+        costs = _position_costs(candidates, half, (x, y), around, lines, placed)
         best = int(np.argmin(costs))
         if costs[best] > _WORST_ACCEPTED:
             centres.append(None)
@@ -89,6 +93,7 @@ def _position_costs(
     half: NDArray[np.float64],
     own_place: tuple[float, float],
     around: Surroundings,
+    lines: shapely.STRtree,
     placed: list[NDArray[np.float64]],
 ) -> NDArray[np.float64]:
     costs = np.arange(len(candidates), dtype=np.float64) * 0.1
@@ -105,25 +110,5 @@ def _position_costs(
         covered = np.hypot(*(around.holes[:, :2] - nearest).T) < around.holes[:, 2] + 0.5
         costs[number] += _ON_HOLE * (covered & other_holes).sum()
         if number or not inside:
-            costs[number] += _ON_LINE * segments_crossing_box(around.lines, low, high).sum()
+            costs[number] += _ON_LINE * len(lines.query(shapely.box(*low, *high), predicate="intersects"))
     return costs
-
-
-def segments_crossing_box(
-    lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
-) -> NDArray[np.bool_]:
-    """Return a mask of the segments that intersect the box from `low` to `high`, using a slab test.
-
-    `lines` is float64[m, 2, 2].
-    """
-    if not len(lines):
-        return np.zeros(0, dtype=bool)
-    start, along = lines[:, 0], lines[:, 1] - lines[:, 0]
-    level = np.abs(along) < 1e-12
-    step = np.where(level, 1.0, along)
-    first, second = (low - start) / step, (high - start) / step
-    inside = (start >= low) & (start <= high)
-    enter = np.where(level, np.where(inside, -np.inf, np.inf), np.minimum(first, second)).max(axis=1)
-    leave = np.where(level, np.where(inside, np.inf, -np.inf), np.maximum(first, second)).min(axis=1)
-    crossed: NDArray[np.bool_] = (enter <= leave) & (leave >= 0) & (enter <= 1)
-    return crossed

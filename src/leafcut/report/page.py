@@ -8,6 +8,8 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from PIL import Image
+
 from leafcut.errors import LeafcutError
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.solid import cut_display_solid
@@ -142,8 +144,6 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
 
 def _stock_picture(title: str, solid: Solid, *, with_travel: bool = False) -> tuple[str, str, str]:
     """Return the title, data URL and size of a picture of the remaining stock."""
-    from PIL import Image
-
     x, y = solid.origin
     field = replace(solid.after, x=solid.after.x + x, y=solid.after.y + y)  # in program coordinates, for the axes
     over = None

@@ -32,7 +32,6 @@ from leafcut.report.wording import (
 if TYPE_CHECKING:
     from leafcut.model.cutting import CutPlan
     from leafcut.model.measure import Measure
-    from leafcut.model.shown_stock import ShownStock
     from leafcut.model.toolpath import Toolpath
     from leafcut.report.drawing import Scene
 

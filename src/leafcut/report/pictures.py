@@ -7,6 +7,7 @@ import io
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from leafcut.material.stock_cut import StockCut
 from leafcut.model.nest import NestOutcome
@@ -64,8 +65,6 @@ def nest_picture(outcome: NestOutcome) -> str:
 
 def stock_picture(stock_cut: StockCut) -> str:
     """Draw the remaining stock from above, coloured by depth, as a stand-alone SVG with an embedded PNG."""
-    from PIL import Image
-
     data = stock_png(stock_cut.field, stock_cut.block.high[2])
     width, height = Image.open(io.BytesIO(data)).size
     address = f"data:image/png;base64,{base64.b64encode(data).decode()}"

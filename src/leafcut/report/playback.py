@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -205,7 +205,8 @@ def _replace_other_arcs(whole: Playback, path: Toolpath, before: NDArray[np.floa
         place[chord_rows, v] = centre.center[v] + radius * np.sin(angle + sweep * share)
         place[chord_rows, w] = before[row, w] + (path.end[row, w] - before[row, w]) * share
         place[chord_rows.stop - 1] = whole.place[row]
-    return Playback(
+    return replace(
+        whole,
         activity=activity,
         place=place,
         seconds=(whole.seconds / count)[source],
@@ -215,7 +216,6 @@ def _replace_other_arcs(whole: Playback, path: Toolpath, before: NDArray[np.floa
         feed=whole.feed[source],
         tool=whole.tool[source],
         arc_row=first[whole.arc_row],
-        arc=whole.arc,
         stops=first[whole.stops],
     )
 

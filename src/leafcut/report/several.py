@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
 
 from leafcut.report.wording import NO_VALUE, count_text, length_words, percent_words, replace_unprintable, time_words
-
-if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
 
 #: Severities that the table reports, starting with the worst.
 _SEVERITIES = ("danger", "missing", "warning")
@@ -88,8 +88,6 @@ def _defaults_lines(done: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def _empty_table(first: str, *columns: str) -> Table:
-    from rich.table import Table
-
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
     table.add_column(first, overflow="fold")
     for title in columns[:-1]:
@@ -99,8 +97,6 @@ def _empty_table(first: str, *columns: str) -> Table:
 
 
 def _add_row(table: Table, name: str, cells: Iterable[str], last: str, style: str) -> None:
-    from rich.text import Text
-
     table.add_row(*(Text(replace_unprintable(words), style) for words in (name, *cells, last)))
 
 
@@ -116,8 +112,6 @@ def _worst_issues(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
 def _print_table_and_lines(
     table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console, key: str
 ) -> None:
-    from rich.text import Text
-
     console.print("")
     worst = [
         f"{severity}: {row[key]}: {issue['code']} {issue['message']}"

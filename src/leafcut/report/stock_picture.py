@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from leafcut.report.svg import tick_label, tick_step, ticks
 from leafcut.units import to_fixed
 
 if TYPE_CHECKING:
-    from PIL.Image import Image as Picture
-
     from leafcut.material.height_field import HeightField
     from leafcut.report.styles import RGB
 
@@ -73,8 +72,6 @@ class OverStock(NamedTuple):
 
 def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> bytes:
     """Draw a height field from above as PNG. `top` is the height of the uncut stock, mm."""
-    from PIL import Image, ImageDraw, ImageFont
-
     step = max(-(-max(field.heights.shape) // _MAX_CELLS), 1)
     heights = field.heights[::step, ::step].astype(np.float32)
     through = heights <= field.floor + 1e-6
@@ -116,9 +113,7 @@ def _cell_colours(
     return np.asarray(np.clip(colours, 0, 255), dtype=np.uint8)
 
 
-def _enlarge_or_shrink(picture: Picture) -> Picture:
-    from PIL import Image, ImageFilter
-
+def _enlarge_or_shrink(picture: Image.Image) -> Image.Image:
     share = LONGER / max(picture.size)
     width, height = (max(round(n * share), _SHORTER) for n in picture.size)
     if share > _STAIRS:
@@ -164,10 +159,8 @@ def _moving_average(values: NDArray[np.float32], near: int, axis: int) -> NDArra
     return np.asarray((last - np.take(sums, range(length), axis=axis)) / count, dtype=np.float32)
 
 
-def _draw_paths(picture: Picture, field: HeightField, paths: NDArray[np.float64]) -> None:
+def _draw_paths(picture: Image.Image, field: HeightField, paths: NDArray[np.float64]) -> None:
     """Draw each line with a light outline, so that it is visible on dark and light colours."""
-    from PIL import ImageDraw
-
     (width, height), (rows, columns) = picture.size, field.heights.shape
     low = np.array([field.x, field.y]) - 0.5 * field.cell
     share = (paths.reshape(-1, 2, 2) - low) / (field.cell * np.array([columns, rows]))

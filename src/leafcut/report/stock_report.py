@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.report.json_answer import issues_as_json
 from leafcut.report.stock_picture import stock_png
-from leafcut.report.wording import NO_VALUE, count_text
+from leafcut.report.wording import NO_VALUE, count_text, print_line
 from leafcut.units import format_time, to_fixed
-
-if TYPE_CHECKING:
-    from leafcut.material.height_field import HeightField
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from leafcut.material.height_field import HeightField
     from leafcut.material.stock_cut import StockCut
 
 #: File formats of the remaining stock.
@@ -96,16 +94,14 @@ def print_stock(stock_cut: StockCut, output: str | None, console: Console) -> No
 
     for issue in stock_cut.issues:
         if issue.severity == "danger":
-            console.print(f"danger: {issue}", style="bold red", markup=False, highlight=False, soft_wrap=True)
+            print_line(console, f"danger: {issue}", "bold red")
     sides = " × ".join(f"{b - a:.1f}" for a, b in zip(stock_cut.block.low, stock_cut.block.high, strict=True))
     origin = "a block around the cuts" if stock_cut.derived else stock_cut.part or "a block"
-    console.print(
+    print_line(
+        console,
         f"{stock_cut.program}: {stock_cut.removed_mm3 / _MM3_PER_CM3:.2f} cm³ off {origin} of {sides} mm, in cells of "
         f"{stock_cut.field.cell:g} mm ({stock_cut.field.heights.size:,} of them, "
         f"{max(stock_cut.field.heights.nbytes / _BYTES_PER_MB, 0.1):.1f} MB)",
-        markup=False,
-        highlight=False,
-        soft_wrap=True,
     )
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("tool")
@@ -123,11 +119,11 @@ def print_stock(stock_cut: StockCut, output: str | None, console: Console) -> No
     console.print(table)
     for issue in stock_cut.issues:
         if issue.severity != "danger":
-            console.print(f"{issue.severity}: {issue}", markup=False, highlight=False, soft_wrap=True)
+            print_line(console, f"{issue.severity}: {issue}")
     for line in _comparison_lines(stock_cut):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        print_line(console, line)
     if output:
-        console.print(f"wrote {output}", markup=False, highlight=False, soft_wrap=True)
+        print_line(console, f"wrote {output}")
 
 
 def _comparison_lines(stock_cut: StockCut) -> list[str]:

@@ -5,6 +5,10 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+from rich.console import Console, Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
 from leafcut.model.issue import LIMITS, Issue, Severity, missing_work_text
 from leafcut.options.option_spec import flag_name
 from leafcut.options.search import AcoOptions, FireflyOptions, SolveOptions
@@ -20,10 +24,6 @@ from leafcut.report.wording import (
 )
 
 if TYPE_CHECKING:
-    from rich.console import Console, RenderableType
-    from rich.table import Table
-    from rich.text import Text
-
     from leafcut.model.outcome import Outcome
     from leafcut.report.path_report import PathReport
 
@@ -41,8 +41,6 @@ def summary_renderable(report: PathReport[Any]) -> RenderableType:
     The summary fits into 80 columns, and does not depend on colours. Names from files are printed verbatim, never as
     markup.
     """
-    from rich.console import Group
-
     outcome = report.outcome
     parts: list[RenderableType] = [
         *_worst_issue_lines(outcome),
@@ -64,8 +62,6 @@ def print_summary(report: PathReport[Any], console: Console) -> None:
 
 def _worst_issue_lines(outcome: Outcome) -> list[RenderableType]:
     """Return the lines about dangers and missing work, which come before all other issues."""
-    from rich.text import Text
-
     issues = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]
     lines = [Text(f"{i.severity}: {replace_unprintable(str(i))}", "bold red", overflow="fold") for i in issues]
     return [*lines, ""] if lines else []
@@ -76,8 +72,6 @@ def _other_issues(outcome: Outcome) -> list[Issue]:
 
 
 def _title_lines(report: PathReport[Any]) -> Text:
-    from rich.text import Text
-
     outcome = report.outcome
     machine = f"{replace_unprintable(outcome.machine.name)} ({replace_unprintable(outcome.dialect)})"
     name = (replace_unprintable(outcome.part.name), "bold")
@@ -85,9 +79,6 @@ def _title_lines(report: PathReport[Any]) -> Text:
 
 
 def _orders_table(report: PathReport[Any]) -> Table:
-    from rich.table import Table
-    from rich.text import Text
-
     (titles, _), *rows = report.summary_rows()
     has_many = len(titles) > _FEW_COLUMNS
     table = Table(box=None, padding=(0, 2 if has_many else 3, 0, 0), header_style="dim", pad_edge=False)
@@ -100,9 +91,6 @@ def _orders_table(report: PathReport[Any]) -> Table:
 
 
 def _facts_table(report: PathReport[Any]) -> Table:
-    from rich.table import Table
-    from rich.text import Text
-
     outcome = report.outcome
     verified = Text(f"yes, {report.found}", "green") if outcome.verified else Text("no", "bold red")
     if outcome.missing:
@@ -146,9 +134,6 @@ def _issue_row(group: IssueGroup) -> tuple[str, str]:
 
 
 def _issues_table(outcome: Outcome) -> Table:
-    from rich.table import Table
-    from rich.text import Text
-
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(no_wrap=True, min_width=4)
     table.add_column(overflow="fold")

@@ -222,10 +222,9 @@ def program_excerpt(outcome: Outcome) -> PageRow:
 def legend_rows(outcome: Outcome, scene: Scene) -> PageRow:
     """Explain the marks and colours in the drawings, with the work of each tool."""
     # A hole has the colour of its last tool, so a tool that is never the last has no holes in its colour.
-    shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
-    cutting = colour_indices_of_cutting_tools(scene)
-    shown |= set(cutting.values())
     holes = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
+    cutting = colour_indices_of_cutting_tools(scene)
+    shown = holes | set(cutting.values())
     entries = [
         (tool_css_class(scene, t), _tool_and_work_words(outcome, scene.tools[t]), t not in holes)
         for t in sorted(shown)

@@ -17,6 +17,8 @@ from leafcut.model.solution import Solution, gap
 from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from leafcut.model.measure import Measure
     from leafcut.model.outcome import OperationOutcome, Outcome
     from leafcut.model.tool import Tool
@@ -38,6 +40,11 @@ _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 def replace_unprintable(text: str) -> str:
     """Replace unprintable characters (line ends, escape sequences, direction marks) with ``�``."""
     return map_text(text, lambda plain: "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in plain))
+
+
+def print_line(console: Console, line: str, style: str = "") -> None:
+    """Print a line on the terminal as it is: without markup, colours of numbers, and line breaks."""
+    console.print(line, style=style, markup=False, highlight=False, soft_wrap=True)
 
 
 def printable_lines(text: str) -> list[str]:
