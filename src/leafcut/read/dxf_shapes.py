@@ -72,38 +72,18 @@ def _point_curve(entity: Any) -> tuple[Curve, ...]:
     return (Curve(entity.dxf.location.xyz, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0),)
 
 
-def plane_axes_of_entity(entity: Any) -> tuple[Vector3, Vector3, Any]:
-    """Return the x and y axes of an entity's plane in layout coordinates, and the object coordinate system (OCS)."""
-    ocs = entity.ocs()
-    if not ocs.transform:
-        return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), ocs
-    return ocs.ux.xyz, ocs.uy.xyz, ocs
-
-
-def to_layout_coordinates(ocs: Any, point: Vector3) -> Vector3:
-    """Transform a point from an entity's plane to the coordinates of its layout."""
-    if not ocs.transform:
-        return point
-    x, y, z = ocs.to_wcs(point)
-    return (x, y, z)
-
-
-def _scaled_vector(vector: Vector3, factor: float) -> Vector3:
-    return (vector[0] * factor, vector[1] * factor, vector[2] * factor)
+def circle_in_plane(ocs: Any, center: Vector3, radius: float, start: float = 0.0, sweep: float = math.tau) -> Curve:
+    """Return a circle or an arc in the plane of an object coordinate system (OCS), in layout coordinates."""
+    return Curve(ocs.to_wcs(center).xyz, (ocs.ux * radius).xyz, (ocs.uy * radius).xyz, start, sweep)
 
 
 def circle_curve(entity: Any) -> tuple[Curve, ...]:
     """Return the full circle of a CIRCLE or ARC."""
     require_values(entity, "center", "radius")
-    ux, uy, ocs = plane_axes_of_entity(entity)
     radius = entity.dxf.radius
     if not radius > 0:
         raise ValueError(Message("invalid radius {:g}", radius))
-    return (
-        Curve(
-            to_layout_coordinates(ocs, entity.dxf.center.xyz), _scaled_vector(ux, radius), _scaled_vector(uy, radius)
-        ),
-    )
+    return (circle_in_plane(entity.ocs(), entity.dxf.center.xyz, radius),)
 
 
 def arc_curve(entity: Any) -> tuple[Curve, ...]:
@@ -177,7 +157,7 @@ def _polyline_arcs(entity: Any) -> tuple[Curve, ...]:
     vertices, closed, elevation = polyline_vertices(entity)
     if all(v[2] == 0.0 for v in vertices):
         return ()
-    ux, uy, ocs = plane_axes_of_entity(entity)
+    ocs = entity.ocs()
     ends = [*vertices[1:], vertices[0]] if closed else vertices[1:]
     curves = []
     for (x0, y0, bulge), (x1, y1, _) in zip(vertices, ends, strict=False):
@@ -187,15 +167,7 @@ def _polyline_arcs(entity: Any) -> tuple[Curve, ...]:
         if arc is None:
             return ()
         x, y, radius, start, sweep = arc
-        curves.append(
-            Curve(
-                to_layout_coordinates(ocs, (x, y, elevation)),
-                _scaled_vector(ux, radius),
-                _scaled_vector(uy, radius),
-                start,
-                sweep,
-            )
-        )
+        curves.append(circle_in_plane(ocs, (x, y, elevation), radius, start, sweep))
     return tuple(curves)
 
 

@@ -36,10 +36,8 @@ from leafcut.read.dxf_shapes import (
     ellipse_curve,
     half_axes,
     is_parallel_to_plate,
-    plane_axes_of_entity,
     polyline_vertices,
     require_values,
-    to_layout_coordinates,
     transform_curve,
     vertices_without_control_points,
 )
@@ -156,9 +154,9 @@ def _polyline_stroke(entity: Any) -> DxfPolyline | None:
     vertices, closed, elevation = polyline_vertices(entity)
     if not vertices:
         return None
-    ux, uy, ocs = plane_axes_of_entity(entity)
-    points = [to_layout_coordinates(ocs, (float(x), float(y), elevation)) for x, y, _ in vertices]
-    return DxfPolyline(np.array(points), np.array([float(v[2]) for v in vertices]), closed, ux, uy)
+    ocs = entity.ocs()
+    corners = np.array([ocs.to_wcs((x, y, elevation)).xyz for x, y, _ in vertices])
+    return DxfPolyline(corners, np.array([bulge for *_, bulge in vertices]), closed, ocs.ux.xyz, ocs.uy.xyz)
 
 
 def _spline_stroke(entity: Any) -> Freeform:
