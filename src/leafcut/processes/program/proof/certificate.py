@@ -90,7 +90,6 @@ _NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
 #: Maximum length of a comment, characters. A GRBL line has 80 characters, and the parentheses and the line number take
 #: up some of them.
 _LONGEST_COMMENT = 66
-_LINES_AT_ONCE = 10_000
 #: Kinds of rows that depend on a mode. An unknown block may depend on any mode.
 _ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)
 _CYCLES = (Kind.FOREIGN, Kind.DRILL)
@@ -193,11 +192,7 @@ def proof_lines(certificate: Certificate, version: str, name: str = "the origina
 
 
 def _digest(program: Program) -> str:
-    digest = hashlib.sha256()
-    for begin in range(0, len(program.lines), _LINES_AT_ONCE):
-        text = "".join(program.lines[begin : begin + _LINES_AT_ONCE])
-        digest.update(text.encode("utf-8", "surrogatepass"))
-    return digest.hexdigest()
+    return hashlib.sha256("".join(program.lines).encode("utf-8", "surrogatepass")).hexdigest()
 
 
 class _Comparison:
@@ -684,7 +679,7 @@ class ChangedOrder:
         if self.unchanged:
             return
         known = np.isfinite(self.features.end[:, :2]).all(axis=1)
-        for one in _reordered_features(self.new_of, np.flatnonzero(~known)):
+        for one in np.flatnonzero(~known & _moved_mask(self.new_of)).tolist():
             yield self._difference(
                 Message("order"),
                 one,
@@ -760,7 +755,7 @@ class ChangedOrder:
     def _passes(self, visits: Visits, visit: Indices, width: float) -> Iterator[_Pair]:
         begins = self.new_of[visits.first]
         crossed = self.gaps.cross[self.gaps.gap_of[visits.first]]
-        chosen = visits.cuts & visits.level & (crossed > visits.bottom + LEVEL) & _moved_visits(begins)
+        chosen = visits.cuts & visits.level & (crossed > visits.bottom + LEVEL) & _moved_mask(begins)
 
         def wanted(a: Indices, b: Indices) -> Mask:
             changed: Mask = (a < b) & (begins[a] > begins[b])
@@ -883,19 +878,10 @@ def _changed_order(relation: Message, place: Message, other: Message) -> Message
     return Message("{} {} {}, which originally came later and now comes first", place, relation, other)
 
 
-def _moved_visits(begins: Indices) -> Mask:
-    """Return a mask of the visits whose order relative to any other visit has changed."""
+def _moved_mask(begins: Indices) -> Mask:
+    """Return a mask of the visits or features whose order relative to any other has changed. -1 means missing."""
     here = begins >= 0
     most = np.maximum.accumulate(begins) > begins
     least = np.minimum.accumulate(np.where(here, begins, np.iinfo(np.int64).max)[::-1])[::-1] < begins
     moved: Mask = here & (most | least)
     return moved
-
-
-def _reordered_features(rank: Indices, which: Indices) -> list[int]:
-    """Return the features in `which` whose order relative to any other feature has changed."""
-    highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
-    lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
-    here = rank[which]
-    wrong: list[int] = which[(here >= 0) & ((highest[which] > here) | (lowest[which] < here))].tolist()
-    return wrong
