@@ -23,6 +23,8 @@ _CODES = frozenset((0, 1, 17, 18, 19, 40, 90, 94))
 #: Letters allowed in a block that sets an initial height: length offset, work offset, coolant, spindle.
 _BESIDE_LETTERS = frozenset("HMS")
 _BESIDE_CODES = frozenset((43, 54, 55, 56, 57, 58, 59))
+#: Rows that neither move nor stop the machine, and change no position.
+_WITHOUT_EFFECT = (Kind.COOLANT, Kind.BLENDING, Kind.TORCH, Kind.HEIGHT)
 #: Rows that do not move the tool.
 _STILL = (Kind.SPINDLE, Kind.DWELL)
 #: Kinds of travel moves between cuts: rapids, and feed moves through air.
@@ -86,26 +88,7 @@ class HeightLowering:
         self.longest = longest_rounding(machine)
         rows = np.arange(len(self.path) + 1)
         self.first_piece = np.searchsorted(loads.source, rows, side="left")
-        moving = np.isin(self.path.kind, [int(k) for k in MOTIONS])
-        self.does = moving | np.isin(
-            self.path.kind,
-            [
-                int(k)
-                for k in (
-                    Kind.TOOL,
-                    Kind.MACHINE,
-                    Kind.FRAME,
-                    Kind.SHIFT,
-                    Kind.FOREIGN,
-                    Kind.PAUSE,
-                    Kind.END,
-                    Kind.OFFSET,
-                    Kind.RADIUS,
-                    Kind.DWELL,
-                    Kind.SPINDLE,
-                )
-            ],
-        )
+        self.does = ~np.isin(self.path.kind, _WITHOUT_EFFECT)
 
     def lowered_heights(self) -> list[Lowered]:
         """Return the retracts and the R planes that can be lowered."""
@@ -194,13 +177,10 @@ class HeightLowering:
 
     def lowered_retracts(self) -> list[Lowered]:
         """Find retracts that can be lowered: straight up, across at a constant height, and straight down."""
-        found: list[Lowered] = []
         path = self.path
         rises = np.isin(path.kind, _MOVES) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
         rises &= path.end[:, 2] > path.before[:, 2] + _WORTH
-        for row in np.flatnonzero(rises).tolist():
-            found += self._lower_retract(row)
-        return found
+        return [one for row in np.flatnonzero(rises).tolist() for one in self._lower_retract(row)]
 
     def _lower_retract(self, rise: int) -> list[Lowered]:
         path = self.path
@@ -235,13 +215,10 @@ class HeightLowering:
         At the new height, all moves stay clear of the material. An initial height never drops below an R plane of its
         series.
         """
-        found: list[Lowered] = []
         path = self.path
         sets = np.isin(path.kind, _MOVES) & np.isfinite(path.end[:, 2])
         sets &= ~(np.abs(path.end[:, 2] - path.before[:, 2]) < _SAME)
-        for row in np.flatnonzero(sets).tolist():
-            found += self._lower_initial_height(row)
-        return found
+        return [one for row in np.flatnonzero(sets).tolist() for one in self._lower_initial_height(row)]
 
     def _lower_initial_height(self, first: int) -> list[Lowered]:
         path, high = self.path, float(self.path.end[first, 2])
@@ -361,7 +338,6 @@ class HeightLowering:
 
     def lowered_r_planes(self) -> list[Lowered]:
         """Find R planes that can be lowered, and the block that states each of them."""
-        found: list[Lowered] = []
         drills = np.flatnonzero(self.path.kind == Kind.DRILL)
         stated: list[list[int]] = []
         for row in drills.tolist():
@@ -369,9 +345,7 @@ class HeightLowering:
                 stated.append([row])
             else:
                 stated[-1].append(row)
-        for rows in stated:
-            found += self._lower_r_plane(rows)
-        return found
+        return [one for rows in stated for one in self._lower_r_plane(rows)]
 
     def _lower_r_plane(self, rows: list[int]) -> list[Lowered]:
         path = self.path
