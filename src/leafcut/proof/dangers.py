@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -107,14 +108,13 @@ def find_dangers(
         checks.append(spindle_turns_check(path, _rows_with_turning_spindle(program, rows, True)))
     elif process == ProgramKind.PLASMA:
         checks.append(torch_off_check(path, _rows_with_turning_spindle(program, rows, False)))
-    rapid = path.kind == Kind.RAPID
-    for index, (kind, mask, text) in enumerate(checks):
-        if (by_stock := simulated.get(_KINDS[kind][0])) is not None:
-            checks[index] = kind, mask & ~(by_stock[rows] & rapid), text
+    rapid, nowhere = path.kind == Kind.RAPID, np.zeros(len(program.path), dtype=bool)
     unchecked: list[Issue] = []
     for index, (kind, mask, text) in enumerate(checks):
-        cleared, unresolved = _cleared_and_unchecked_rapids(program, rows, path, mask)
-        checks[index] = kind, mask & ~cleared & ~unresolved, text
+        by_stock = simulated.get(_KINDS[kind][0], nowhere)
+        left = mask & ~(by_stock[rows] & rapid)
+        cleared, unresolved = _cleared_and_unchecked_rapids(program, rows, path, left)
+        checks[index] = kind, left & ~cleared & ~unresolved, text
         if unresolved.any():
             unchecked.append(_unchecked_rapids_issue(path, unresolved))
     issues = unchecked + [_danger_issue(path, kind, mask) for kind, mask, _ in checks if mask.any()]
@@ -264,15 +264,10 @@ def _report_untracked_moves(program: Program) -> Iterator[Issue]:
 
 
 def _report_machine_limits(path: Toolpath, machine: Machine) -> Iterator[Issue]:
-    numbers: dict[str, int] = {}
-    differences = check_machine_limits(path, machine)
-    for difference in differences:
-        numbers[difference.what] = numbers.get(difference.what, 0) + 1
-    reported: set[str] = set()
-    for difference in differences:
-        if difference.what in reported or difference.what == "and more":
-            continue
-        reported.add(difference.what)
-        times = Message(" ({} times)", numbers[difference.what]) if numbers[difference.what] > 1 else ""
+    differences = [difference for difference in check_machine_limits(path, machine) if difference.what != "and more"]
+    numbers = Counter(difference.what for difference in differences)
+    for what, number in numbers.items():
+        difference = next(difference for difference in differences if difference.what == what)
+        times = Message(" ({} times)", number) if number > 1 else ""
         location = Message("line {}", difference.new) if difference.new else ""
         yield Issue("L806", Message("{} on {}: {}{}", difference.what, machine.name, difference.text, times), location)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -146,15 +148,8 @@ def _speeds_out_of_range(path: Toolpath, machine: Machine) -> list[Difference]:
     rows = np.flatnonzero((path.kind == Kind.SPINDLE) & (speeds > 0) & ((speeds > high + 0.5) | (speeds < low - 0.5)))
     if machine.head is Head.LASER:
         kind = Message("laser power")
-        texts = [
-            Message("S{:g} is out of range; the laser power ranges from S{:g} to S{:g}", speed, low, high)
-            for speed in speeds[rows]
-        ]
+        text = partial(Message, "S{:g} is out of range; the laser power ranges from S{:g} to S{:g}")
     else:
         kind = Message("spindle speed")
-        texts = [
-            Message("{:g} rpm is out of range; the spindle turns {:g} to {:g} rpm", speed, low, high)
-            for speed in speeds[rows]
-        ]
-    lines = path.line[rows].tolist()
-    return [Difference(kind, 0, line, text) for line, text in zip(lines, texts, strict=True)]
+        text = partial(Message, "{:g} rpm is out of range; the spindle turns {:g} to {:g} rpm")
+    return [Difference(kind, 0, int(path.line[row]), text(speeds[row], low, high)) for row in rows.tolist()]

@@ -10,6 +10,8 @@ from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
+from itertools import groupby
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -273,15 +275,9 @@ def group_barriers(marks: list[Barrier], work: Ints) -> list[BarrierGroup]:
 
     `work` contains the rows of the features in ascending order, int32[n].
     """
-    walls: list[BarrierGroup] = []
     ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()
-    together: list[Barrier] = []
-    for number, (mark, rank) in enumerate(zip(marks, ranks, strict=True)):
-        together.append(mark)
-        if number + 1 == len(marks) or ranks[number + 1] != rank:
-            walls.append(BarrierGroup(tuple(together), rank))
-            together = []
-    return walls
+    groups = groupby(zip(marks, ranks, strict=True), key=itemgetter(1))
+    return [BarrierGroup(tuple(mark for mark, _ in group), rank) for rank, group in groups]
 
 
 class ComparisonGroups(NamedTuple):
