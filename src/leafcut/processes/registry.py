@@ -130,13 +130,13 @@ PACKAGED = PluginKind(
 
 def process(name: str) -> Process:
     """Return the process with a name. Raises OptionError if the name is unknown, or if the plug-in cannot be used."""
-    return _built_in_process(name) if name in BUILT_IN else PACKAGED.load(name)
+    found: Process = _instance_of(BUILT_IN[name]) if name in BUILT_IN else PACKAGED.load(name)
+    return found
 
 
 @cache
-def _built_in_process(name: str) -> Process:
-    instance: Process = resolve_name(BUILT_IN[name])()
-    return instance
+def _instance_of(name: str) -> Any:
+    return resolve_name(name)()
 
 
 def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
@@ -211,13 +211,8 @@ def works() -> tuple[Work, ...]:
 
 def work(name: str) -> Work:
     """Return the type of work with a name. Other types of work are not loaded."""
-    return _other_work(name) if name in OTHER_WORKS else process(name)
-
-
-@cache
-def _other_work(name: str) -> Work:
-    instance: Work = resolve_name(OTHER_WORKS[name])()
-    return instance
+    found: Work = _instance_of(OTHER_WORKS[name]) if name in OTHER_WORKS else process(name)
+    return found
 
 
 def command_function(name: str) -> Any:
