@@ -25,6 +25,7 @@ from leafcut.processes.program.proof.matching import (
     StateChange,
     cells_around,
     feature_changes,
+    is_near,
     match_one_by_one,
     sorted_into_cells,
 )
@@ -387,10 +388,7 @@ def _further_lines(lines: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
 
 
 def _same_point(a: tuple[float, ...] | None, b: tuple[float, ...]) -> bool:
-    """Return whether two points are equal. Two unknown coordinates count as equal."""
-    if a is None:
-        return False
-    return all(abs(p - q) <= _NEAR or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))
+    return a is not None and is_near(a, b, _NEAR)
 
 
 def _feature_text(feature: Feature) -> Message:

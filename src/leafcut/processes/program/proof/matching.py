@@ -327,12 +327,12 @@ def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[FeatureChange
     """
     if a.exact[2] != b.exact[2]:
         yield FeatureChange("arc", Message("turns of the arc {} became {}", a.exact[2], b.exact[2]))
-    begun = not _is_near(a.place[3:6], b.place[3:6], near)
+    begun = not is_near(a.place[3:6], b.place[3:6], near)
     one, other = (tuple(q - p for p, q in zip(f.place[3:6], f.place[6:], strict=True)) for f in (a, b))
-    if not _is_near(a.place[6:], b.place[6:], near) and not (begun and _is_near(one, other, near)):
+    if not is_near(a.place[6:], b.place[6:], near) and not (begun and is_near(one, other, near)):
         places = position_text(*a.place[6:]), position_text(*b.place[6:])
         yield FeatureChange("arc", Message("centre of the arc {} became {}", *places))
-    if not _is_near(a.place[3:5], b.place[3:5], near):
+    if not is_near(a.place[3:5], b.place[3:5], near):
         places = position_text(*a.place[3:6]), position_text(*b.place[3:6])
         yield FeatureChange("start", Message("start {} became {}", *places))
     elif begun:
@@ -344,5 +344,6 @@ def _value_text(value: float) -> str:
     return Message("unknown") if math.isnan(value) else f"{value:.6g}"
 
 
-def _is_near(a: tuple[float, ...], b: tuple[float, ...], room: float) -> bool:
+def is_near(a: tuple[float, ...], b: tuple[float, ...], room: float) -> bool:
+    """Return whether all coordinates of two points agree within `room`. Two unknown coordinates count as equal."""
     return all(abs(p - q) <= room or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))
