@@ -323,17 +323,13 @@ def _search_between(
 
     low, high = int(fixed[0]), len(known_path) - int(fixed[1])
     if high - low < 2:
-        return _known_solution(problem, known_path, options)
+        return Solution(known_path, 0.0, problem.metric.unit, "exact", options.seed)
     inner, node_of = _without_end_clusters(problem, known_path[:low], known_path[high:])
     solution = search(number, inner, replace(options, bound=False) if low or high < len(known_path) else options)
     nodes = np.concatenate([known_path[:low], node_of[solution.nodes], known_path[high:]]).astype(np.int32)
     if path_cost(problem, known_path) < path_cost(problem, nodes):
         nodes = known_path
     return replace(solution, nodes=nodes)
-
-
-def _known_solution(problem: RoutingProblem, nodes: Ints, options: SolveOptions) -> Solution:
-    return Solution(nodes, 0.0, problem.metric.unit, "exact", options.seed)
 
 
 def _without_end_clusters(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:

@@ -193,7 +193,7 @@ class _PaceSteps:
     def simulate_loads(self, program: Program, what: Message, stock: StockBefore | None = None) -> Loads:
         check_cancelled = self.job.start_step(what)
         return compute_loads(
-            program.path, self.cutters, stock or self.stock, self.rules.clearance, _thread_count(), check_cancelled
+            program.path, self.cutters, stock or self.stock, self.rules.clearance, os.cpu_count() or 1, check_cancelled
         )
 
     @cached_property
@@ -663,10 +663,6 @@ def _first_skippable_line(program: Program) -> int:
 
 def _point_xy(point: Floats) -> tuple[float, float]:
     return float(point[0]), float(point[1])
-
-
-def _thread_count() -> int:
-    return os.cpu_count() or 1
 
 
 def _exceeded_limit_issues(change: PaceChange) -> Iterator[Issue]:

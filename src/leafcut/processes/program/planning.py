@@ -29,7 +29,6 @@ from leafcut.processes.job import Job, dialect_of, library_of
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.model import StockProof
 from leafcut.processes.program.options import ResequenceOptions, pace_flags
-from leafcut.processes.program.plan.program_rows import detect_process
 from leafcut.processes.program.reading import ProgramRead, controller_motion, read_foreign
 from leafcut.processes.program.tools import known_tools, tool_diameter_warnings
 from leafcut.timing.travel import travel_metric
@@ -220,8 +219,7 @@ def _divide_into_sections(job: Job, original: Program, process: str) -> Sequence
         )
     except _TooManySteps:
         said = Message("the program keeps its order, because it is too large to plan; divide it into several programs")
-        found = detect_process(original) if process == "auto" else process
-        return replace(unchanged_sequence(original, found, "too-large"), issues=(Issue("L507", said),))
+        return replace(unchanged_sequence(original, process, "too-large"), issues=(Issue("L507", said),))
 
 
 def _tool_diameter(job: Job) -> float:

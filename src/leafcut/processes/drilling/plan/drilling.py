@@ -245,7 +245,7 @@ def plan_drilling(
             *height_issues,
             *wide_issues,
             *chooser.issues(),
-            *_tap_lead_issues(operations, rule),
+            *(note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None),
             *_break_through_issues(part, operations, rule, tops, deeper, underside),
             *_stroke_issues(part, operations, tops, deeper, underside),
         ),
@@ -490,10 +490,6 @@ def _hole_tops(part: Part, drawn: bool) -> tuple[NDArray[np.float64], list[Issue
             heights,
         )
     return np.zeros(len(part.holes)), heights.notes("holes")
-
-
-def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) -> list[Issue]:
-    return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
 
 
 def _break_through_issues(

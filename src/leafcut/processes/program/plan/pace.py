@@ -16,7 +16,6 @@ from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats
 from leafcut.material.chip_feeds import sliding_minimum_along_path
 from leafcut.material.loads import Loads, tool_limits
-from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Cutter
 from leafcut.model.feed_limits import FEED_INCREASE
 from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
@@ -81,7 +80,11 @@ def plan_pace(
     vertical = loads.is_vertical
     clear = loads.removed.over <= -rules.clearance
     candidates = ~pieces.rapid & ((clear | vertical) & rules.air | (speed != loads.feed))
-    upwards = vertical & (pieces.ends[:, 5] > pieces.ends[:, 2]) & _may_retract_at_any_speed(pieces, tools)
+    upwards = (
+        vertical
+        & (pieces.ends[:, 5] > pieces.ends[:, 2])
+        & ~np.isin(pieces.tool, [number for number, tool in tools.items() if tool.kind in _FED_OUT])
+    )
     fast = np.zeros(len(path), dtype=np.bool_)
     fast[loads.source[clear | vertical]] = True
     corners = RapidCorners(path, machine, rules.clearance, top, fast)
@@ -364,12 +367,6 @@ def _clear_intervals(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(np.int8)))
     return [(first / len(clear), last / len(clear)) for first, last in edges.reshape(-1, 2).tolist()]
-
-
-def _may_retract_at_any_speed(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[np.bool_]:
-    """Return a mask of the moves whose tool may retract at any speed, as in a drilling cycle."""
-    slow = [number for number, tool in tools.items() if tool.kind in _FED_OUT]
-    return ~np.isin(pieces.tool, slow)
 
 
 def _set_speed_in_intervals(

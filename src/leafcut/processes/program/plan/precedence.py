@@ -119,7 +119,7 @@ def with_precedence(
     ties = {cause: ties_from_pairs(pairs, n) for cause, pairs in causes.items() if len(pairs)}
     stages = ties_at_edges(detaching_stages(marked), n)
     if stages is not None:
-        ties[FREES] = combine_ties(ties.get(FREES), stages)
+        ties[FREES] = combine_ties(ties.get(FREES, no_ties(n)), stages)
     return Precedence(marked, _transitive_reduction(np.concatenate(list(causes.values())), n, check_cancelled), ties)
 
 
@@ -251,10 +251,8 @@ def no_ties(n: int) -> NDArray[np.int32]:
     return np.tile(np.array([n, -1], dtype=np.int32), (n, 1))
 
 
-def combine_ties(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
+def combine_ties(one: NDArray[np.int32], other: NDArray[np.int32]) -> NDArray[np.int32]:
     """Combine the ties from two causes. Each task keeps its nearer tie."""
-    if one is None:
-        return other
     return np.stack([np.minimum(one[:, 0], other[:, 0]), np.maximum(one[:, 1], other[:, 1])], axis=1)
 
 

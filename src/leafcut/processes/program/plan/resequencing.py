@@ -440,7 +440,9 @@ class _Merger:
         later, change = self.items[at], self.items[at - 1]
         if not isinstance(later, Section) or not isinstance(change, FixedBlocks) or at < 2:
             return False
-        if not self._is_movable_tool_change(change) or not self._may_follow(at):
+        if Kind.TOOL not in self._motion_kinds(change) or not self._work_may_move_past(change):
+            return False
+        if not self._may_follow(at):
             return False
         for place in range(at - 2, -1, -1):
             item = self.items[place]
@@ -487,9 +489,6 @@ class _Merger:
                 return False
         one, other = self.program.modal(kept.begin), self.program.modal(kept.end)
         return all(getattr(one, f) == getattr(other, f) for f in _SAME if f not in _STATED_BY)
-
-    def _is_movable_tool_change(self, kept: FixedBlocks) -> bool:
-        return Kind.TOOL in self._motion_kinds(kept) and self._work_may_move_past(kept)
 
     def _have_same_state(self, one: Section, other: Section) -> bool:
         before, after = (self.program.modal(s.pieces[0].begin) for s in (one, other))
