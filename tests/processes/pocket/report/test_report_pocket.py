@@ -24,6 +24,7 @@ from leafcut.model.pocket import (
 )
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.report.pocket_report import (
     build_pocket_scene,
@@ -207,3 +208,16 @@ def test_the_summary_fits_a_terminal(pocketed: Outcome) -> None:
     assert all(len(row) <= 80 for row in said.splitlines())
     assert "not possible: no <limit> is given" in said
     assert re.search(r"contour +175\.0 mm +– +– +0\.00 %", said)
+
+
+@pytest.mark.parametrize(("feed", "shows"), [(800, ""), (16_500, "in cleared areas at up to 16,500 mm/min")])
+def test_the_summary_states_the_feed_in_cleared_areas_however_short_they_are(
+    pocketed: Outcome, feed: float, shows: str
+) -> None:
+    """1 mm of 175 mm cuts air: less than a share that is worth a line, unless it is faster than the mill."""
+    written = ToolpathBuilder()
+    written.feed(0.0, 0.0, -1.0, feed=feed / 60)
+    plan = replace(PLAN, results=(PLAN.results[0], PocketResult("contour", RING, replace(BETTER, air_mm=1.0))))
+    report = report_of(replace(pocketed, path_after=written.build(), detail=PocketDetail((plan,))))
+    air = [fact.sentence for fact in report.facts if fact.name == "Air"]
+    assert (shows in air[0]) if shows else not air

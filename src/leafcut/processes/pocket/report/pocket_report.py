@@ -210,12 +210,18 @@ class PocketReport(PathReport[PocketDetail]):
             fact("gouge_mm2", "mm²", Message("by simulation of the program"), Message("Gouge"), of_search=True),
             fact("max_engagement_deg", "°", mean, Message("Engagement"), of_search=True),
         ]
-        if m.feed_mm > 0.0 and m.air_mm >= _AIR * m.feed_mm:
-            path, tool = outcome.path_after, outcome.operations[0].tool
-            fast = float(path.value[np.isin(path.kind, _FEEDS)].max(initial=tool.feed))
+        path, tool = outcome.path_after, outcome.operations[0].tool
+        fast = float(path.value[np.isin(path.kind, _FEEDS)].max(initial=tool.feed))
+        is_faster = fast > tool.feed * (1.0 + 1e-6)
+        if m.air_mm > 0.0 and (is_faster or m.air_mm >= _AIR * m.feed_mm):
             air = Message("{} of the path cuts air", percent_words(100.0 * m.air_mm / m.feed_mm))
-            if fast > tool.feed * (1.0 + 1e-6):
-                air = Message("{}, at up to {} mm/min", air, panel_number(to_mm_per_min(fast)))
+            if is_faster:
+                # The judge simulates every faster move (`processes.pocket.proving`).
+                air = Message(
+                    "{}: moves in cleared areas at up to {} mm/min, simulated clear of material",
+                    air,
+                    panel_number(to_mm_per_min(fast)),
+                )
             facts.append(fact("air_mm", "mm", air, Message("Air")))
         return facts
 
