@@ -11,6 +11,7 @@ import re
 from collections.abc import Sequence
 
 from leafcut.errors import OptionError
+from leafcut.message import Message
 
 MM_PER_INCH = 25.4
 SECONDS_PER_MINUTE = 60.0
@@ -34,6 +35,9 @@ MM_PER_UNIT = {
     "thou": MM_PER_INCH / 1000.0,
     "ft": 12 * MM_PER_INCH,
 }
+
+#: Names of the units of drawings that are larger than 1 mm.
+LARGE_UNITS = {"in": Message("inches"), "ft": Message("feet"), "cm": Message("centimetres"), "m": Message("metres")}
 
 #: Maps each internal unit to the units of the same kind, with their conversion factors.
 FACTORS: dict[str, dict[str, float]] = {

@@ -201,3 +201,11 @@ def test_low_ways_that_take_longer_save_nothing(outcome_of, saved, stated, answe
     outcome = outcome_of(detail=DrillingDetail(saved))
     assert ("low moves" in shown(outcome)) is stated and "−0" not in shown(outcome)
     assert program_as_json(report_of(outcome))["low_ways_saved_s"] == answer
+
+
+@pytest.mark.parametrize(("unit", "shows"), [("in", "254 × 304.8 mm, read in inches"), ("mm", "")])
+def test_the_unit_of_a_drawing_is_stated_with_its_size_unless_it_is_mm(outcome_of, unit: str, shows: str) -> None:
+    """A plate of 10 × 12 in."""
+    outcome = outcome_of([(0.0, 0.0), (254.0, 304.8)])
+    text = " ".join(shown(replace(outcome, part=replace(outcome.part, units=unit))).split())
+    assert (shows in text) if shows else ("drawing 254" not in text)

@@ -21,6 +21,7 @@ from leafcut.model.tool import ToolLibrary
 from leafcut.options import Settings, flag_name
 from leafcut.order.stop import Deadline
 from leafcut.processes.placing import negative_axes
+from leafcut.units import LARGE_UNITS
 
 
 @dataclass(frozen=True)
@@ -141,10 +142,6 @@ def refuse_differences(problems: Sequence[Difference]) -> None:
         raise VerifyError("the program was not written: {}{}", problems[0], more)
 
 
-#: Units larger than 1 mm. If a drawing in millimetres states such a unit by mistake, the drawing becomes too large.
-_LARGE_UNITS = {"in": Message("inches"), "ft": Message("feet"), "cm": Message("centimetres"), "m": Message("metres")}
-
-
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
     """Raise VerifyError if a part exceeds the travel of the machine.
 
@@ -153,7 +150,8 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
     try:
         refuse_differences(problems)
     except VerifyError as problem:
-        stated = _LARGE_UNITS.get(part.units)
+        # A drawing in millimetres that states such a unit by mistake becomes too large.
+        stated = LARGE_UNITS.get(part.units)
         if stated and not settings.read.units:
             problem.add_note(
                 Message(

@@ -11,7 +11,7 @@ from leafcut.model.fact import Fact
 from leafcut.model.kinds import BEAMS
 from leafcut.model.outcome import Outcome, Which
 from leafcut.model.shown_stock import ShownStock
-from leafcut.report.set_up import range_facts, time_facts
+from leafcut.report.set_up import drawing_facts, range_facts, time_facts
 from leafcut.report.wording import (
     NO_VALUE,
     OURS,
@@ -101,6 +101,7 @@ class PathReport(Generic[D]):
             *(self._counts or self.count_facts()),
             *self.process_facts(),
             *self._quote_facts(),
+            *drawing_facts(outcome.part),
             *range_facts(outcome),
             *([Fact(sentence=bound, name="gap", of_search=True)] if bound else []),
             *([Fact(sentence=search_summary(outcome), name="method", of_search=True)] if outcome.operations else []),

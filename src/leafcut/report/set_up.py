@@ -9,9 +9,10 @@ import numpy as np
 from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.part import Part
 from leafcut.model.toolpath import MOTIONS, Toolpath
 from leafcut.report.wording import panel_number, replace_unprintable, time_words, to_mm_per_min
-from leafcut.units import MM_PER_INCH
+from leafcut.units import LARGE_UNITS, MM_PER_INCH
 
 #: Maximum number of tools in the summary. The header of the program lists all tools.
 MAX_TOOLS = 8
@@ -41,6 +42,17 @@ def range_facts(outcome: Outcome) -> list[Fact]:
     facts = [Fact(sentence=f"{', '.join(axes)} {unit}", name=Message("Range"))] if axes else []
     offset = outcome.work_offset
     return [*facts, *([Fact(sentence=offset, name=Message("Work offset"))] if offset else [])]
+
+
+def drawing_facts(part: Part) -> list[Fact]:
+    """Return the size of a drawing whose unit is not mm, and this unit, so that a wrong unit is noticed."""
+    unit = LARGE_UNITS.get(part.units, part.units)
+    corners = np.array([part.extents, *(contour.path.extents for contour in part.edge)])
+    size = corners[:, 2:].max(axis=0) - corners[:, :2].min(axis=0)
+    if part.units == "mm" or not size.any():
+        return []
+    width, height = map(coordinate_words, size.tolist())
+    return [Fact(sentence=Message("{} × {} mm, read in {}", width, height, unit), name=Message("Drawing"))]
 
 
 def time_facts(outcome: Outcome) -> list[Fact]:

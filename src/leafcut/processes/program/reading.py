@@ -29,7 +29,7 @@ from leafcut.processes.job import Job, machine_of
 from leafcut.proof.doubts import find_probable_mistakes
 from leafcut.read.machine import load_machine
 from leafcut.read.registry import detect_format_name
-from leafcut.units import SECONDS_PER_MINUTE
+from leafcut.units import LARGE_UNITS, SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -370,7 +370,7 @@ def _read_gcode(
         raise OptionError("--units: the program states its own units (G20 or G21); leave it out")
     if program.assumed_units:
         whose = "--units" if settings.read.units else machine.name
-        name = _UNIT_WORDS[units]
+        name = LARGE_UNITS.get(units, units)
         line, size = first_size_in_other_unit(program.lines, units)
         if line:
             message = Message(
@@ -390,9 +390,6 @@ def _read_gcode(
             )
             issues.append(Issue("L102", message, severity=Severity.NOTE))
     return ProgramRead(program, program_dialect, machine, tuple(issues))
-
-
-_UNIT_WORDS = {"mm": "mm", "in": Message("inches")}
 
 
 def _material_feed(text: str, settings: Settings, program_dialect: Dialect) -> tuple[float | None, list[Issue]]:

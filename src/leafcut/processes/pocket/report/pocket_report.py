@@ -31,7 +31,7 @@ from leafcut.report.marks import arrow_head_path_data, end_marks_svg
 from leafcut.report.missing_drawing import missing_work_svg, points_of_missing_work
 from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
-from leafcut.report.set_up import coordinate_words, height_facts, range_facts
+from leafcut.report.set_up import coordinate_words, drawing_facts, height_facts, range_facts
 from leafcut.report.svg import element, scaled_group_element, segments_path_data, svg_number, title_element
 from leafcut.report.wording import (
     NO_VALUE,
@@ -121,6 +121,7 @@ class PocketReport(PathReport[PocketDetail]):
         return [
             *self.count_facts(),
             *self._tool_facts(),
+            *drawing_facts(self.outcome.part),
             *range_facts(self.outcome),
             *self._time_facts(),
             *self._path_facts(),
