@@ -9,6 +9,12 @@ _DIGITS = 16
 #: Header line with a placeholder digest of zeros; `sign_program` replaces the zeros.
 DIGEST_LINE = f"leafcut digest {'0' * _DIGITS}"
 _FIRST_LINE = re.compile(r"\bleafcut \d[\w.+]* ([a-z][\w-]*)", re.IGNORECASE)
+#: The first lines of the header of a program. The source and the part name the input, so they do not name the machine.
+_MACHINE = re.compile(
+    rf"{_FIRST_LINE.pattern}[^\n]*\n[^\n]*\bsource: [^\n]*\n(?:[^\n]*\bpart: [^\n]*\n)?[^\n]*\bmachine: "
+    r"(?P<machine>[^\n]+?)\s*\)?\s*$",
+    re.IGNORECASE | re.MULTILINE,
+)
 _PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
 #: Number of characters at the start of a file that are searched for the digest line.
 _HEADER = 20_000
@@ -38,6 +44,12 @@ def command_in_header(text: str) -> str:
     """Return the command in the header, in lower case, or "" if the header has no command."""
     place = _FIRST_LINE.search(text, 0, _HEADER)
     return place[1].lower() if place else ""
+
+
+def machine_in_header(text: str) -> str:
+    """Return the machine that the header of a program names, or "" if leafcut did not write the header."""
+    place = _MACHINE.search(text, 0, _HEADER)
+    return place["machine"] if place else ""
 
 
 def _digest(text: str) -> str:

@@ -172,9 +172,9 @@ def refuse_missing_work(settings: Settings, source: object, issues: Iterable[Iss
 def assumed_machine_note(settings: Settings, machine: Machine, issues: Iterable[Issue]) -> list[Issue]:
     """Return a note that the default machine is used.
 
-    There is no note if the user or the note L807 already names a machine.
+    There is no note if the user or another note already names a machine.
     """
-    if "machine" in settings.given or any(issue.code == "L807" for issue in issues):
+    if "machine" in settings.given or any(issue.code in ("L417", "L807") for issue in issues):
         return []
     return [
         Issue(

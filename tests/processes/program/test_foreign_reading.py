@@ -293,3 +293,35 @@ def test_a_changed_speed_direction_or_coolant_is_found_in_every_language(
     changed.write_text(text.replace(old, new), encoding="utf-8")
     assert leafcut.verify(original, original, machine=machine).same
     assert not leafcut.verify(original, changed, machine=machine).same
+
+
+def _written_for(machine: str, folder: Path) -> Path:
+    holes = folder / "holes.csv"
+    holes.write_text("x,y,diameter\n10,10,5\n60,40,5\n")
+    program = folder / "holes.nc"
+    leafcut.optimize(holes, process="drill", machine=machine, thickness="5mm", algorithm="nn", output=program)
+    return program
+
+
+@pytest.mark.parametrize("machine", ["haas-vf2", "grbl-3018", "heidenhain-tnc"])
+def test_a_program_of_leafcut_is_read_for_the_machine_in_its_header(tmp_path: Path, machine: str) -> None:
+    program = _written_for(machine, tmp_path)
+    result = leafcut.simulate(program)
+    assert result.machine.name == machine
+    stated = f"the machine is {machine}, as the header of the program states; change it with --machine"
+    assert [str(issue.message) for issue in result.issues if issue.code == "L417"] == [stated]
+    assert leafcut.simulate(program, machine=machine).machine == result.machine
+
+
+def test_a_machine_in_a_header_is_not_used_if_it_is_unknown_replaced_or_not_of_leafcut(tmp_path: Path) -> None:
+    program = _written_for("haas-vf2", tmp_path)
+    text = program.read_text()
+    assert leafcut.simulate(program, machine="linuxcnc-mill").machine.name == "linuxcnc-mill"
+    for other in (text.replace("machine: haas-vf2", "machine: my-mill"), text.replace("(leafcut ", "(other ")):
+        program.write_text(other)
+        assert leafcut.simulate(program).machine.name == "linuxcnc-mill"
+
+
+def test_a_program_whose_header_names_a_control_that_is_not_reordered_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match="does not reorder them"):
+        leafcut.optimize(_written_for("heidenhain-tnc", tmp_path), process="reorder")

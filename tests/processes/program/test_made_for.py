@@ -67,7 +67,7 @@ def test_our_own_program_is_not_accused_and_the_assumed_block_is_told(folder: Pa
     assert "--part" in assumed.message
     part = api.stock(program, part=str(folder / "part.stl"))
     assert not part.rapids
-    assert [issue.code for issue in part.issues] == []
+    assert [issue.code for issue in part.issues] == ["L417"]  # the machine in the header
     assert (part.block.low, part.block.high) == ((0.0, 0.0, -30.0), (80.0, 60.0, 0.0))
     # Four holes, 5 mm deep at full diameter, and the tips of drills of 118 degrees.
     assert part.removed_mm3 == pytest.approx(4 * np.pi * 9 * (5 + 3 / np.tan(np.radians(59)) / 3), rel=0.03)

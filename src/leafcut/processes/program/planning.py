@@ -34,6 +34,7 @@ from leafcut.processes.program.tools import known_tools, tool_diameter_warnings
 from leafcut.timing.travel import travel_metric
 
 if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
     from leafcut.model.obstacles import Obstacles
     from leafcut.processes.program.proof.stock_judge import StockJudge
@@ -106,11 +107,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         The program is dangerous, and ``--strict`` is set.
     """
     post_dialect = dialect_of(job)
-    if post_dialect.one_command or post_dialect.language != "g-code":
-        reason = Message("has one command per line") if post_dialect.language == "g-code" else Message("is not G-code")
-        raise OptionError(
-            "{} {}: leafcut writes and verifies such programs, but does not reorder them", post_dialect.name, reason
-        )
+    _refuse_fixed_dialect(post_dialect)
     text, encoding = decode_text(data)
     read = read_foreign(
         text,
@@ -122,6 +119,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         process=process,
         router=not pace_flags(job.settings),
     )
+    _refuse_fixed_dialect(read.dialect)  # the header may name another machine
     original, job = read.program, replace(job, machine=read.machine)
     others = _check_library(job, original, source, read.process)
     judging = create_stock_judge(job, original, source, read.process)
@@ -285,6 +283,15 @@ def _tool_start(
     known = np.isfinite(path.end[before, :2]).any(axis=1) & np.isin(path.kind[before], _PLACES)
     moved = known.any() or ((path.kind[before] == Kind.FOREIGN) & (path.ref[before] != STILL)).any()
     return stands, None if moved else stands
+
+
+def _refuse_fixed_dialect(dialect: Dialect) -> None:
+    """Raise OptionError if programs in a dialect cannot be reordered."""
+    if dialect.one_command or dialect.language != "g-code":
+        reason = Message("has one command per line") if dialect.language == "g-code" else Message("is not G-code")
+        raise OptionError(
+            "{} {}: leafcut writes and verifies such programs, but does not reorder them", dialect.name, reason
+        )
 
 
 def _merge_offer_issues(job: Job, sequence: Sequence) -> list[Issue]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError, ReadError
+from leafcut.files.digests import machine_in_header
 from leafcut.files.whole_files import read_program
 from leafcut.gcode.dialects import Dialect, load_dialect
 from leafcut.gcode.languages import describe_unsupported_language
@@ -27,7 +28,7 @@ from leafcut.options import FeedOptions, MachineOptions, Settings, flag_name
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.job import Job, machine_of
 from leafcut.proof.doubts import find_probable_mistakes
-from leafcut.read.machine import load_machine
+from leafcut.read.machine import load_machine, machine_names
 from leafcut.read.registry import detect_format_name
 from leafcut.units import LARGE_UNITS, SECONDS_PER_MINUTE
 
@@ -198,8 +199,9 @@ def read_foreign(
 ) -> ProgramRead:
     """Read a program from another CAM system for a machine.
 
-    If the user did not name a machine, `choose` picks a laser for a laser program and a plasma table for a QtPlasmaC
-    program. On a spindle machine, a laser or torch program is timed without spindle starts.
+    If the user did not name a machine, `choose` picks the machine that the header of leafcut names. For other programs,
+    it picks a laser for a laser program and a plasma table for a QtPlasmaC program. On a spindle machine, a laser or
+    torch program is timed without spindle starts.
 
     With `router`, a router program is timed on a router. Do not set it if speeds or heights will change, because their
     safety depends on how the real controller rounds corners.
@@ -211,11 +213,17 @@ def read_foreign(
     OptionError
         ``--units`` is invalid, or the program states its own units.
     """
+    named = "machine" in settings.given or settings.machine.machine != MachineOptions().machine
+    free = choose and not named and program_dialect.name == machine.controller
+    header = machine_in_header(text) if free else ""
+    if header in machine_names():
+        chosen = _load_machine_and_dialect(settings, header)
+        read = read_foreign(text, source, settings, *chosen, check_cancelled, process=process, choose=False)
+        message = Message("the machine is {}, as the header of the program states; change it with --machine", header)
+        return replace(read, issues=(Issue("L417", message, severity=Severity.NOTE), *read.issues))
     if program_dialect.language != "g-code":
         return _read_leafcut_language(text, source, settings, machine, program_dialect)
     refuse_other_languages(text, source)
-    named = "machine" in settings.given or settings.machine.machine != MachineOptions().machine
-    free = choose and not named and program_dialect.name == machine.controller
     if free and _QTPLASMAC in text:
         return _read_for_plasma(text, source, settings, check_cancelled, process)
     try:
@@ -313,7 +321,7 @@ def _load_machine_and_dialect(settings: Settings, name: str) -> tuple[Machine, D
 def _assumed_machine_note(machine: Machine, what: str) -> Issue:
     what = {"laser": Message("a laser"), "plasma": Message("a plasma table")}[what]
     message = Message(
-        "this program is for {}, but it was read as a program for {}; name your machine with --machine",
+        "this program is for {}, so the machine is assumed to be {}; name your machine with --machine",
         what,
         machine.name,
     )
