@@ -10,7 +10,7 @@ from leafcut.model.quote import PartCost, RunCost, cost_of_time, quote_lines, ro
 
 
 def run_of(time_s: float, cost: float, *parts: PartCost) -> RunCost:
-    return RunCost(time_s, cost, parts, "steel", 6.0)
+    return RunCost(time_s, cost, parts, "steel", 6.0, 10.0)
 
 
 def test_the_example_of_the_page_on_quotes() -> None:

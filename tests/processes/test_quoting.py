@@ -84,6 +84,14 @@ def test_the_page_is_written_with_the_program(sheet: tuple[ProgramResult, Path])
     assert "supplied by the customer" not in html
 
 
+@pytest.mark.parametrize("price", ["stock_price", "price_per_kg"])
+def test_material_without_a_price_is_supplied_by_the_customer(tmp_path: Path, price: str) -> None:
+    page = tmp_path / "quote.html"
+    outcome = api.cut(drawing(tmp_path / "squares.dxf"), quote=page, **{price: 0}, **SHEET)
+    assert outcome.quote.is_material_supplied
+    assert "supplied by the customer" in page.read_text(encoding="utf-8")
+
+
 def test_equal_parts_are_one_line_with_the_name_of_the_drawing(tmp_path: Path) -> None:
     outcome = api.cut(drawing(tmp_path / "squares.dxf"), quote=tmp_path / "q.html", stock_price=9, **SHEET)
     (line,) = outcome.quote.lines

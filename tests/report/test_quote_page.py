@@ -17,7 +17,7 @@ PART = PartCost("ring", 4, 450.0, 20.0, 0.2221, edges=EDGES)
 
 
 def quote_of(*parts: PartCost) -> Quote:
-    run = RunCost(1800.0, 80.0, parts, "mild_steel", 6.0)
+    run = RunCost(1800.0, 80.0, parts, "mild_steel", 6.0, 10.0)
     return Quote(
         seller=("Example Metalwork", "1 Main Street"),
         terms=("Prices do not include taxes.",),

@@ -58,7 +58,7 @@ class PartCost:
 class RunCost:
     """The time, s, and the cost of a run of the program, with its parts, and the material and thickness, mm.
 
-    The cost includes the sheet or plate.
+    The cost includes the price of the sheet or plate, `stock_price`, which is 0 if the customer supplies it.
     """
 
     time_s: float
@@ -66,6 +66,7 @@ class RunCost:
     parts: tuple[PartCost, ...]
     material: str
     thickness: float
+    stock_price: float
 
 
 @dataclass(frozen=True)

@@ -149,7 +149,7 @@ def with_quote(outcome: Outcome[Any], settings: Settings, run: RunCost) -> Outco
         made=today,
         valid_until=today + timedelta(days=options.valid_days or 0),
         material=run.material,
-        is_material_supplied=options.stock_price == 0.0,
+        is_material_supplied=run.stock_price == 0.0,
         thickness=run.thickness,
         runs=options.quantity,
         lines=quote_lines(run, options.quantity, setup_cost, markup),

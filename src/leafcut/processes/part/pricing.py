@@ -49,7 +49,7 @@ def plate_cost(plan: Plan, seconds: float) -> RunCost:
         edges=tuple(edge.path for edge in edges),
         lines=_lines_inside(request, edges),
     )
-    return RunCost(seconds, cost, (part,), material, request.thickness)
+    return RunCost(seconds, cost, (part,), material, request.thickness, stock_price=plan.work.plate_price)
 
 
 def _volume(plan: Plan) -> float:

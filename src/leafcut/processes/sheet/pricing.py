@@ -21,7 +21,10 @@ def sheet_cost(plan: CutPlan, settings: Settings) -> RunCost:
         raise no_part(plan.sheet.name)
     density = density_of(settings, plan.data.material)
     parts = tuple(_part_cost(plan, own, density, alone=len(kinds) == 1) for own in kinds)
-    return RunCost(plan.measures.sheet.total_s, plan.measures.cost, parts, plan.data.material, plan.data.thickness)
+    measures, data = plan.measures, plan.data
+    return RunCost(
+        measures.sheet.total_s, measures.cost, parts, data.material, data.thickness, stock_price=plan.sheet.price
+    )
 
 
 def _part_cost(plan: CutPlan, own: list[PartTimes], density: float, *, alone: bool) -> PartCost:
