@@ -362,6 +362,10 @@ class Process(Work, Protocol):
         """
         raise NotImplementedError
 
+    def is_quoted(self, settings: Settings) -> bool:
+        """Return whether the process has quotes, and the user asked for one."""
+        return bool(self.quoted_with) and settings.of(QuoteOptions).quote is not None
+
     def extra_output_paths(self, settings: Settings) -> list[Path]:
         """Return the paths of all files that the process writes in addition to the program."""
         quote = settings.of(QuoteOptions).quote if self.quoted_with else None

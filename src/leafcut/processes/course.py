@@ -13,7 +13,6 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.job import Job, assumed_machine_note, machine_issues, refuse_missing_work, refuse_too_large
 from leafcut.processes.ordering import check_order, find_order
 from leafcut.processes.plan import OrderRefused, Plan
-from leafcut.processes.quoting import check_quote, is_quoted, with_quote
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process
@@ -25,7 +24,10 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 
     Raises ReadError, OptionError, PlanError, SolveError, PostError or VerifyError.
     """
-    check_quote(job.settings, process)
+    if process.is_quoted(job.settings):
+        from leafcut.processes.quoting import check_quote
+
+        check_quote(job.settings, process)
     with announced_compilations(job.report):
         plan = process.plan(job, sources, asked)
         refuse_missing_work(plan.job.settings, sources[0], plan.issues)
@@ -37,8 +39,10 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
         best = _write_verified_program(process, plan, order, given, nearest)
         best = process.finish(plan, best)
     outcome = _build_outcome(process, plan, given, nearest, best)
-    if not process.quoted_with or not is_quoted(plan.job.settings):
+    if not process.is_quoted(plan.job.settings):
         return outcome
+    from leafcut.processes.quoting import with_quote
+
     return with_quote(outcome, plan.job.settings, process.run_cost(plan, best))
 
 

@@ -20,18 +20,11 @@ _NEEDED = ("seller", "terms", "currency", "valid_days", "shop_rate", "setup_cost
 _M3_PER_MM3 = 1e-9
 
 
-def is_quoted(settings: Settings) -> bool:
-    """Return whether the user asked for a quote."""
-    return settings.of(QuoteOptions).quote is not None
-
-
 def check_quote(settings: Settings, process: Process) -> None:
-    """Raise OptionError if the quote is not an HTML file, or if an option that it needs is missing or empty.
+    """Raise OptionError if the requested quote is not an HTML file, or if an option that it needs is missing or empty.
 
     The name of the quote must not come from a file of options, because every job would then replace the quote.
     """
-    if not process.quoted_with or not is_quoted(settings):
-        return
     if "quote" not in settings.asked:
         raise OptionError(
             "--quote: name the file on the command line, not in a file of options, so that no later job replaces the "
@@ -73,9 +66,10 @@ def stock_price(settings: Settings, stated: float, area: float, material: str, t
     OptionError
         The price or the density of the material is unknown, or the options contradict each other.
     """
-    if not is_quoted(settings):
+    options = settings.of(QuoteOptions)
+    if options.quote is None:
         return stated
-    options, density = settings.of(QuoteOptions), density_of(settings, material)
+    density = density_of(settings, material)
     price, per_kg = options.stock_price, options.price_per_kg
     if price is not None:
         if {"stock_price", "price_per_kg"} <= settings.asked:
