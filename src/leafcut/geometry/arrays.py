@@ -24,3 +24,14 @@ Mask = NDArray[np.bool_]
 def consecutive_segments(points: Points) -> Floats:
     """Return the straight segments between consecutive points, float64[n - 1, 2, …]."""
     return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def occurrence_keys(number: Indices) -> Indices:
+    """Return a unique key for each row, based on its number and on how many earlier rows have the same number."""
+    order = np.argsort(number, kind="stable")
+    ordered = number[order]
+    begins = np.flatnonzero(np.diff(ordered, prepend=-1))
+    nth = np.arange(len(number)) - np.repeat(begins, np.diff(np.append(begins, len(number))))
+    key = np.empty(len(number), dtype=np.int64)
+    key[order] = ordered * (1 << 31) + nth
+    return key

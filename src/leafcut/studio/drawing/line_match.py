@@ -7,6 +7,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import occurrence_keys
 from leafcut.model.toolpath import Kind, Toolpath
 
 #: Tolerance for equal positions, mm.
@@ -56,7 +57,7 @@ def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
     _, number = np.unique(np.concatenate([keys for _, keys in sides]), axis=0, return_inverse=True)
     number = number.reshape(-1)
     first = len(sides[0][0])
-    keys = _counted(number[:first]), _counted(number[first:])
+    keys = occurrence_keys(number[:first]), occurrence_keys(number[first:])
     _, old, new = np.intersect1d(keys[0], keys[1], assume_unique=True, return_indices=True)
     pairs = np.column_stack([sides[0][0][old], sides[1][0][new]]).astype(np.int64)
     return pairs[np.argsort(old)]
@@ -80,16 +81,6 @@ def _work_keys_by_line(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.in
         equal_so_far &= ends[:, 0, axis] == ends[:, 1, axis]
     ends[backward] = ends[backward][:, ::-1]
     return path.line[rows], np.column_stack([sort, path.tool[rows], ends.reshape(-1, 6)]).astype(np.int64)
-
-
-def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a unique key for each row: its number, and how many earlier rows have the same number."""
-    order = np.argsort(number, kind="stable")
-    starts = np.flatnonzero(np.diff(number[order], prepend=-1))
-    nth = np.arange(len(number)) - np.repeat(starts, np.diff(np.append(starts, len(number))))
-    key = np.empty(len(number), dtype=np.int64)
-    key[order] = number[order] * (1 << 31) + nth
-    return key
 
 
 def _match_equal_text(new_of: NDArray[np.int64], old_of: NDArray[np.int64], old: list[int], now: list[int]) -> None:

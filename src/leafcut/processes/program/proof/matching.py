@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.arrays import Indices
+from leafcut.geometry.arrays import Indices, occurrence_keys
 from leafcut.message import Message
 from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, Features, feature_kind_name
 from leafcut.proof.difference import position_text
@@ -106,7 +106,7 @@ def _match_equal_numbers(one: Indices, other: Indices) -> tuple[Indices, Indices
     rest = min(n, m) - head
     differs = np.flatnonzero(one[n - rest :][::-1] != other[m - rest :][::-1])
     tail = int(differs[0]) if len(differs) else rest
-    keys = [_occurrence_keys(side[head : len(side) - tail]) for side in (one, other)]
+    keys = [occurrence_keys(side[head : len(side) - tail]) for side in (one, other)]
     _, old, new = np.intersect1d(keys[0], keys[1], assume_unique=True, return_indices=True)
     ends = np.arange(head), np.arange(tail)
     return (
@@ -132,17 +132,6 @@ def _feature_hashes(features: Features) -> NDArray[np.uint64]:
         mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
         mixed ^= mixed >> np.uint64(29)
     return mixed
-
-
-def _occurrence_keys(number: Indices) -> Indices:
-    """Return a unique key for each row, based on its number and on how many earlier rows have the same number."""
-    order = np.argsort(number, kind="stable")
-    ordered = number[order]
-    begins = np.flatnonzero(np.diff(ordered, prepend=-1))
-    nth = np.arange(len(number)) - np.repeat(begins, np.diff(np.append(begins, len(number))))
-    key = np.empty(len(number), dtype=np.int64)
-    key[order] = ordered * (1 << 31) + nth
-    return key
 
 
 def _to_feature_list(features: Features, which: Indices) -> list[Feature]:
