@@ -27,11 +27,11 @@ from leafcut.files.schemas import SCHEMAS, Schema, check_schema
 from leafcut.gcode.dialects import dialect_template, load_dialect
 from leafcut.lab.loading import load_experiment
 from leafcut.lab.store import Store
-from leafcut.processes.part.operations import read_operations
 from leafcut.processes.settings import read_options_file
 from leafcut.read.controllers.importing import change_profile_values, machine_from_settings
 from leafcut.read.controllers.questions import load_answers, machine_from_answers
 from leafcut.read.machine import load_machine, machine_template
+from leafcut.read.operations import read_operations
 from leafcut.read.order_file import load_order, order_file_text
 from leafcut.read.plan_file import load_plan
 from leafcut.read.tool_text import convert_library_to_toml

@@ -14,13 +14,14 @@ from leafcut.model.tool import Tool
 from leafcut.options import Settings
 from leafcut.processes.part.clearing import drawn_areas, pocket_mills, refuse_overlap
 from leafcut.processes.part.model import Carving, PocketArea
-from leafcut.processes.part.operations import LayeredPart, LayerRule, Operation
+from leafcut.processes.part.operations import LayeredPart
 from leafcut.processes.part.plan.carving import carving_axis, floor_areas, floor_passes
 from leafcut.processes.part.plan.chamfers import v_bit
 from leafcut.processes.part.plan.outlines import missing_paths
 from leafcut.processes.part.plan.pockets import PocketTask
 from leafcut.processes.part.plan.rest import cleared_floor
 from leafcut.processes.part.plan.task import Mill
+from leafcut.read.operations import LayerRule, Operation
 
 #: Minimum thickness of the plate below a carved shape, mm.
 _SKIN = 0.1

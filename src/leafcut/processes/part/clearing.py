@@ -19,7 +19,7 @@ from leafcut.model.pocket import EITHER, POCKET, USUAL, Pocket, PocketRules
 from leafcut.options import MillingOptions, Settings
 from leafcut.processes.job import Job, plane_point
 from leafcut.processes.part.model import Edge, Engraving, PartRequest, PocketArea, PocketMill, TabRules, material_of
-from leafcut.processes.part.operations import LayeredPart, LayerRule, Operation, open_shape
+from leafcut.processes.part.operations import LayeredPart, open_shape
 from leafcut.processes.part.plan.finishing import check_allowance, no_room, tight_place
 from leafcut.processes.part.plan.outlines import OutlineCut, missing_paths
 from leafcut.processes.part.plan.pockets import PocketTask
@@ -27,6 +27,7 @@ from leafcut.processes.part.plan.rest import cleared_floor, rest_pockets, with_e
 from leafcut.processes.part.plan.task import Mill
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.region import centre_regions
+from leafcut.read.operations import LayerRule, Operation
 
 #: Share of the time limit for planning the paths in pockets. The rest of the time is for ordering the tasks.
 _CLEARING = 0.5

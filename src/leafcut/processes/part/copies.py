@@ -15,9 +15,10 @@ from leafcut.model.part import Part
 from leafcut.options import Settings
 from leafcut.processes.layers import contour_kinds
 from leafcut.processes.part.model import CopyGrid
-from leafcut.processes.part.operations import Operation, read_operations, rules_by_layer
+from leafcut.processes.part.operations import rules_by_layer
 from leafcut.processes.part.options import PartOptions
 from leafcut.processes.placing import shift_part
+from leafcut.read.operations import Operation, read_operations
 
 #: Maximum total number of shapes in all copies.
 _MOST_SHAPES = 20_000

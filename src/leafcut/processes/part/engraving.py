@@ -6,7 +6,8 @@ from leafcut.message import Message
 from leafcut.model.issue import Issue
 from leafcut.options import Settings
 from leafcut.processes.part.model import Engraving
-from leafcut.processes.part.operations import LayeredPart, Operation
+from leafcut.processes.part.operations import LayeredPart
+from leafcut.read.operations import Operation
 
 
 def engravings_of(divided: LayeredPart, settings: Settings, tool: int) -> tuple[list[Engraving], list[Issue]]:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
-from leafcut.errors import OptionError, PlanError
+from leafcut.errors import PlanError
 from leafcut.model.issue import Issue
-from leafcut.model.tool import CONES, MILLS, Tool, ToolKind, ToolLibrary
+from leafcut.model.tool import CONES, ToolLibrary
 from leafcut.options import MillingOptions
 from leafcut.processes.job import Job
 from leafcut.processes.milling.mill import milling_data
-from leafcut.processes.part.operations import CARVED, LayeredPart, LayerRule, Operation
+from leafcut.processes.part.operations import LayeredPart
 from leafcut.processes.part.plan.task import Mill
+from leafcut.read.operations import LayerRule, check_tool, library_tool, rules_with_tools
 
 
 def other_mills(
@@ -37,19 +38,9 @@ def other_mills(
     asked = replace(job.settings.job, feed=None, spindle_speed=None)
     mills: dict[int, Mill] = {}
     issues: list[Issue] = []
-    for rule in _rules_of_mills(divided):
-        tool = main.data.tool if rule.tool in (None, main.data.tool.number) else _library_tool(rule, library)
-        if rule.operation in CARVED:
-            if tool.kind not in CONES:
-                raise PlanError("{}: {} is not a V-bit or chamfer mill", rule.place, tool.label)
-        elif rule.depth > tool.reach + 1e-9:
-            raise PlanError(
-                "{}: {} cuts {:g} mm deep at most, but {:g} mm are needed",
-                rule.place,
-                tool.label,
-                tool.reach,
-                rule.depth,
-            )
+    for rule in (own for face, _ in divided.faces for own in rules_with_tools(face)):
+        tool = main.data.tool if rule.tool in (None, main.data.tool.number) else library_tool(rule, library)
+        check_tool(rule, tool)
         if tool.number == main.data.tool.number or tool.number in mills:
             continue
         data, more = milling_data(milling, asked, tool.diameter, job.machine, tool)
@@ -68,16 +59,6 @@ def other_mills(
         return bool(flat_rules) and tool.kind in CONES, -tool.diameter if rest_rules else 0.0
 
     return sorted(mills.values(), key=position), issues
-
-
-def _rules_of_mills(divided: LayeredPart) -> Iterator[LayerRule]:
-    """Yield a rule for each tool that a layer names: its own tool, and the end mill of the rest or of the floor."""
-    for rule, _ in divided.faces:
-        yield rule
-        if rule.rest is not None:
-            yield replace(rule, tool=rule.rest)
-        if rule.flat is not None:
-            yield replace(rule, tool=rule.flat, operation=Operation.POCKET)
 
 
 def _check_flat(rule: LayerRule, mills: Mapping[int, Mill], main: Mill) -> None:
@@ -110,16 +91,3 @@ def _check_rest(rule: LayerRule, mills: Mapping[int, Mill], main: Mill) -> None:
         raise PlanError(
             "{}: {} is not smaller than {}; name a smaller mill after 'rest'", rule.place, rest.label, first.label
         )
-
-
-def _library_tool(rule: LayerRule, library: ToolLibrary | None) -> Tool:
-    if library is None:
-        raise OptionError("{}: T{} needs a tool library; give --tools", rule.place, rule.tool)
-    tool = library.by_number.get(rule.tool or 0)
-    if tool is None:
-        raise OptionError("{}: {} has no T{}", rule.place, library.source, rule.tool)
-    if rule.operation is Operation.POCKET and tool.kind is not ToolKind.END_MILL:
-        raise PlanError("{}: {} is a {}, not an end mill", rule.place, tool.label, tool.kind.value)
-    if tool.kind not in MILLS:
-        raise PlanError("{}: {} is a {}, not a milling tool", rule.place, tool.label, tool.kind.value)
-    return tool

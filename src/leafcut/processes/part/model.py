@@ -13,6 +13,7 @@ import shapely
 
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
+from leafcut.model.tool import Tool
 
 #: Maximum chord error when arcs of the drawing become lines, mm.
 CHORD = 0.002
@@ -313,15 +314,19 @@ class PartRequest:
 class LayerWork:
     """The work on a layer.
 
-    It consists of the number of shapes, the operation, its depth in mm (0 for none), and the label of the tool ("" for
-    none).
+    It consists of the number of shapes, the operation, its depth in mm (0 for none), and its tools in their order.
     """
 
     layer: str
     shapes: int
     operation: str
     depth: float
-    tool: str
+    tools: tuple[Tool, ...]
+
+    @property
+    def tool(self) -> str:
+        """The labels of the tools ("" for none)."""
+        return " + ".join(tool.label for tool in self.tools)
 
 
 @dataclass(frozen=True)

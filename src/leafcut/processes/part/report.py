@@ -83,6 +83,7 @@ class PartReport(PathReport[PartDetail]):
                 "operation": one.operation,
                 "depth_mm": one.depth,
                 "tool": one.tool,
+                "tools": [tool.number for tool in one.tools],
             }
             for one in layers
         ]

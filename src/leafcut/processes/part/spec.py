@@ -49,12 +49,10 @@ from leafcut.processes.part.mills import other_mills
 from leafcut.processes.part.model import Carving, CopyGrid, Edge, LayerWork, PartHole, PartRequest, TabRules
 from leafcut.processes.part.operations import (
     LayeredPart,
-    Operation,
     divide_by_layer,
     edge_options,
     not_a_bore,
     open_shape,
-    read_operations,
 )
 from leafcut.processes.part.options import PartOptions
 from leafcut.processes.part.plan.carving import carving_tasks
@@ -69,6 +67,7 @@ from leafcut.processes.plan import Plan
 from leafcut.processes.quoting import stock_price
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.read.format import Source
+from leafcut.read.operations import Operation, read_operations
 from leafcut.timing.toolpath import measure_toolpath
 from leafcut.timing.travel import travel_metric
 
@@ -280,17 +279,17 @@ def _with_tabs(edges: Sequence[Edge], cuts: Sequence[OutlineCut]) -> tuple[Edge,
 def _summarize_layers(
     part: Part, divided: LayeredPart, request: PartRequest, drilled: Sequence[PlannedHole], tools: Mapping[int, Tool]
 ) -> tuple[LayerWork, ...]:
-    deep, mill = -request.bottom, tools[request.tool].label
-    works = [
+    deep, mill = -request.bottom, (tools[request.tool],)
+    works: list[tuple[str, str, float, tuple[Tool, ...]]] = [
         (edge.layer, str(Operation.BORE if edge.is_bore else Operation.PROFILE), deep, mill) for edge in request.edges
     ]
-    works += [(hole.layer, "drill", deep, hole.drill.label) for hole in drilled]
-    works += [(one.layer, str(Operation.ENGRAVE), one.depth, tools[one.tool].label) for one in request.engravings]
-    works += [(one.layer, str(Operation.CHAMFER), one.depth, tools[one.bit.tool].label) for one in request.chamfers]
+    works += [(hole.layer, "drill", deep, (hole.drill,)) for hole in drilled]
+    works += [(one.layer, str(Operation.ENGRAVE), one.depth, (tools[one.tool],)) for one in request.engravings]
+    works += [(one.layer, str(Operation.CHAMFER), one.depth, (tools[one.bit.tool],)) for one in request.chamfers]
     # The deepest shape stands for its layer.
     deepest = {one.area.layer: one.area.depth for one in sorted(request.carvings, key=lambda one: one.area.depth)}
     works += [
-        (layer, str(Operation.VCARVE), round(deepest[layer], 2), " + ".join(tools[number].label for number in numbers))
+        (layer, str(Operation.VCARVE), round(deepest[layer], 2), tuple(tools[number] for number in numbers))
         for one in request.carvings
         for layer, numbers in [(one.area.layer, [*([one.flat.tool] if one.flat else []), one.bit.tool])]
     ]
@@ -299,7 +298,7 @@ def _summarize_layers(
             area.layer,
             str(Operation.POCKET),
             area.depth,
-            " + ".join(tools[own.tool].label for own in request.mills_of(area)),
+            tuple(tools[own.tool] for own in request.mills_of(area)),
         )
         for area in request.pockets
     ]
@@ -309,10 +308,10 @@ def _summarize_layers(
         for number, contour in enumerate(part.contours)
         if divided.operation(contour.layer) is Operation.IGNORE
     )
-    works += [(layer, str(Operation.IGNORE), 0.0, "") for layer, _ in ignored]
+    works += [(layer, str(Operation.IGNORE), 0.0, ()) for layer, _ in ignored]
     position = {layer: k for k, layer in enumerate(dict.fromkeys(contour.layer for contour in part.contours))}
     rows = sorted(Counter(works).items(), key=lambda row: position.get(row[0][0], -1))
-    return tuple(LayerWork(layer, number, word, depth, tool) for (layer, word, depth, tool), number in rows)
+    return tuple(LayerWork(layer, number, word, depth, used) for (layer, word, depth, used), number in rows)
 
 
 def _heights(job: Job, tabs: TabRules, thickness: float, bottom: float) -> PartHeights:
