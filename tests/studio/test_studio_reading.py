@@ -117,7 +117,7 @@ def test_what_is_read_again_and_cancelled_keeps_the_choice_and_says_why_nothing_
             kinds = page.view.works()
             with monkeypatch.context() as patched:
                 patched.setattr(page_state, "preview_without_part", works.read_for_ever)
-                again = within(client, lambda: page.input._set_option("rotate", "90", ""))
+                again = within(client, lambda: page.input.set_option("rotate", "90", ""))
                 await come(lambda: page.input.newest is not None and page.input.newest.what)
                 page.input.cancel_reading()
                 await again

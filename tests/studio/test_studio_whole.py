@@ -226,7 +226,7 @@ def test_zero_that_is_dragged_is_an_option(studio: Studio) -> None:
     panel = InputPanel.__new__(InputPanel)
     panel.view = view
     put: list[tuple[str, str]] = []
-    panel._set_option = lambda name, value, _: put.append((name, value))  # type: ignore[method-assign,assignment,return-value]
+    panel.set_option = lambda name, value, _: put.append((name, value))  # type: ignore[method-assign,assignment,return-value]
     panel.move_zero(10.0, -19.05)
     assert put == [("origin", "29.05,0")]
     view.work = "solve"

@@ -87,7 +87,7 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
     layers
         Layers that are visible at first, by their names in ``static/toolbar.js``.
     on_select
-        Called when the user selects an object: ``row``, ``hole`` (from 0), ``line``, ``stop`` (from 1).
+        Called when the user selects an object: ``row``, ``hole`` (from 0), ``line``, ``stop`` (from 1), ``layer``.
     on_drag
         Called when the user drags an object: ``what`` (order or pierce), ``number`` (from 1), ``from`` and ``to`` in
         mm, ``onto`` (number of a stop, or None).
@@ -170,6 +170,10 @@ class Canvas(DataServer, component="../static/canvas_element.js"):
     def select_difference(self, index: int) -> None:
         """Select a difference between two programs by its index, and pan to its position."""
         self.run_method("selectDifference", index)
+
+    def select_layer(self, layer: str | None) -> None:
+        """Emphasize the shapes of a layer of the drawing, without sending an event."""
+        self.run_method("selectLayer", layer)
 
     def show_line(self, line: int) -> None:
         """Select the moves of a program line, and pan to their position."""

@@ -9,6 +9,7 @@ from typing import Any
 from leafcut import api
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.message import Message
+from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.part import Part
 from leafcut.options import Settings
@@ -53,6 +54,8 @@ class Preview:
         Whether the file itself is invalid, so that no option and no kind of work can help.
     pixels
         Width and height of a picture of unknown scale, px, or None for all other inputs.
+    layers
+        Number of ``circles``, ``closed`` and ``open`` shapes on each layer, except the layers of the sheet.
     """
 
     format: str
@@ -68,6 +71,7 @@ class Preview:
     travel: MachineTravel | None = None
     broken: bool = False
     pixels: tuple[int, int] | None = None
+    layers: dict[str, dict[str, int]] = field(default_factory=dict)
 
 
 #: A drawing and a program. Previewing them loads the most common modules.
@@ -122,7 +126,40 @@ def _preview_drawing(
     if background is not None:
         scenes["whole"] = part_scene(background)
     travel = machine_travel_around(registry.work(work).with_defaults(settings), part.extents)
-    return Preview(name, (work,), _part_facts(part), issues, scenes, work=work, whole=whole, zero=zero, travel=travel)
+    return Preview(
+        name,
+        (work,),
+        _part_facts(part),
+        issues,
+        scenes,
+        work=work,
+        whole=whole,
+        zero=zero,
+        travel=travel,
+        layers=_count_shapes(part, settings),
+    )
+
+
+def _count_shapes(part: Part, settings: Settings) -> dict[str, dict[str, int]]:
+    is_sheet = layer_matcher(settings.sheet.sheet_layers)
+    shapes = {  # the strokes of a text have the same handle
+        (contour.layer, _shape_kind(contour), contour.handle or str(number)): None
+        for number, contour in enumerate(part.contours)
+        if not is_sheet(contour.layer)
+    }
+    counts: dict[str, dict[str, int]] = {}
+    for layer, kind, _ in shapes:
+        kinds = counts.setdefault(layer, {})
+        kinds[kind] = kinds.get(kind, 0) + 1
+    return counts
+
+
+def _shape_kind(contour: Contour) -> str:
+    from leafcut.processes.contours import diameter_if_round
+
+    if not contour.path.closed:
+        return "open"
+    return "closed" if diameter_if_round(contour.path) is None else "circles"
 
 
 def _part_facts(part: Part) -> tuple[tuple[str, str], ...]:

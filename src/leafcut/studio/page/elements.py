@@ -16,6 +16,13 @@ from leafcut.studio.wording import Words
 #: Maximum time to wait for an answer from the browser, s.
 _PATIENCE = 20.0
 #: Texts that a form needs.
+_ROW_HANDLER = """(event) => {
+  const form = event.currentTarget, at = event.type === "pointerover" ? event.target : document.activeElement;
+  const row = (form.contains(at) && at.closest("[data-group]")?.dataset.group) || "";
+  if (form.dataset.row === row || (event.type === "focusout" && form.matches(":hover"))) return;
+  form.dataset.row = row;
+  emit(row);
+}"""
 _FORM_TEXTS = ("choose", "remove", "help", "open", "find", "none_found", "found")
 
 
@@ -61,6 +68,11 @@ class Form(Element, component="../static/form.js"):
         self.props.update(fixed=fixed, answered=0)
         self.on("change", lambda e: _handle_and_confirm(self, e, on_change, "name", "value", "shown"))
         self.on("refused", lambda e: on_refused(_upload_error(e.args)))
+
+    def on_row(self, act: Callable[[str], Any]) -> None:
+        """Call `act` with the key of the group that has the focus or the pointer, or with "" if there is none."""
+        for event in ("focusin", "focusout", "pointerover", "pointerleave"):
+            self.on(event, lambda e: act(str(e.args)), js_handler=_ROW_HANDLER)
 
     def show(
         self,

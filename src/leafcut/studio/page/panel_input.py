@@ -24,6 +24,7 @@ from leafcut.studio.page.elements import Form, Opener, box, button, link, text
 from leafcut.studio.page.form_values import Setter
 from leafcut.studio.page.forms import plain_field, plain_group
 from leafcut.studio.page.page_state import OF_READING, View
+from leafcut.studio.page.panel_layers import LayersPanel
 from leafcut.studio.page.panel_live import pace_field
 from leafcut.studio.page.panel_parts import PartsPanel
 from leafcut.studio.page.panel_reading import PreviewReading
@@ -62,7 +63,8 @@ class InputPanel:
             with box("section", "choose", aria_label=w("choose.title")):
                 self.works = WorkChoice(w("choose.work"), lambda work: self._choose_work_or_process("work", work, ""))
                 self.work = Form(w, self._choose_work_or_process)
-                self.options = Form(w, self._set_option, on_refused=self._show_refusal, searchable=True)
+                self.layers = LayersPanel(view, page)
+                self.options = Form(w, self.set_option, on_refused=self._show_refusal, searchable=True)
                 self.kept = Form(w, self._load_options_file, [self._options_field()], self._show_refusal)
                 self.pace = Form(w, self._set_pace, [pace_field(view)])
                 self.without_local_search = text("p", w("choose.no_local_search"), "hint", role="note")
@@ -334,7 +336,8 @@ class InputPanel:
             self.view.reset_unsuitable_options()  # a nest has no machine
         self.draw()
 
-    def _set_option(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
+    def set_option(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
+        """Set an option. If it affects how the input is read, read it again."""
         view = self.view
         view.table.set_value(name, value, shown)
         self._show_values()
@@ -366,7 +369,7 @@ class InputPanel:
         zero = self.view.program_zero
         if zero is None:
             return None
-        return self._set_option("origin", ",".join(f"{round(v, 4):g}" for v in (zero[0] + x, zero[1] + y)), "")
+        return self.set_option("origin", ",".join(f"{round(v, 4):g}" for v in (zero[0] + x, zero[1] + y)), "")
 
     def _show_values(self) -> None:
         view = self.view
@@ -374,6 +377,7 @@ class InputPanel:
         off = view.work == "solve" and view.is_study and view.values.get("local_search") is False
         self.without_local_search.set_visibility(off)
         self.options.show(view.values, view.table.file_names, view.field_errors(), view.options_form())
+        self.layers.draw()
         self.draw_pace()
         self._show_command()
 

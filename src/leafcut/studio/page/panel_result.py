@@ -10,6 +10,7 @@ from leafcut.model.issue import LIMITS
 from leafcut.model.kinds import Head
 from leafcut.model.study import Iteration
 from leafcut.report.chart import names_of_time_kinds
+from leafcut.report.wording import replace_unprintable
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.search_watch import evenly_spaced_rows
@@ -293,6 +294,7 @@ class ResultPanel:
         if kept is not None:
             draw_figures(messages_from_json(kept.data), w)
         self._draw_staying_tasks(answer)
+        self._draw_layer_table(answer)
         self._draw_tool_table(answer)
         with box("dl", "facts"):
             # A pocket has only the algorithm of its strategy. A program with a single possible order has none.
@@ -329,6 +331,36 @@ class ResultPanel:
                 reasons = " · ".join(w(f"stays.{name}") for name in group["reason"].split("+"))
                 line = w("stays.line", line=group["first_line"])
                 text("li", f"{group['count']:,} × {reasons} ({line}{': ' if group['word'] else ''}{group['word']})")
+
+    def _draw_layer_table(self, answer: dict[str, Any]) -> None:
+        """Show the operation of each layer with the depth, the tools, and their speeds and feeds."""
+        w, tools = self.view.words, {tool["number"]: tool for tool in answer["tools"]}
+
+        def of_tools(row: dict[str, Any], key: str) -> str:
+            return " / ".join(f"{tools[number][key]:,.0f}" for number in row["tools"] if number in tools) or "–"
+
+        rows = [
+            [
+                replace_unprintable(row["layer"]) or w("layers.none"),
+                w.item_name("layers", row["operation"], row["operation"]),
+                f"{row['depth_mm']:.4g}" if row["depth_mm"] else "–",
+                " / ".join(f"T{number}" for number in row["tools"]) or "–",
+                of_tools(row, "speed_rpm"),
+                of_tools(row, "feed_mm_min"),
+            ]
+            for row in answer.get("layers", [])
+            if "tools" in row  # answers of earlier versions lack it
+        ]
+        if rows:
+            heads = [
+                (w("result.layer"), ""),
+                (w("layers.operation"), ""),
+                ("mm", _NUMBER),
+                (w("layers.tool"), ""),
+                ("rpm", _NUMBER),
+                ("mm/min", _NUMBER),
+            ]
+            table(heads, rows, w("layers.title"))
 
     def _draw_tool_table(self, answer: dict[str, Any]) -> None:
         w = self.view.words

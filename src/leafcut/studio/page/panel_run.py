@@ -121,6 +121,8 @@ class RunPanel:
 
     def _forward_selection(self, event: GenericEventArguments) -> None:
         self.edit.remember_selected_stop(event)
+        if event.args and "layer" in event.args:
+            self.page.input.layers.select_layer(str(event.args["layer"]))
 
     def _forward_drag(self, event: GenericEventArguments) -> None:
         self.edit.drag(event)

@@ -330,6 +330,10 @@ export class Drawing {
     return true;
   }
 
+  /** Emphasize the shapes of a layer, without an event; null emphasizes none.
+   * @param {string | null} layer */
+  selectLayer(layer) { this._choose(layer === null ? null : { layer }, true); }
+
   /** Select a hole of the part by index.
    * @param {number} hole */
   selectHole(hole) {
@@ -427,7 +431,7 @@ export class Drawing {
     if (this.measure.on) {
       this.measure.move(px, py);
       this.measure.take();
-    } else this._choose(pane.pick(px, py));
+    } else this._choose(pane.pick(px, py) ?? pane.layerAt(px, py));
   }
 
   /** @param {Picked | null} what */

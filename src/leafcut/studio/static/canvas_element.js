@@ -105,6 +105,8 @@ export default defineComponent({
       },
       /** @param {number} index */
       selectDifference: (index) => drawing.selectDifference(index),
+      /** @param {string | null} layer */
+      selectLayer: (layer) => drawing.selectLayer(layer),
       /** @param {number} stop */
       selectStop: (stop) => later(() => drawing.selectStop(stop)),
     });

@@ -8,7 +8,7 @@ import { ARC_CCW, ARC_CW, CUT, DARK, RAPID } from "./scene.js";
  * A picked object, with its toolpath ("before" or "after"), and the number of its stop in an edited order, from 1.
  * @typedef {{
  *   issue?: number, mark?: number, difference?: number, hole?: number, row?: number, which?: string, line?: number,
- *   stop?: number,
+ *   stop?: number, layer?: string,
  * }} Picked
  * @typedef {Record<string, string>} Words
  */
@@ -48,6 +48,7 @@ export function describe(what, shown, words) {
   }
   if (what.difference !== undefined) return differences?.header.differences[what.difference].slice(0, 2) ?? [];
   if (what.hole !== undefined) return part ? describeHole(what.hole, what, part, shown, words) : [];
+  if (what.layer !== undefined) return [what.layer].filter(Boolean);
   if (what.stop) return describeStop(what.stop, shown, words);
   return main && what.row !== undefined ? describeMove(what.row, main.scene, words) : [];
 }

@@ -22,7 +22,7 @@ export default defineComponent({
     prefix: String, // of the ids of the fields; by default a unique one
   },
   emits: ["change", "refused"],
-  setup(props, { emit }) {
+  setup(props, { emit, expose }) {
     const prefix = props.prefix ?? `o${getCurrentInstance()?.uid}`; // two forms of a page may have a field with the same name
     const unfolded = ref(/** @type {Record<string, boolean>} */ ({})), wanted = ref("");
     const explained = ref(/** @type {string | null} */ (null)); // name of the field whose help is shown
@@ -42,6 +42,11 @@ export default defineComponent({
       if (!file) return;
       await send(file).then((kept) => change(field, kept.id, kept.name), (problem) => emit("refused", { name: field.name, line: problem.message, parts: problem.parts }));
     }
+
+    expose({
+      /** Move the focus to a field. @param {string} name */
+      focusField: (name) => document.getElementById(`${prefix}-${name}`)?.focus(),
+    });
 
     /** @param {Field} field */
     function explain({ name }) { explained.value = explained.value === name ? null : name; }
@@ -239,7 +244,7 @@ export default defineComponent({
       const open = !folded || searched || unfolded.value[key];
       // Folded groups are created when unfolded; they contain most of the options.
       const fields = open ? h("div", { class: "fields" }, group.fields.map(row)) : null;
-      if (!folded) return h("section", { key, "aria-label": title }, [h("h3", title), fields]);
+      if (!folded) return h("section", { key, "aria-label": title, "data-group": key }, [h("h3", title), fields]);
       return h("details", {
         key,
         open,

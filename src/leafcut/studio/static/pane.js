@@ -278,7 +278,7 @@ export class Pane {
   }
 
   /** @param {Context} ctx @param {Frame} frame @param {Picked} what @param {string} colour @param {number} alpha */
-  _highlight(ctx, frame, { mark, hole, row, which, stop }, colour, alpha) {
+  _highlight(ctx, frame, { mark, hole, row, which, stop, layer }, colour, alpha) {
     const { differences, part, main, edited } = this, scene = main?.scene;
     ctx.globalAlpha = alpha;
     if (mark !== undefined && differences) ringMark(ctx, frame, differences.at(mark), colour);
@@ -289,10 +289,24 @@ export class Pane {
       ctx.lineWidth = 2.5;
       ctx.stroke(circle(frame.toX(x), frame.toY(y), Math.max(part.holeRadius(hole) * frame.scale, 4) + 4));
     }
+    if (layer !== undefined) this._strokeLayer(ctx, frame, layer, (path) => { ctx.stroke(path); }, colour);
     const still = scene && row !== undefined && (!edited || (scene.pierce.length && !scene.idle(row)));
     if (still && which === this.which) this._strokeRows(ctx, frame, scene, row, colour);
     if (edited && stop) this._strokeWay(ctx, frame, edited, edited.indexOf(stop), colour);
     ctx.globalAlpha = 1;
+  }
+
+  /** Call `act` with the outlines of a layer of the whole drawing, with a wide pen.
+   * @param {Context} ctx @param {Frame} frame @param {string} layer @param {(path: Path2D) => void} act */
+  _strokeLayer(ctx, frame, layer, act, colour = "", width = 3.4) {
+    const { wholePaths } = this;
+    if (!wholePaths) return;
+    frame.inMm(ctx, wholePaths.part.origin);
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = width / frame.scale;
+    for (const outlines of Object.values(wholePaths.layers.get(layer)?.outlines ?? {})) {
+      for (const [path] of outlines.visible(frame.seen, frame.scale)) act(path);
+    }
   }
 
   /** @param {Context} ctx @param {Frame} frame @param {ToolpathScene} scene @param {number} row @param {string} colour */
@@ -355,6 +369,20 @@ export class Pane {
     }
     const at = edited.near(...part.holePlace(found.hole), 0.02) ?? near;
     return at ? { ...found, stop: at.number, which } : found;
+  }
+
+  /** Return the layer of the outline at a screen position, or null. It is not picked below the pointer, because that
+   * tests all outlines.
+   * @param {number} px @param {number} py @returns {Picked | null} */
+  layerAt(px, py) {
+    const { ctx } = this, ratio = this.ratio(), frame = new Frame(this.view, ratio);
+    if (this.main) return null;
+    for (const layer of this.wholePaths?.layers.keys() ?? []) {
+      let hit = false;
+      if (!this.hidden.has(layer)) this._strokeLayer(ctx, frame, layer, (path) => { hit ||= ctx.isPointInStroke(path, px * ratio, py * ratio); }, "", 2 * REACH);
+      if (hit) return { layer };
+    }
+    return null;
   }
 
   /** @param {number} x @param {number} y @param {number} reach @returns {Picked | null} */
