@@ -100,7 +100,7 @@ class MachineProgramPanel:
             self.confirm_issues = box("ul", "warnings")
             text("p", w("machine.confirm_hint"), "quiet small")
             with box("div", "ends"):
-                button(w("machine.confirm_cancel"), None, "", data_close="", autofocus="")
+                button(w("run.cancel"), None, "", data_close="", autofocus="")
                 go = button(w("machine.confirm_start"), None, "primary", id="machine-confirm-start")
         go.on("click", self._start_program, js_handler=_ONE_CLICK)
 

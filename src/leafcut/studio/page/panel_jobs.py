@@ -195,7 +195,7 @@ class JobsPanel:
             earlier, later = records
             with box("div", "title"):
                 text("h2", w("compare.title"), role="status")
-                button(w("compare.close"), self._clear_selection, "small plain")
+                button(w("edit.close"), self._clear_selection, "small plain")
             answers = tuple(self.view.studio.history.answer(record.id) or {} for record in records)
             states = (w(f"state.{record.state.value}") for record in records)
             rows = [ComparedRow(w("jobs.state"), *states), *compared_figures((answers[0], answers[1]), w)]

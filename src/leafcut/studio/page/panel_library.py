@@ -110,9 +110,9 @@ class LibraryPanel:
             text("h2", self.chosen)
             self.unsaved = text("span", w("library.unsaved"), "tag cancelled")
             self.discard = button(w("library.discard"), self._discard_changes, "small plain", data_sure=w("edit.sure"))
-            button(w("library.copy"), lambda: self._copy_profile(self._saved), "small")
+            button(w("command.copy"), lambda: self._copy_profile(self._saved), "small")
             if self.own:
-                button(w("library.delete"), self._delete_profile, "small plain", data_sure=w("jobs.sure"))
+                button(w("jobs.delete"), self._delete_profile, "small plain", data_sure=w("jobs.sure"))
         if self.own:
             self._draw_save_bar()
         with box("div", "tabs", role="tablist", aria_label=self.chosen):

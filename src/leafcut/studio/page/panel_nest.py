@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: Interval between updates while cuts are being planned, s.
 _PACE = 0.5
 _NO_TIME = {
-    JobState.FAILED.value: "nest.failed", JobState.CANCELLED.value: "state.cancelled",
+    JobState.FAILED.value: "state.failed", JobState.CANCELLED.value: "state.cancelled",
     JobState.INTERRUPTED.value: "state.interrupted",
 }  # fmt: skip
 

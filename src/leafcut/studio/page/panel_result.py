@@ -507,7 +507,7 @@ class ResultPanel:
                         shown = f"{job}/files/report?show=true"
                         link(w("file.show"), shown, target="_blank", rel="noopener")
             if can_be_edited(self.view.studio.history, record, files):
-                button(w("edit.begin"), lambda: self.page.run.edit.start(record), "", id="edit-begin")
+                button(w("edit.title"), lambda: self.page.run.edit.start(record), "", id="edit-begin")
             elif any(record.task.options.get(name) for name in ("chains", "common_lines")):
                 text("p", w("edit.not_joined"), "quiet small")
 
