@@ -115,7 +115,9 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
         """async () => {
             const { whenThere } = await import("leafcut-canvas/registry.js");
             const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
-            (await new Promise((done) => whenThere(id, done))).selectHole(3);
+            const drawing = await new Promise((done) => whenThere(id, done)), [, pane] = drawing.panes;
+            const [x, y] = pane.part.holePlace(3);
+            drawing.choose(pane, drawing.view.toX(x), drawing.view.toY(y));
         }"""
     )
     expect(page.locator(".edit")).to_contain_text("Selected")

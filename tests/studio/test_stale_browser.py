@@ -120,7 +120,9 @@ def select_hole(page: Page, hole: int) -> None:
         """async (hole) => {
             const { whenThere } = await import("leafcut-canvas/registry.js");
             const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
-            (await new Promise((done) => whenThere(id, done))).selectHole(hole);
+            const drawing = await new Promise((done) => whenThere(id, done)), [, pane] = drawing.panes;
+            const [x, y] = pane.part.holePlace(hole);
+            drawing.choose(pane, drawing.view.toX(x), drawing.view.toY(y));
         }""",
         hole,
     )

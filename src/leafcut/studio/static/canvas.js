@@ -334,15 +334,6 @@ export class Drawing {
    * @param {string | null} layer */
   selectLayer(layer) { this._choose(layer === null ? null : { layer }, true); }
 
-  /** Select a hole of the part by index.
-   * @param {number} hole */
-  selectHole(hole) {
-    const { part } = this.scenes;
-    if (!part || !(hole >= 0 && hole < part.holes)) return;
-    this.view.show(...part.holePlace(hole));
-    this._choose({ hole, row: this.panes[1].rowAtHole(hole), which: this.main?.scene.header.which });
-  }
-
   /** Select a stop of the edited order by its number in the toolpath, from 1, and pan to it, without an event.
    * @param {number} stop */
   selectStop(stop) {
