@@ -97,12 +97,9 @@ class StaleMark:
             for line in lines:
                 text("li", line, "", dir="auto")
         with box("div", "ends"):
-            button(w("stale.again"), self._run_again, "small")
+            button(w("stale.again"), self.page.input.request_run, "small")
             if chosen:
                 button(w("stale.back"), self._restore_choices, "small plain", title=w("stale.back_text"))
-
-    def _run_again(self) -> None:
-        self.page.input.request_run()
 
     async def _restore_choices(self) -> None:
         if self._record is not None:
