@@ -332,26 +332,18 @@ class StopKeys:
         with box("form", "to-place") as form:
             text("label", w("edit.to_short"), "quiet", for_="edit-to")
             with box("span", "box"):
-                self._to = box(
-                    "input",
-                    "",
-                    id="edit-to",
-                    type="text",
-                    inputmode="numeric",
-                    autocomplete="off",
-                    aria_label=w("edit.to"),
-                )
+                label = w("edit.to")
+                box("input", "", id="edit-to", type="text", inputmode="numeric", autocomplete="off", aria_label=label)
             button(w("edit.move"), None, "small").props("type=submit")
-        self._number = ""
-        self._to.on("input", self._store_typed_number, js_handler="(e) => emit(e.target.value)")
-        form.on("submit", self._move_to_typed_number, js_handler="(e) => { e.preventDefault(); emit(); }")
+        form.on(
+            "submit",
+            lambda event: self._move_to_typed_number(str(event.args).strip()),
+            js_handler="(e) => { e.preventDefault(); emit(e.target.querySelector('input').value); }",
+        )
 
     def set_chosen(self, chosen: int) -> None:
         """Set the selected stop, or 0 if no stop is selected."""
         self._chosen = chosen
-
-    def _store_typed_number(self, event: Any) -> None:
-        self._number = str(event.args)
 
     def _chosen_index(self) -> int:
         return next((k for k, stop in enumerate(self._stops()) if stop.name == self._chosen), -1)
@@ -365,8 +357,8 @@ class StopKeys:
     def _move_by(self, step: int) -> None:
         self._move_to(self._chosen_index() + step if self._chosen_index() >= 0 else -1)
 
-    def _move_to_typed_number(self) -> None:
-        number, count = self._number.strip(), len(self._stops())
+    def _move_to_typed_number(self, number: str) -> None:
+        count = len(self._stops())
         target = int(number) - 1 if number.isdecimal() and len(number) < 10 else -1
         self._move_to(target if 0 <= target < count else -1, self._words("edit.places", count=count))
 
