@@ -311,7 +311,7 @@ class ByHandPanel:
 
     def _build_probe_card(self) -> None:
         w = self.view.words
-        with box("details", "card machine-card") as place:
+        with box("details", "card machine-card"):
             text("summary", w("machine.probe"))
             with box("div", "fields"):
                 text("p", w("machine.probe_hint"), "quiet small")
@@ -321,7 +321,6 @@ class ByHandPanel:
                 self.probe_fields.add_field("probe-limit", w("machine.limit"), "15", unit="mm")
                 with box("div", "ends"):
                     self.probe = button(w("machine.probe_now"), self._probe_now, "")
-        self.probe_place = place
 
     async def _probe_now(self) -> None:
         number = self.probe_fields.number

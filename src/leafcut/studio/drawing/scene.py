@@ -189,7 +189,10 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
         "which": which,
         "rapid_mm": measure.travel_mm,
         "cut_mm": measure.cut_mm,
-        "tools": {str(o.tool.number): _tool_words(o.tool.label, o.tool.diameter) for o in outcome.operations},
+        "tools": {
+            str(tool.number): replace_unprintable(tool.label if tool.diameter > 0 else tool.label.rpartition(" Ø")[0])
+            for tool in (operation.tool for operation in outcome.operations)
+        },
         "cleared": shown.cleared,
     }
     return _pack_toolpath(
@@ -389,10 +392,6 @@ def _pierces_and_leads(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArr
 def _cut_as_json(plan: CutPlan, number: int) -> list[Any]:
     cut = plan.cuts[number]
     return [cut.kind, cut.part, bool(cut.pierce)]
-
-
-def _tool_words(label: str, diameter: float) -> str:
-    return replace_unprintable(label if diameter > 0 else label.rpartition(" Ø")[0])
 
 
 def _issues_as_json(issues: Iterable[Issue]) -> list[list[str]]:

@@ -42,6 +42,7 @@ LEAF = (
     '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'
 )
 
+_FAVICON = LEAF.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg" fill="none" stroke="#1d6b41" stroke-width="2"')
 _STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "drawing.css", "program.css")
 #: Must run before the page is painted, because it selects the light or the dark theme.
 _FIRST_SCRIPT = "shell.js"
@@ -86,7 +87,7 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
     ui.run_with(
         app,
         title="leafcut studio",
-        favicon=_favicon(),
+        favicon=_FAVICON,
         tailwind=False,
         gzip_middleware_factory=None,
         show_welcome_message=False,
@@ -105,10 +106,6 @@ class RoomView(Protocol):
 
         The page calls this method every `_TICK` seconds after the view was shown for the first time.
         """
-
-
-def _favicon() -> str:
-    return LEAF.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg" fill="none" stroke="#1d6b41" stroke-width="2"')
 
 
 def _language(folder: Folder, request: Request, asked: str) -> str:

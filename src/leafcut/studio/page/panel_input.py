@@ -100,7 +100,7 @@ class InputPanel:
             with box("div", "random"):
                 self.map = Form(w, self._set_random_value, self._random_fields())
                 self.map.show(self.random)
-                button(w("open.make"), self._open_random_map, "small")
+                button(w("open.make"), lambda: self.open(self._random_name(), ""), "small")
                 self.saved_map = link(w("open.save_map"), self._map_address(), "button small", download="")
         self._draw_examples()
         self.recent = RecentPanel(self.view, self.page)
@@ -161,9 +161,6 @@ class InputPanel:
 
     def _random_name(self) -> str:
         return f"random:{self.random['points']}:{self.random['seed']}"
-
-    async def _open_random_map(self) -> None:
-        await self.open(self._random_name(), "")
 
     def _opened(self, kept: dict[str, Any]) -> Awaitable[None]:
         if self.view.work != "nest":
