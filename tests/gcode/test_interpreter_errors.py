@@ -38,8 +38,6 @@ CASES = [
     ("M6", "M6 has no T word before it"),
     ("G43", "G43 has no H"),
     ("G43 H-1", "H-1 must be a whole number"),
-    ("G55", "G55: only the work offset G54"),
-    ("G59.3", "G59.3: only the work offset G54"),
     ("G41 X1", "G41 is not understood"),
     ("G92 X0", "G92 is not understood"),
     ("G10 L2 P1 X0", "G10 is not understood"),

@@ -604,8 +604,6 @@ class Interpreter:
             state.shift += 1
             letters.pop("H", None)
             self._record_unclear(Message("G{:g} is not understood", length / 10), (False, False, True))
-        if g.get("offset", 540) != 540:
-            self.policy.handle_unknown(Message("G{:g}: only the work offset G54 is understood", g["offset"] / 10))
         if "offset" in g:
             state.select_work_offset(g["offset"])
 

@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 WIDTH = 7
 
 UNKNOWN = math.nan
+#: The work offset at the start of a program, in tenths (G54).
+FIRST_OFFSET = 540
 #: Value of `ref` in a SPINDLE row that comes from an S word without M3 or M4.
 SPEED_ALONE = -1
 
@@ -297,6 +299,11 @@ def _toolpath_from_columns(
     )
 
 
+def g_word(tenths: int) -> str:
+    """Return a G word from its number in tenths, such as G54 for 540."""
+    return f"G{tenths / 10:g}"
+
+
 def plane_axes(plane: int) -> tuple[int, int, int]:
     """Return the numbers of the first, second and normal axis of G17, G18 or G19.
 
@@ -352,6 +359,8 @@ class ToolpathBuilder:
     initial_plane: float | None = None
     #: Whether the approach to a hole depends on the height before the series of canned cycles, as in LinuxCNC.
     slants: bool = False
+    #: Work offset that `work_offset` has selected, in tenths.
+    frame: int = FIRST_OFFSET
     #: All rows in a single array: kind, x, y, z, value, ref, line (56 bytes per row).
     _rows: array[float] = field(default_factory=lambda: array("d"))
     _cycles: dict[DrillCycle, int] = field(default_factory=dict)
@@ -452,6 +461,12 @@ class ToolpathBuilder:
         """
         x = tolerance if joining is None else joining
         self._rows.extend((int(Kind.BLENDING), x, UNKNOWN, UNKNOWN, tolerance, mode, line))
+
+    def work_offset(self, number: int) -> None:
+        """Select a work offset (540 is G54). If it changes, the position becomes unknown."""
+        if number != self.frame:
+            self.frame = number
+            self.set_place(Kind.FRAME, (UNKNOWN, UNKNOWN, UNKNOWN), number)
 
     def set_place(
         self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0, value: float = 0.0

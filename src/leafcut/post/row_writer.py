@@ -12,7 +12,7 @@ from leafcut.files.digests import fill_in_digest
 from leafcut.gcode.dialects import Dialect
 from leafcut.message import Message
 from leafcut.model.cycles import expand_cycle
-from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, plane_axes
+from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, g_word, plane_axes
 from leafcut.options import PostOptions
 from leafcut.post.words import (
     NumberFormat,
@@ -160,6 +160,7 @@ class Writer:
             Kind.COOLANT: self._write_coolant,
             Kind.PAUSE: self._write_pause,
             Kind.MACHINE: self._write_machine_move,
+            Kind.FRAME: self._write_work_offset,
             **({Kind.BLENDING: self._write_blending} if self.dialect.corner_tolerance or self.dialect.rounding else {}),
             Kind.END: self._write_end,
         }
@@ -464,6 +465,14 @@ class Writer:
             return
         self.out.write("S" + format_number(abs(row.value), 0), "M3" if row.value > 0 else "M4")
         self.spinning = True
+
+    def _write_work_offset(self, row: Motion) -> None:
+        if row.ref not in self.dialect.g_codes:
+            raise PostError("{} programs have no work offset {}", self.dialect.name, g_word(row.ref))
+        self.out.write(g_word(row.ref))
+        self.place, self.position = [None] * 3, [math.nan] * 3
+        # Operators restart programs at a fixture, so the first move repeats all words.
+        self.out.forget_modal_words(["motion", *"XYZF"])
 
     def _write_coolant(self, row: Motion) -> None:
         self.out.write(*coolant_words(row.ref, self.coolant_mode, self.dialect))

@@ -124,7 +124,7 @@ class KlartextWriter(Writer):
         )
 
     def _row_writers(self) -> dict[Kind, Callable[[Motion], None]]:
-        lacks = (Kind.ARC_CW, Kind.ARC_CCW, Kind.MACHINE, Kind.BLENDING)
+        lacks = (Kind.ARC_CW, Kind.ARC_CCW, Kind.MACHINE, Kind.FRAME, Kind.BLENDING)
         known = {kind: write for kind, write in super()._row_writers().items() if kind not in lacks}
         return {**known, Kind.OFFSET: lambda row: None}
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from leafcut._version import __version__
 from leafcut.kernels.compiling import announced_compilations
 from leafcut.model.outcome import Outcome
 from leafcut.model.plan import Candidate, Order
-from leafcut.model.toolpath import Kind
+from leafcut.model.toolpath import FIRST_OFFSET, MOTIONS, Kind, g_word
 from leafcut.processes.job import Job, assumed_machine_note, machine_issues, refuse_missing_work, refuse_too_large
 from leafcut.processes.ordering import check_order, find_order
 from leafcut.processes.plan import OrderRefused, Plan
@@ -123,11 +125,12 @@ def _build_outcome(
 
 
 def _work_offset(process: Process, plan: Plan, best: Candidate) -> str:
-    """Return the work offset that the first blocks of the dialect select.
-
-    If the program is from another CAM system, return the work offsets that it selects itself.
-    """
+    """Return the work offsets that the program selects. The first blocks of a dialect may select G54."""
+    path = best.path
+    selected = dict.fromkeys(map(g_word, path.ref[path.kind == Kind.FRAME].tolist()))
     if process.reads != "program":
-        return next((word for line in plan.dialect.preamble for word in line.split() if word == "G54"), "")
-    selected = best.path.ref[best.path.kind == Kind.FRAME].tolist()
-    return ", ".join(f"G{number / 10:g}" for number in dict.fromkeys(selected))
+        moving = np.isin(path.kind, MOTIONS) & (path.latest(Kind.FRAME, path.ref, FIRST_OFFSET) == FIRST_OFFSET)
+        stated = any("G54" in line.split() for line in plan.dialect.preamble)
+        if stated and bool(moving.any()):
+            selected = {"G54": None} | selected
+    return ", ".join(selected)

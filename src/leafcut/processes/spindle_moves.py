@@ -8,7 +8,7 @@ from leafcut.message import Message
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
-from leafcut.model.toolpath import ToolpathBuilder
+from leafcut.model.toolpath import FIRST_OFFSET, ToolpathBuilder
 from leafcut.options import JobOptions
 
 
@@ -72,9 +72,16 @@ def check_speeds(tool: Tool, machine: Machine, spindle_speed: float | None = Non
 
 
 def take_tool(
-    builder: ToolpathBuilder, machine: Machine, tool: Tool, clearance: float, *, coolant: bool, pause: bool = False
+    builder: ToolpathBuilder,
+    machine: Machine,
+    tool: Tool,
+    clearance: float,
+    *,
+    coolant: bool,
+    pause: bool = False,
+    work_offset: int = FIRST_OFFSET,
 ) -> None:
-    """Change to a tool, and start the spindle and the coolant.
+    """Change to a tool, select a work offset, and start the spindle and the coolant.
 
     Parameters
     ----------
@@ -86,6 +93,8 @@ def take_tool(
     builder.tool(tool.number)
     if pause:
         builder.pause()
+    # The work offset follows the tool change, because operators restart programs at a tool change.
+    builder.work_offset(work_offset)
     if machine.safe_z is None:
         # This move comes after the change, because the length offset of the previous tool applies before it.
         builder.rapid(z=clearance)

@@ -11,7 +11,7 @@ from leafcut.message import Message
 from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
+from leafcut.model.toolpath import FIRST_OFFSET, MOTIONS, Kind, Toolpath, arc_extremes
 from leafcut.proof.difference import limit_differences
 
 #: Tolerance for rounded coordinates, mm.
@@ -21,9 +21,9 @@ _TOLERANCE = 0.001
 def check_machine_limits(path: Toolpath, machine: Machine) -> list[Difference]:
     """Return a difference for each limit of `machine` that the path exceeds, with the first position that exceeds it.
 
-    If the `work_offset` of the machine is known, every position in the program must be inside the travel. This includes
-    hole bottoms and arc bulges. Otherwise, only the size of the job is compared with the travel. Heights refer to the
-    tool tip, because the tool length is unknown here.
+    If the `work_offset` of the machine is known, every position in G54 must be inside the travel. This includes hole
+    bottoms and arc bulges. Otherwise, and in other work offsets, only the size of the job is compared with the travel.
+    Heights refer to the tool tip, because the tool length is unknown here.
     """
     return limit_differences(
         [
@@ -66,15 +66,20 @@ def _arc_extremes_if_known(path: Toolpath, row: int) -> list[tuple[float, float,
 def _positions_outside_travel(path: Toolpath, machine: Machine) -> list[Difference]:
     positions, rows = _reached_positions(path)
     outside = []
+    known = path.latest(Kind.FRAME, path.ref, FIRST_OFFSET)[rows] == FIRST_OFFSET
+    known &= machine.work_offset is not None
     for axis, name in enumerate("XYZ"):
         low, high = machine.travel_min[axis] - _TOLERANCE, machine.travel_max[axis] + _TOLERANCE
         if machine.work_offset is not None:
             offset = machine.work_offset[axis]
             outside += _axis_outside_limits(
-                path, rows, positions[:, axis] + offset, (low, high), Message("{} in machine coordinates", name)
+                path,
+                rows[known],
+                positions[known, axis] + offset,
+                (low, high),
+                Message("{} in machine coordinates", name),
             )
-        else:
-            outside += _exceeds_travel(positions[:, axis], machine.reach(axis), name)
+        outside += _exceeds_travel(positions[~known, axis], machine.reach(axis), name)
         in_machine = np.flatnonzero(path.kind == Kind.MACHINE)
         values = path.end[in_machine, axis]
         outside += _axis_outside_limits(

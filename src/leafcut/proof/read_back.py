@@ -88,7 +88,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
         keep.append(row)
         if kind <= Kind.DRILL:
             last = (end[0], end[1], end[2])
-        elif kind == Kind.MACHINE:
+        elif kind in (Kind.MACHINE, Kind.FRAME):
             last = (math.nan, math.nan, math.nan)
     return path.take(keep)
 
@@ -100,7 +100,7 @@ def _difference_masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[
     feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), FEED_ROUNDING)
     speed_tolerance = np.maximum(0.001 * np.abs(a.value), SPEED_ROUNDING)
     turning = a.kind == Kind.SPINDLE
-    refs = np.isin(a.kind, (Kind.TOOL, Kind.COOLANT, Kind.PAUSE, Kind.SPINDLE, Kind.RADIUS, Kind.BLENDING))
+    refs = np.isin(a.kind, (Kind.TOOL, Kind.COOLANT, Kind.PAUSE, Kind.SPINDLE, Kind.RADIUS, Kind.BLENDING, Kind.FRAME))
     switches = np.isin(a.kind, (Kind.TORCH, Kind.HEIGHT, Kind.BLENDING))
     masks = [
         (Message("place"), wrong_ends[:, :2].any(axis=1)),

@@ -13,7 +13,7 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.cycles import expand_cycles
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
-from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, latest_marked_rows
+from leafcut.model.toolpath import FIRST_OFFSET, MOTIONS, PLACES, STILL, Kind, Toolpath, latest_marked_rows
 from leafcut.model.turns import Turns, arc_turns
 from leafcut.timing.grbl import SentLines, grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
@@ -32,9 +32,6 @@ _GRBL_DWELL_STEP = 0.05
 
 #: Rows of these kinds set the tool position without moving the tool.
 _REPOSITIONING = [int(k) for k in PLACES if k not in MOTIONS]
-
-#: `Machine.work_offset` gives the origin of this work offset (G54).
-_FIRST_FRAME = 540
 
 #: Maps the `ref` of a BLENDING row to the end mode of the following moves.
 _MODES = {610: EXACT, 611: REST, 640: BLEND}
@@ -296,7 +293,7 @@ def _displacements(
     in_machine = path.kind == Kind.MACHINE
     moving = (path.kind <= Kind.ARC_CCW) | in_machine
     restated = np.isin(path.kind, _REPOSITIONING) & ((path.kind != Kind.FOREIGN) | (path.ref != STILL))
-    shifted = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != _FIRST_FRAME))
+    shifted = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != FIRST_OFFSET))
     offset = None if shifted.any() else machine.work_offset
     for axis in range(3):
         rows = np.flatnonzero((moving & np.isfinite(path.end[:, axis])) | restated)

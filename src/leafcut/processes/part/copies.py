@@ -1,4 +1,4 @@
-"""Repeat a drawing side by side on one plate."""
+"""Repeat a drawing side by side on one plate, or in several fixtures with a work offset each."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.gcode.dialects import Dialect
 from leafcut.geometry.arrays import Point
+from leafcut.message import Message
 from leafcut.model.contour import Contour, layer_matcher
 from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.machine import Machine
 from leafcut.model.part import Part
+from leafcut.model.toolpath import FIRST_OFFSET, g_word
 from leafcut.options import Settings
 from leafcut.processes.layers import contour_kinds
 from leafcut.processes.part.model import CopyGrid
@@ -22,6 +26,7 @@ from leafcut.read.operations import Operation, read_operations
 
 #: Maximum total number of shapes in all copies.
 _MOST_SHAPES = 20_000
+_WORK_OFFSETS = re.compile(r"G5[4-9](\.[1-3])?( ?, ?G5[4-9](\.[1-3])?)*", re.IGNORECASE)
 _COLUMNS_AND_ROWS = re.compile(r"([1-9]\d{0,2}) ?[x×] ?([1-9]\d{0,2})", re.IGNORECASE)
 #: Precision of distances between copies, mm.
 _EXACT = 1e-6
@@ -39,7 +44,7 @@ def repeat_part(part: Part, settings: Settings, least_spacing: float = 0.0) -> t
     Returns
     -------
     part, grid
-        The part with all copies, and their grid; the part itself and None without ``--copies``.
+        The part with all copies, and their grid; the part itself and None without a grid.
 
     Raises
     ------
@@ -52,7 +57,7 @@ def repeat_part(part: Part, settings: Settings, least_spacing: float = 0.0) -> t
         operation.
     """
     options = settings.of(PartOptions)
-    if options.copies is None:
+    if options.copies is None or _are_work_offsets(options.copies):
         return part, None
     columns, rows = columns_and_rows(options.copies)
     is_sheet = layer_matcher(settings.sheet.sheet_layers)
@@ -85,11 +90,63 @@ def repeat_part(part: Part, settings: Settings, least_spacing: float = 0.0) -> t
     return repeated, grid
 
 
+def work_offsets(settings: Settings, dialect: Dialect, tools: int) -> tuple[int, ...]:
+    """Return the work offset of each fixture, in tenths (540 is G54).
+
+    Raises
+    ------
+    OptionError
+        A work offset is repeated, or the controller lacks it. The program has several `tools`, and the operator would
+        have to set Z0 of every fixture again after each tool change.
+    """
+    options = settings.of(PartOptions)
+    if options.copies is None or not _are_work_offsets(options.copies):
+        return (FIRST_OFFSET,)
+    offsets = [round(10.0 * float(word.strip()[1:])) for word in options.copies.split(",")]
+    for given, name in ((options.copy_spacing, "--copy-spacing"), (options.pitch, "--pitch")):
+        if given is not None:
+            raise OptionError("{}: fixtures with their own work offsets have no distance; leave it out", name)
+    if len(offsets) < 2 or len(set(offsets)) < len(offsets):
+        raise OptionError("--copies: give at least two work offsets, each only once, such as G54,G55")
+    missing = [offset for offset in offsets if offset not in dialect.g_codes]
+    if missing:
+        name = g_word(missing[0])
+        raise OptionError("--copies: {} programs have no work offset {} in leafcut; leave it out", dialect.name, name)
+    if tools > 1 and dialect.changes_by_hand and not dialect.length_offset:
+        raise OptionError(
+            "--copies: {} has no tool lengths, so Z0 of each fixture would be wrong after a tool change; use a single "
+            "tool, or one fixture per program",
+            dialect.name,
+        )
+    return tuple(offsets)
+
+
+def fixture_issues(offsets: Sequence[int], machine: Machine, clearance: float) -> list[Issue]:
+    """Warn if the tool moves between fixtures at the `clearance` height, mm, and not at a height of the machine."""
+    if len(offsets) < 2 or machine.safe_z is not None:
+        return []
+    words = Message(
+        "{} has no safe height in machine coordinates, so the tool moves between the fixtures at Z{:g}; set Z0 of all "
+        "fixtures at the same height, and keep the space between them clear",
+        machine.name,
+        clearance,
+    )
+    return [Issue("L403", words)]
+
+
+def _are_work_offsets(text: str) -> bool:
+    return _WORK_OFFSETS.fullmatch(text.strip()) is not None
+
+
 def columns_and_rows(text: str) -> tuple[int, int]:
     """Parse a text such as ``3x2`` into the numbers of columns and rows. Raises OptionError for any other text."""
     match = _COLUMNS_AND_ROWS.fullmatch(text.strip())
     if match is None:
-        raise OptionError("--copies: '{}' is not a number of columns and rows from 1 to 999, such as 3x2", text)
+        raise OptionError(
+            "--copies: '{}' is not a number of columns and rows from 1 to 999, such as 3x2, or a list of work offsets, "
+            "such as G54,G55",
+            text,
+        )
     return int(match[1]), int(match[2])
 
 

@@ -14,6 +14,7 @@ import shapely
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.tool import Tool
+from leafcut.model.toolpath import FIRST_OFFSET
 
 #: Maximum chord error when arcs of the drawing become lines, mm.
 CHORD = 0.002
@@ -355,7 +356,8 @@ class PartDetail:
 
     These are the numbers of milled outlines and openings, drilled holes and tabs. The plate thickness, the heights of
     rapids and the allowance of the finishing pass (0 without one) are in mm. `layers` contains the work on each layer.
-    `copies` is None if the program mills the drawing once.
+    `copies` is None if the program mills the drawing once on each plate. `work_offsets` contains the work offset of
+    each plate, in tenths. The numbers are those of one plate.
     """
 
     outlines: int
@@ -368,3 +370,4 @@ class PartDetail:
     finish: float = 0.0
     layers: tuple[LayerWork, ...] = ()
     copies: CopyGrid | None = None
+    work_offsets: tuple[int, ...] = (FIRST_OFFSET,)

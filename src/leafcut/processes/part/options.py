@@ -30,7 +30,7 @@ class PartOptions(OptionGroup):
         "text",
         None,
         "columns and rows of copies on the plate, such as 3x2; the first has the place of the drawing, the others "
-        "follow in X and Y",
+        "follow in X and Y; or the work offsets of several fixtures, such as G54,G55, each of which holds a plate",
         default_words="the drawing once",
         of_file=True,
     )
@@ -41,7 +41,7 @@ class PartOptions(OptionGroup):
         unit="mm",
         minimum=0.1,
         maximum=10_000,
-        default_words="needed with --copies, unless --pitch is given",
+        default_words="needed with columns and rows of --copies, unless --pitch is given",
         needs=(when_given("copies"), when_absent("pitch")),
         of_file=True,
     )

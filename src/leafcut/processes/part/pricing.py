@@ -16,7 +16,7 @@ from leafcut.processes.quoting import density_of, no_part, weight
 
 
 def plate_cost(plan: Plan, seconds: float) -> RunCost:
-    """Return the time and the cost of a plate, and of each copy of the drawing on it.
+    """Return the time and the cost of a run, and of each copy of the drawing. A run mills a plate in each fixture.
 
     Parameters
     ----------
@@ -32,17 +32,17 @@ def plate_cost(plan: Plan, seconds: float) -> RunCost:
     outlines = sum(not edge.inside for edge in request.edges)
     if not outlines:
         raise no_part(plan.part.name)
-    grid = plan.work.copies
+    grid, plates = plan.work.copies, len(plan.work.work_offsets)
     copies = grid.number if grid else 1
     # The edges of the first copy come first.
     edges = request.edges[: len(request.edges) // copies]
     material = settings.job.material
-    cost = cost_of_time(settings.of(SpeedOptions).shop_rate or 0.0, seconds) + plan.work.plate_price
+    cost = cost_of_time(settings.of(SpeedOptions).shop_rate or 0.0, seconds) + plates * plan.work.plate_price
     part = PartCost(
         name=plan.part.name,
-        per_run=copies,
-        time_s=seconds / copies,
-        cost=cost / copies,
+        per_run=plates * copies,
+        time_s=seconds / (plates * copies),
+        cost=cost / (plates * copies),
         weight_kg=weight(_volume(plan) / copies, density_of(settings, material)),
         outlines=outlines // copies,
         lighter=bool(request.engravings or request.chamfers or request.carvings),

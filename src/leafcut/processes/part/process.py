@@ -133,16 +133,25 @@ class PartMilling(Process):
 
         return part_candidate(plan, order)
 
+    def header_notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
+        """Return the work offsets of the fixtures, if there are several."""
+        from leafcut.model.toolpath import g_word
+
+        offsets = plan.work.work_offsets
+        return [f"one plate each in {', '.join(map(g_word, offsets))}"] if len(offsets) > 1 else []
+
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Check the program against the planned motion, the limits of the machine, and the drawing."""
-        from leafcut.processes.part.proof.part import judge_part
+        from leafcut.processes.part.proof.fixtures import at_common_height, judge_fixtures
         from leafcut.processes.zones import crossing_heights, parse_zones
         from leafcut.proof.program import check_program, interpret_written_program
 
         settings, written = plan.job.settings, interpret_written_program(text, plan.dialect)
+        safe_z = plan.job.machine.safe_z
+        planned, checked = (best.path, written) if safe_z is not None else map(at_common_height, (best.path, written))
         problems = check_program(
-            best.path,
-            written,
+            planned,
+            checked,
             plan.dialect,
             plan.job.machine,
             settings.post.output_units,
@@ -151,7 +160,8 @@ class PartMilling(Process):
             tools=plan.tools,
             milled=bool(plan.spec.clearing_mills),
         )
-        return written, [*problems, *judge_part(plan.spec, written)]
+        fixtures = judge_fixtures(plan.spec, written, plan.work.work_offsets, safe_z, plan.work.heights.clearance)
+        return written, [*problems, *fixtures]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
         """Return an operation for each drill with its holes, and then for each mill with its number of tasks."""
@@ -185,6 +195,7 @@ class PartMilling(Process):
             finish=request.finish,
             layers=plan.work.layers,
             copies=plan.work.copies,
+            work_offsets=plan.work.work_offsets,
         )
 
     def run_cost(self, plan: Plan, best: Candidate) -> RunCost:

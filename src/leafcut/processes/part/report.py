@@ -7,6 +7,7 @@ from typing import Any
 from leafcut.message import Message
 from leafcut.model.fact import Fact
 from leafcut.model.shown_stock import ShownStock
+from leafcut.model.toolpath import g_word
 from leafcut.processes.part.model import LayerWork, PartDetail
 from leafcut.report.drawing import Scene
 from leafcut.report.path_report import PathReport
@@ -55,8 +56,17 @@ class PartReport(PathReport[PartDetail]):
         ]
 
     def _copies(self) -> list[Fact]:
-        """Return the number of copies, their pitch, and the share of the time that one copy takes."""
-        grid = self.outcome.detail.copies
+        """Return the number of copies, their pitch or work offsets, and the share of the time that one copy takes."""
+        grid, offsets = self.outcome.detail.copies, self.outcome.detail.work_offsets
+        if len(offsets) > 1:
+            each = self.outcome.after.time_s / len(offsets)
+            names = [g_word(offset) for offset in offsets]
+            words = Message("one plate each in {}; moves between them are not included in the time", ", ".join(names))
+            return [
+                Fact("copies.count", len(offsets), "", words, Message("Fixtures")),
+                Fact("copies.work_offsets", names),
+                Fact("copies.time_each_s", each, "s", Message("average of all fixtures"), Message("Time per plate")),
+            ]
         if grid is None:
             return []
         each = self.outcome.after.time_s / grid.number

@@ -21,6 +21,7 @@ from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.model.tool import Tool, ToolLibrary
+from leafcut.model.toolpath import FIRST_OFFSET
 from leafcut.options import MillingOptions, Settings
 from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
 from leafcut.processes.contours import (
@@ -43,7 +44,7 @@ from leafcut.processes.milling.mill import assumed_number_issues, library_mill_f
 from leafcut.processes.part.carving import carvings_of, with_floor_passes
 from leafcut.processes.part.chamfering import chamfers_of
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks, with_pockets
-from leafcut.processes.part.copies import repeat_part
+from leafcut.processes.part.copies import fixture_issues, repeat_part, work_offsets
 from leafcut.processes.part.engraving import engravings_of
 from leafcut.processes.part.mills import other_mills
 from leafcut.processes.part.model import Carving, CopyGrid, Edge, LayerWork, PartHole, PartRequest, TabRules
@@ -94,8 +95,8 @@ class MillStage:
 class PartWork:
     """The holes of each drill and the tasks of each mill.
 
-    `cuts` contains only the tasks along edges. `copies` is None if the drawing is milled once. `plate_price` is the
-    price of the plate, for a quote.
+    `cuts` contains only the tasks along edges. `copies` is None if the drawing is milled once on the plate.
+    `plate_price` is the price of the plate, for a quote. A plate is milled in each of the `work_offsets`.
     """
 
     groups: tuple[HoleGroup, ...]
@@ -105,6 +106,7 @@ class PartWork:
     layers: tuple[LayerWork, ...]
     copies: CopyGrid | None
     plate_price: float = 0.0
+    work_offsets: tuple[int, ...] = (FIRST_OFFSET,)
 
 
 def plan_part(job: Job, source: Source) -> Plan:
@@ -181,11 +183,14 @@ def plan_part(job: Job, source: Source) -> Plan:
     stages = _mill_stages([*mills, main], request, with_floor_passes(carvings, axes, pockets), pockets, cuts)
     layers = _summarize_layers(part, divided, request, drilled, tools)
     price = stock_price(settings, 0.0, 0.0 if area is None else area.area, asked.material, thickness)
-    holes = tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist())
-    work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers, grid, price)
+    offsets = work_offsets(settings, post_dialect, len(groups) + len(stages))
+    work = PartWork(tuple(groups), tuple(stages), tuple(cuts), heights, layers, grid, price, offsets)
     return Plan(
         job=job,
-        part=replace(part, holes=holes),
+        part=replace(
+            part,
+            holes=tuple(Hole(x, y, group.tool.diameter) for group in groups for x, y in group.places.tolist()),
+        ),
         dialect=post_dialect,
         work=work,
         spec=request,
@@ -193,7 +198,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         tools=(*(group.tool for group in groups), *(stage.mill.data.tool for stage in stages)),
         box=part.extents,
         start=plane_point(asked.start_point),
-        issues=[*sheet.issues, *issues],
+        issues=[*sheet.issues, *issues, *fixture_issues(offsets, job.machine, heights.clearance)],
     )
 
 
@@ -403,6 +408,7 @@ def part_candidate(plan: Plan, order: Order) -> Candidate:
         plan.job.machine,
         coolant=plan.job.settings.post.coolant,
         pause=plan.dialect.hand_change_pause and not plan.job.machine.tool_changer,
+        work_offsets=work.work_offsets,
     )
     return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from leafcut.geometry.zones import touches_any_zone, widen_zones
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
-from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.model.toolpath import FIRST_OFFSET, Toolpath, ToolpathBuilder
 from leafcut.processes.part.plan.holes import HoleGroup
 from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
-from leafcut.processes.spindle_moves import end_program, move_to_tool_change, take_tool
+from leafcut.processes.spindle_moves import end_program, move_to_tool_change, retract, take_tool
 
 
 def part_motion(
@@ -24,10 +24,12 @@ def part_motion(
     *,
     coolant: bool,
     pause: bool,
+    work_offsets: Sequence[int] = (FIRST_OFFSET,),
 ) -> Toolpath:
     """Generate the motion of the whole program: first the holes of each drill, then the tasks of each mill.
 
-    Each task comes with the index of its selected choice.
+    Each task comes with the index of its selected choice. Each tool does its work in all `work_offsets`, in the same
+    order, and retracts before it goes to the next work offset.
     """
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
@@ -37,11 +39,15 @@ def part_motion(
         if number:
             move_to_tool_change(builder, machine, heights.clearance, coolant=coolant)
         tool = work.tool if isinstance(work, HoleGroup) else work[0].data.tool
-        take_tool(builder, machine, tool, heights.clearance, coolant=coolant, pause=pause)
-        if isinstance(work, HoleGroup):
-            _drill(builder, work, heights, machine)
-        else:
-            _mill(builder, *work, heights, machine)
+        take_tool(builder, machine, tool, heights.clearance, coolant=coolant, pause=pause, work_offset=work_offsets[0])
+        for offset in work_offsets:
+            if offset != builder.frame:
+                retract(builder, machine, heights.clearance)
+                builder.work_offset(offset)
+            if isinstance(work, HoleGroup):
+                _drill(builder, work, heights, machine)
+            else:
+                _mill(builder, *work, heights, machine)
     end_program(builder, machine, heights.clearance, heights.end, coolant=coolant)
     return builder.build()
 

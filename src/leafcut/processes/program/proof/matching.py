@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices, occurrence_keys
 from leafcut.message import Message
+from leafcut.model.toolpath import g_word
 from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, Features, feature_kind_name
 from leafcut.proof.difference import position_text
 from leafcut.units import SECONDS_PER_MINUTE
@@ -199,10 +200,6 @@ def cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[Cell
 _FAR = 1 << 62
 
 
-def _work_offset_text(tenths: int) -> str:
-    return f"G{tenths / 10:g}"
-
-
 class FeatureChange(NamedTuple):
     """A difference between two features.
 
@@ -249,9 +246,9 @@ _EXACT_WORDS: dict[str, tuple[Message, Callable[[int], object]]] = {
     "tool": (Message("tool"), str),
     "coolant": (Message("coolant"), {0: "M9", 1: "M7", 2: "M8", 3: "M7 M8"}.get),
     "length": (Message("length offset"), lambda v: v if v >= 0 else Message("unknown")),
-    "frame": (Message("work offset"), _work_offset_text),
+    "frame": (Message("work offset"), g_word),
     "radius": (Message("radius compensation"), lambda v: f"G{v}" if v > 0 else Message("unknown")),
-    "blending": (Message("blending"), lambda v: _work_offset_text(v) if v else Message("not stated")),
+    "blending": (Message("blending"), lambda v: g_word(v) if v else Message("not stated")),
     "feed_mode": (Message("feed mode"), lambda v: f"G{v}"),
     "spindle": (Message("direction of the spindle"), {1: "M3", -1: "M4", 0: "M5"}.get),
     "obeyed": (Message("number of the preceding controller settings, (o=…) or #<…>,"), str),
