@@ -86,6 +86,7 @@ CODES: dict[str, str] = {
     "L444": "position of a fixture",
     "L445": "a surface or a fixture may have another unit",
     "L446": "a deep hole is drilled in one stroke",
+    "L447": "the bottom of a circuit board is mirrored",
     "L501": "blocks of a program keep their position",
     "L502": "nothing in a program can be reordered",
     "L503": "tool changes were saved",
@@ -152,6 +153,7 @@ LIMITS = {
     **dict.fromkeys(("L102", "L401", "L402", "L405", "L412", "L413", "L414", "L417", "L510"), "assumed"),
     **dict.fromkeys(("L701", "L711"), "not cut"),
     "L446": "deep hole",
+    "L447": "the bottom of a circuit board is mirrored",
 }
 
 

@@ -91,6 +91,14 @@ class ReadOptions(OptionGroup):
         default_words="top; drawn for a --workpiece",
         needs=(when_input_is("step"),),
     )
+    side: str = option(
+        "text",
+        "top",
+        "side of a circuit board; the bottom is mirrored about the Y axis through the middle of the board",
+        choices=("top", "bottom"),
+        needs=(when_input_is("gerber"),),
+        of_file=True,
+    )
     mirror: str | None = option(
         "text",
         None,

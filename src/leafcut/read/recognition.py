@@ -109,6 +109,18 @@ def sniff_excellon(head: bytes) -> Match:
     return Match.YES if bare and not _has_line(_NOT_IN_DRILL_FILES, lines) else Match.NO
 
 
+def is_gerber_text(head: bytes) -> bool:
+    """Return whether a file is Gerber: it states its unit or its coordinate format."""
+    return re.search(rb"%(?:MO(?:MM|IN)\*|FS[LTD][AI])", head[:65536]) is not None
+
+
+def sniff_gerber(head: bytes) -> Match:
+    """Recognise a Gerber file, or a ZIP archive, which may contain Gerber files."""
+    if head.startswith(b"PK\x03\x04"):
+        return Match.MAYBE
+    return Match.YES if is_gerber_text(head) else Match.NO
+
+
 def _has_line(pattern: bytes, lines: bytes) -> bool:
     return re.search(pattern, lines, re.MULTILINE) is not None
 

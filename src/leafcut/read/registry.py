@@ -106,6 +106,16 @@ BUILT_IN = (
         recognition.sniff_excellon,
     ),
     Format(
+        "gerber",
+        (".gbr", ".gtl", ".gbl", ".gko", ".gm1", ".zip"),
+        "circuit board: a ZIP archive of Gerber and drill files, or one Gerber file; copper, outline and holes as "
+        "layers, for milling parts only",
+        _refusing_reader(Message("a Gerber board is milled with leafcut part; for drilling, give its drill file")),
+        recognition.sniff_gerber,
+        contours=_lazy_reader("gerber:read_gerber"),
+        processes=("part",),
+    ),
+    Format(
         "xml",
         (".xml", ".map"),
         "point map in XML: <city>, <point>, <hole> or <node>, or their Spanish names, with x and y",

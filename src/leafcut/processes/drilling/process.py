@@ -40,7 +40,7 @@ class Drilling(Process):
     name = "drill"
     title = "drilling"
     options = (DrillOptions,)
-    uses = use(ReadOptions) | use(ReadOptions, z_zero=()) | use(MachineOptions) | ORDERED | WRITTEN
+    uses = use(ReadOptions, but=("side",)) | use(ReadOptions, z_zero=()) | use(MachineOptions) | ORDERED | WRITTEN
     uses |= use(JobOptions, but=("material", "tool_diameter", "step_over", "step_down")) | use(
         JobOptions, material=(when_given("tools"),), diameter_tolerance=()
     )

@@ -42,7 +42,7 @@ _MORE = (
     "tab_width", "tab_height", "finish", "milling", "entry_angle", "plunge_feed", "tool_number", "diameter_tolerance",
     "break_through", "retract_height", "retract", "keep_out", "start_point", "end_point",
 )  # fmt: skip
-_READ = ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "strict")
+_READ = ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "side", "strict")
 _JOB = (
     "tools", "thickness", "break_through", "clearance_height", "retract_height", "retract", "keep_out", "tool_diameter",
     "feed", "spindle_speed", "step_down", "diameter_tolerance", "material", "start_point", "end_point",

@@ -56,7 +56,7 @@ class SheetCutting(Process):
     name = "cut"
     title = "cutting a sheet"
     options = (CutOptions,)
-    uses = use(ReadOptions, but=("z_zero",)) | use(SheetOptions) | use(MachineOptions)
+    uses = use(ReadOptions, but=("z_zero", "side")) | use(SheetOptions) | use(MachineOptions)
     uses |= use(JobOptions, *_JOB, "start_point") | use(CutDataOptions)
     uses |= use(SpeedOptions, "shop_rate") | use(QuoteOptions) | use(QuoteOptions, quantity=())
     uses |= ORDERED | use(PostOptions, but=("coolant",))
