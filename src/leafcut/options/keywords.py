@@ -74,6 +74,11 @@ class _Options7(TypedDict, total=False):
 
 
 class _Options8(TypedDict, total=False):
+    # Of optimize, part, solve.
+    side: Literal["top", "bottom", None]
+
+
+class _Options9(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, tool_speeds.
     mirror: Literal["x", "y", None]
     rotate: Quantity | None
@@ -81,12 +86,12 @@ class _Options8(TypedDict, total=False):
     end_point: str | Sequence[Quantity] | None
 
 
-class _Options9(TypedDict, total=False):
+class _Options10(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, nest, solve, simulate, stock, tool_speeds.
     strict: bool | None
 
 
-class _Options10(TypedDict, total=False):
+class _Options11(TypedDict, total=False):
     # Of optimize, cut, part, nest.
     cut_layers: str | Sequence[str] | None
     mark_layers: str | Sequence[str] | None
@@ -94,39 +99,39 @@ class _Options10(TypedDict, total=False):
     ignore_layers: str | Sequence[str] | None
 
 
-class _Options11(TypedDict, total=False):
+class _Options12(TypedDict, total=False):
     # Of optimize, cut, pocket, part, nest.
     join_tolerance: Quantity | None
     open_paths: Literal["refuse", "cut", "mark", "drop", None]
 
 
-class _Options12(TypedDict, total=False):
+class _Options13(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, nest, simulate, stock, tool_speeds, verify.
     machine: str | None
 
 
-class _Options13(TypedDict, total=False):
+class _Options14(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, simulate, stock, tool_speeds, verify.
     work_offset: str | Sequence[Quantity] | None
 
 
-class _Options14(TypedDict, total=False):
+class _Options15(TypedDict, total=False):
     # Of optimize, drill, pocket, part, reorder, stock, tool_speeds.
     tools: str | Path | None
 
 
-class _Options15(TypedDict, total=False):
+class _Options16(TypedDict, total=False):
     # Of optimize, drill, pocket, tool_speeds.
     depth: Quantity | str | None
 
 
-class _Options16(TypedDict, total=False):
+class _Options17(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, simulate, tool_speeds, verify.
     thickness: Quantity | None
     material: str | None
 
 
-class _Options17(TypedDict, total=False):
+class _Options18(TypedDict, total=False):
     # Of optimize, drill, pocket, part, tool_speeds.
     break_through: Quantity | None
     retract_height: Quantity | None
@@ -136,43 +141,43 @@ class _Options17(TypedDict, total=False):
     diameter_tolerance: Quantity | None
 
 
-class _Options18(TypedDict, total=False):
+class _Options19(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, simulate, tool_speeds.
     clearance_height: Quantity | None
 
 
-class _Options19(TypedDict, total=False):
+class _Options20(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, tool_speeds.
     keep_out: str | Sequence[str] | None
     start_point: str | Sequence[Quantity] | None
 
 
-class _Options20(TypedDict, total=False):
+class _Options21(TypedDict, total=False):
     # Of optimize, pocket, part, reorder, stock, tool_speeds, verify.
     tool_diameter: Quantity | None
 
 
-class _Options21(TypedDict, total=False):
+class _Options22(TypedDict, total=False):
     # Of optimize, pocket, tool_speeds.
     step_over: float | str | None
 
 
-class _Options22(TypedDict, total=False):
+class _Options23(TypedDict, total=False):
     # Of optimize, pocket, part, tool_speeds.
     step_down: Quantity | None
 
 
-class _Options23(TypedDict, total=False):
+class _Options24(TypedDict, total=False):
     # Of optimize, drill, cut, tool_speeds.
     plan: str | Path | None
 
 
-class _Options24(TypedDict, total=False):
+class _Options25(TypedDict, total=False):
     # Of optimize, cut, reorder, nest, simulate, verify.
     cut_process: str | None
 
 
-class _Options25(TypedDict, total=False):
+class _Options26(TypedDict, total=False):
     # Of optimize, cut, reorder, simulate, verify.
     amps: float | None
     nozzle: str | None
@@ -180,12 +185,12 @@ class _Options25(TypedDict, total=False):
     cut_speed: Quantity | None
 
 
-class _Options26(TypedDict, total=False):
+class _Options27(TypedDict, total=False):
     # Of optimize, cut, nest.
     kerf: Quantity | None
 
 
-class _Options27(TypedDict, total=False):
+class _Options28(TypedDict, total=False):
     # Of optimize, drill, tool_speeds.
     depth_to: Literal["shoulder", "tip", None]
     surface: str | Path | None
@@ -197,7 +202,7 @@ class _Options27(TypedDict, total=False):
     centre_drill: bool | None
 
 
-class _Options28(TypedDict, total=False):
+class _Options29(TypedDict, total=False):
     # Of optimize, cut.
     mark_speed: Quantity | None
     pierce_delay: Quantity | None
@@ -226,7 +231,7 @@ class _Options28(TypedDict, total=False):
     material_number: int | None
 
 
-class _Options29(TypedDict, total=False):
+class _Options30(TypedDict, total=False):
     # Of optimize, pocket.
     strategy: Literal["best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive", None]
     pocket_top: Literal["highest", "surface", None]
@@ -242,7 +247,7 @@ class _Options29(TypedDict, total=False):
     invert: bool | None
 
 
-class _Options30(TypedDict, total=False):
+class _Options31(TypedDict, total=False):
     # Of optimize, part.
     operations: str | Path | None
     copies: str | None
@@ -254,7 +259,7 @@ class _Options30(TypedDict, total=False):
     tab_height: Quantity | None
 
 
-class _Options31(TypedDict, total=False):
+class _Options32(TypedDict, total=False):
     # Of optimize, reorder.
     merge_tools: bool | None
     allow_reverse: bool | None
@@ -263,7 +268,7 @@ class _Options31(TypedDict, total=False):
     low_retracts: bool | None
 
 
-class _Options32(TypedDict, total=False):
+class _Options33(TypedDict, total=False):
     # Of nest.
     sheet: str | Sequence[str] | None
     gap: Quantity | None
@@ -275,7 +280,7 @@ class _Options32(TypedDict, total=False):
     remnants_out: str | Path | None
 
 
-class _Options33(TypedDict, total=False):
+class _Options34(TypedDict, total=False):
     # Of optimize, pocket, part.
     tool_number: int | None
     milling: Literal["climb", "conventional", None]
@@ -283,7 +288,7 @@ class _Options33(TypedDict, total=False):
     plunge_feed: Quantity | None
 
 
-class _Options34(TypedDict, total=False):
+class _Options35(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, solve.
     algorithm: Literal[
         "auto",
@@ -318,7 +323,7 @@ class _Options34(TypedDict, total=False):
     absorption: float | None
 
 
-class _Options35(TypedDict, total=False):
+class _Options36(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, nest, solve, tool_speeds.
     preset: Literal["fast", "default", "thorough", None]
     time_limit: Quantity | None
@@ -326,7 +331,7 @@ class _Options35(TypedDict, total=False):
     threads: int | None
 
 
-class _Options36(TypedDict, total=False):
+class _Options37(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder.
     objective: Literal["time", "distance", None]
     dialect: str | None
@@ -334,49 +339,49 @@ class _Options36(TypedDict, total=False):
     header: bool | None
 
 
-class _Options37(TypedDict, total=False):
+class _Options38(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, nest, solve.
     iterations: int | None
 
 
-class _Options38(TypedDict, total=False):
+class _Options39(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part.
     output_units: Literal["mm", "inch", None]
     program_number: int | None
 
 
-class _Options39(TypedDict, total=False):
+class _Options40(TypedDict, total=False):
     # Of optimize, drill, pocket, part.
     coolant: bool | None
 
 
-class _Options40(TypedDict, total=False):
+class _Options41(TypedDict, total=False):
     # Of optimize, reorder, stock.
     workpiece: str | None
     cell: Quantity | None
 
 
-class _Options41(TypedDict, total=False):
+class _Options42(TypedDict, total=False):
     # Of stock.
     part: str | None
 
 
-class _Options42(TypedDict, total=False):
+class _Options43(TypedDict, total=False):
     # Of optimize, pocket, reorder.
     feeds: bool | None
 
 
-class _Options43(TypedDict, total=False):
+class _Options44(TypedDict, total=False):
     # Of tool_speeds.
     tool_material: Literal["hss", "carbide", None]
 
 
-class _Options44(TypedDict, total=False):
+class _Options45(TypedDict, total=False):
     # Of optimize, cut, part, tool_speeds.
     shop_rate: float | None
 
 
-class _Options45(TypedDict, total=False):
+class _Options46(TypedDict, total=False):
     # Of optimize, cut, part.
     quote: str | Path | None
     quantity: int | None
@@ -423,7 +428,7 @@ class OptimizeKeywords(
     _Options29,
     _Options30,
     _Options31,
-    _Options33,
+    _Options32,
     _Options34,
     _Options35,
     _Options36,
@@ -431,9 +436,10 @@ class OptimizeKeywords(
     _Options38,
     _Options39,
     _Options40,
-    _Options42,
-    _Options44,
+    _Options41,
+    _Options43,
     _Options45,
+    _Options46,
     total=False,
 ):
     """Keyword arguments of `leafcut.optimize`."""
@@ -448,9 +454,8 @@ class DrillKeywords(
     _Options5,
     _Options6,
     _Options7,
-    _Options8,
     _Options9,
-    _Options12,
+    _Options10,
     _Options13,
     _Options14,
     _Options15,
@@ -458,14 +463,15 @@ class DrillKeywords(
     _Options17,
     _Options18,
     _Options19,
-    _Options23,
-    _Options27,
-    _Options34,
+    _Options20,
+    _Options24,
+    _Options28,
     _Options35,
     _Options36,
     _Options37,
     _Options38,
     _Options39,
+    _Options40,
     total=False,
 ):
     """Keyword arguments of `leafcut.drill`."""
@@ -479,27 +485,27 @@ class CutKeywords(
     _Options4,
     _Options5,
     _Options6,
-    _Options8,
     _Options9,
     _Options10,
     _Options11,
     _Options12,
     _Options13,
-    _Options16,
-    _Options18,
+    _Options14,
+    _Options17,
     _Options19,
-    _Options23,
+    _Options20,
     _Options24,
     _Options25,
     _Options26,
-    _Options28,
-    _Options34,
+    _Options27,
+    _Options29,
     _Options35,
     _Options36,
     _Options37,
     _Options38,
-    _Options44,
+    _Options39,
     _Options45,
+    _Options46,
     total=False,
 ):
     """Keyword arguments of `leafcut.cut`."""
@@ -512,9 +518,8 @@ class PocketKeywords(
     _Options5,
     _Options6,
     _Options7,
-    _Options8,
     _Options9,
-    _Options11,
+    _Options10,
     _Options12,
     _Options13,
     _Options14,
@@ -526,15 +531,16 @@ class PocketKeywords(
     _Options20,
     _Options21,
     _Options22,
-    _Options29,
-    _Options33,
+    _Options23,
+    _Options30,
     _Options34,
     _Options35,
     _Options36,
     _Options37,
     _Options38,
     _Options39,
-    _Options42,
+    _Options40,
+    _Options43,
     total=False,
 ):
     """Keyword arguments of `leafcut.pocket`."""
@@ -555,22 +561,23 @@ class PartKeywords(
     _Options12,
     _Options13,
     _Options14,
-    _Options16,
+    _Options15,
     _Options17,
     _Options18,
     _Options19,
     _Options20,
-    _Options22,
-    _Options30,
-    _Options33,
+    _Options21,
+    _Options23,
+    _Options31,
     _Options34,
     _Options35,
     _Options36,
     _Options37,
     _Options38,
     _Options39,
-    _Options44,
+    _Options40,
     _Options45,
+    _Options46,
     total=False,
 ):
     """Keyword arguments of `leafcut.part`."""
@@ -582,23 +589,23 @@ class ReorderKeywords(
     _Options5,
     _Options6,
     _Options7,
-    _Options9,
-    _Options12,
+    _Options10,
     _Options13,
     _Options14,
-    _Options16,
-    _Options18,
+    _Options15,
+    _Options17,
     _Options19,
     _Options20,
-    _Options24,
+    _Options21,
     _Options25,
-    _Options31,
-    _Options34,
+    _Options26,
+    _Options32,
     _Options35,
     _Options36,
     _Options37,
-    _Options40,
-    _Options42,
+    _Options38,
+    _Options41,
+    _Options43,
     total=False,
 ):
     """Keyword arguments of `leafcut.reorder`."""
@@ -610,15 +617,15 @@ class NestKeywords(
     _Options4,
     _Options5,
     _Options6,
-    _Options9,
     _Options10,
     _Options11,
     _Options12,
-    _Options24,
-    _Options26,
-    _Options32,
-    _Options35,
-    _Options37,
+    _Options13,
+    _Options25,
+    _Options27,
+    _Options33,
+    _Options36,
+    _Options38,
     total=False,
 ):
     """Keyword arguments of `leafcut.nest`."""
@@ -630,10 +637,11 @@ class SolveKeywords(
     _Options3,
     _Options4,
     _Options5,
-    _Options9,
-    _Options34,
+    _Options8,
+    _Options10,
     _Options35,
-    _Options37,
+    _Options36,
+    _Options38,
     total=False,
 ):
     """Keyword arguments of `leafcut.solve`."""
@@ -641,13 +649,13 @@ class SolveKeywords(
 
 class SimulateKeywords(
     _Options1,
-    _Options9,
-    _Options12,
+    _Options10,
     _Options13,
-    _Options16,
-    _Options18,
-    _Options24,
+    _Options14,
+    _Options17,
+    _Options19,
     _Options25,
+    _Options26,
     total=False,
 ):
     """Keyword arguments of `leafcut.simulate`."""
@@ -658,13 +666,13 @@ class StockKeywords(
     _Options5,
     _Options6,
     _Options7,
-    _Options9,
-    _Options12,
+    _Options10,
     _Options13,
     _Options14,
-    _Options20,
-    _Options40,
+    _Options15,
+    _Options21,
     _Options41,
+    _Options42,
     total=False,
 ):
     """Keyword arguments of `leafcut.stock`."""
@@ -678,9 +686,8 @@ class ToolSpeedsKeywords(
     _Options5,
     _Options6,
     _Options7,
-    _Options8,
     _Options9,
-    _Options12,
+    _Options10,
     _Options13,
     _Options14,
     _Options15,
@@ -692,10 +699,11 @@ class ToolSpeedsKeywords(
     _Options21,
     _Options22,
     _Options23,
-    _Options27,
-    _Options35,
-    _Options43,
+    _Options24,
+    _Options28,
+    _Options36,
     _Options44,
+    _Options45,
     total=False,
 ):
     """Keyword arguments of `leafcut.tool_speeds`."""
@@ -703,12 +711,12 @@ class ToolSpeedsKeywords(
 
 class VerifyKeywords(
     _Options1,
-    _Options12,
     _Options13,
-    _Options16,
-    _Options20,
-    _Options24,
+    _Options14,
+    _Options17,
+    _Options21,
     _Options25,
+    _Options26,
     total=False,
 ):
     """Keyword arguments of `leafcut.verify`."""

@@ -27,20 +27,22 @@ class Operation(StrEnum):
     POCKET = "pocket"
     CHAMFER = "chamfer"
     VCARVE = "vcarve"
+    ISOLATE = "isolate"
     IGNORE = "ignore"
 
 
 #: Operations that mill through the plate. Their edges may have a chamfer.
 THROUGH = (Operation.PROFILE, Operation.BORE)
 #: Operations on the top face that have a depth. Their rules may name a tool.
-DEEP = (Operation.ENGRAVE, Operation.POCKET)
+DEEP = (Operation.ENGRAVE, Operation.POCKET, Operation.ISOLATE)
 #: Operations of a V-bit. Their rules must name it.
 CARVED = (Operation.CHAMFER, Operation.VCARVE)
-#: Pattern for an operation with its depth and tools, such as ``engrave 0.3mm T5``, ``pocket 3mm T5 rest T6`` or
-#: ``vcarve 2mm T6 flat T5``.
+#: Pattern for an operation with its depth and tools, such as ``engrave 0.3mm T5``, ``pocket 3mm T5 rest T6``,
+#: ``vcarve 2mm T6 flat T5`` or ``isolate 0.1mm T6 passes 2``.
 _RULE = re.compile(
     r"(?P<word>\S+)(?:\s+(?P<depth>[^T\s].*?))?"
     r"(?:\s+T(?P<tool>\d{1,8})(?:\s+rest\s+T(?P<rest>\d{1,8})|\s+flat\s+T(?P<flat>\d{1,8}))?)?"
+    r"(?:\s+passes\s+(?P<passes>[1-9]))?"
 )
 WILDCARDS = re.compile(r"[*?\[]")
 #: Minimum depth, mm. It must exceed the tolerance for heights in the program.
@@ -54,7 +56,8 @@ class LayerRule:
     The layer name may contain wildcards. The depth is in mm, and 0 means through the plate. For a chamfer, it is the
     width. For V-carving, it is the maximum depth, and 0 means that none is given. `place` is the position of the rule
     in the file. `chamfer` is the rule for the edges of this operation. In a pocket, the tool `rest` clears the places
-    that `tool` cannot reach. In V-carving, the tool `flat` clears the floor at the maximum depth.
+    that `tool` cannot reach. In V-carving, the tool `flat` clears the floor at the maximum depth. `passes` is the
+    number of passes side by side of an isolation.
     """
 
     layer: str
@@ -65,6 +68,7 @@ class LayerRule:
     chamfer: LayerRule | None = None
     rest: int | None = None
     flat: int | None = None
+    passes: int = 1
 
     @property
     def is_exact(self) -> bool:
@@ -152,8 +156,11 @@ def _single_rule(layer: str, value: object, place: str) -> LayerRule:
         raise DataError("{}: '{}' needs a depth, such as '{} 0.3mm'", place, word, word)
     if (match["rest"] and operation is not Operation.POCKET) or "rest" in (depth or "").split():
         raise DataError("{}: 'rest' is only for a pocket with two mills, such as 'pocket 3mm T5 rest T6'", place)
+    if (match["passes"] and operation is not Operation.ISOLATE) or "passes" in (depth or "").split():
+        raise DataError("{}: 'passes' is only for 'isolate', from 1 to 9, such as 'isolate 0.1mm T6 passes 2'", place)
     first, rest, flat = (int(match[name]) if match[name] else None for name in ("tool", "rest", "flat"))
-    return LayerRule(layer, operation, _depth(depth, place) if depth else 0.0, first, place, rest=rest, flat=flat)
+    rule = LayerRule(layer, operation, _depth(depth, place) if depth else 0.0, first, place, rest=rest, flat=flat)
+    return replace(rule, passes=int(match["passes"] or 1))
 
 
 def _depth(text: str, place: str) -> float:
@@ -175,13 +182,14 @@ class RuleFields:
     """The parts of a rule as text, for a table. They may be incomplete or invalid.
 
     For a profile or a bore, `depth` and `tool` are the width and the V-bit of its chamfer. `second` is the number of
-    the mill after ``rest`` or ``flat``.
+    the mill after ``rest`` or ``flat``, and `passes` the number of passes of an isolation.
     """
 
     operation: str = ""
     depth: str = ""
     tool: str = ""
     second: str = ""
+    passes: str = ""
 
     @classmethod
     def split(cls, value: object) -> RuleFields:
@@ -191,7 +199,8 @@ class RuleFields:
         if match is None or (chamfer and (edge is None or edge["word"] != Operation.CHAMFER)):
             return cls(str(value))
         of_tool = edge or match
-        return cls(match["word"], of_tool["depth"] or "", of_tool["tool"] or "", match["rest"] or match["flat"] or "")
+        second, passes = match["rest"] or match["flat"] or "", match["passes"] or ""
+        return cls(match["word"], of_tool["depth"] or "", of_tool["tool"] or "", second, passes)
 
     def changed(self, **changes: str) -> RuleFields:
         """Return changed fields. A different operation keeps only the fields that have the same meaning."""
@@ -208,7 +217,8 @@ class RuleFields:
         if self.operation in THROUGH and any(words):
             return " ".join(filter(None, [self.operation, "+", Operation.CHAMFER, *words]))
         second = "flat" if self.operation == Operation.VCARVE else "rest"
-        return " ".join(filter(None, [self.operation, *words, f"{second} T{self.second}" if self.second else ""]))
+        words += [f"{second} T{self.second}" if self.second else "", f"passes {self.passes}" if self.passes else ""]
+        return " ".join(filter(None, [self.operation, *words]))
 
 
 def rule_texts(text: str, place: str) -> dict[str, Any]:

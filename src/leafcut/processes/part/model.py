@@ -21,6 +21,8 @@ CHORD = 0.002
 #: Minimum distance between the cuts along two parts without tabs, mm. The verification locates a cut with an accuracy
 #: of 0.03 mm, and assigns it to the edge that it follows.
 _APART = 0.1
+#: Distance between two passes of an isolation, in radii of the tool: they overlap by a fifth of their width.
+PASS = 1.6
 #: Minimum path length for each tab, as a multiple of the tab interval. Two thirds of the path remain for cutting.
 _SHARE = 3.0
 
@@ -189,6 +191,35 @@ class Carving:
     floors: tuple[PocketArea, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class Isolation:
+    """Copper that grooves separate from everything around it.
+
+    Attributes
+    ----------
+    copper
+        Area of all copper shapes, a shapely geometry.
+    depth
+        Depth of the groove below the top, mm.
+    radius
+        Radius of the tool at the top of the plate when it cuts at this depth, mm.
+    passes
+        Number of passes side by side.
+    """
+
+    copper: Any
+    depth: float
+    tool: int
+    radius: float
+    passes: int = 1
+    layer: str = ""
+
+    @property
+    def offsets(self) -> list[float]:
+        """Distance of each pass from the copper, mm."""
+        return [self.radius * (1.0 + PASS * number) for number in range(self.passes)]
+
+
 @dataclass(frozen=True)
 class TabRules:
     """The tabs on an edge: requested number, width between the cuts, and height above the bottom of the plate, mm."""
@@ -259,7 +290,7 @@ class PartRequest:
     """The work that a program must do.
 
     The program mills `edges` through the plate, leaves tabs, drills holes, engraves paths, clears pockets, cuts
-    chamfers and carves shapes.
+    chamfers, carves shapes and isolates copper.
 
     Attributes
     ----------
@@ -291,6 +322,7 @@ class PartRequest:
     pockets: tuple[PocketArea, ...] = ()
     chamfers: tuple[Chamfer, ...] = ()
     carvings: tuple[Carving, ...] = ()
+    isolations: tuple[Isolation, ...] = ()
     steps: Mapping[int, float] = field(default_factory=dict)
     feed: float = math.inf
     finish: float = 0.0

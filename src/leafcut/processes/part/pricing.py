@@ -45,7 +45,7 @@ def plate_cost(plan: Plan, seconds: float) -> RunCost:
         cost=cost / (plates * copies),
         weight_kg=weight(_volume(plan) / copies, density_of(settings, material)),
         outlines=outlines // copies,
-        lighter=bool(request.engravings or request.chamfers or request.carvings),
+        lighter=bool(request.engravings or request.chamfers or request.carvings or request.isolations),
         edges=tuple(edge.path for edge in edges),
         lines=_lines_inside(request, edges),
     )

@@ -46,6 +46,7 @@ from leafcut.processes.part.chamfering import chamfers_of
 from leafcut.processes.part.clearing import check_pockets, pocket_areas, pocket_tasks, with_pockets
 from leafcut.processes.part.copies import fixture_issues, repeat_part, work_offsets
 from leafcut.processes.part.engraving import engravings_of
+from leafcut.processes.part.isolating import isolations_of
 from leafcut.processes.part.mills import other_mills
 from leafcut.processes.part.model import Carving, CopyGrid, Edge, LayerWork, PartHole, PartRequest, TabRules
 from leafcut.processes.part.operations import (
@@ -61,6 +62,7 @@ from leafcut.processes.part.plan.chamfers import chamfer_path, chamfer_tasks
 from leafcut.processes.part.plan.engraving import engraving_tasks
 from leafcut.processes.part.plan.finishing import check_allowance, ring_of
 from leafcut.processes.part.plan.holes import HoleGroup, PlannedHole, fitting_drill, hole_groups
+from leafcut.processes.part.plan.isolation import isolation_tasks
 from leafcut.processes.part.plan.motion import part_motion
 from leafcut.processes.part.plan.outlines import OutlineCut, edges_of, missing_paths, plan_cuts, with_ramps
 from leafcut.processes.part.plan.task import Mill, MillTask, PartHeights
@@ -140,19 +142,19 @@ def plan_part(job: Job, source: Source) -> Plan:
     issues += more
     mills, of_mills = other_mills(divided, job, main, library)
     areas, more = pocket_areas(divided, settings, diameter, [*mills, main])
-    issues += more
-    engravings, more = engravings_of(divided, settings, data.tool.number)
-    issues += more
+    engravings, of_engravings = engravings_of(divided, settings, data.tool.number)
+    issues += [*more, *of_engravings]
+    isolations, of_isolations = isolations_of(divided, [*mills, main])
     tools = {one.data.tool.number: one.data.tool for one in (*mills, main)}
     carvings, axes, of_carvings = carvings_of(divided, settings, [*mills, main], areas, thickness)
     faces = [*areas, *(carving.area for carving in carvings)]
     check_pockets(areas, faces, edges, cuts, engravings, tabs, thickness, diameter, finish)
     chamfers = chamfers_of(divided, edges, cuts, drilled, faces, 0.5 * diameter, tools, tabs, thickness)
-    if not (edges or drilled or engravings or faces) and not any(issue.missing for issue in issues):
+    if not (edges or drilled or engravings or faces or isolations) and not any(issue.missing for issue in issues):
         raise PlanError("{}: there is nothing to mill, because --operations ignores all layers", part.name)
-    if not (cuts or groups or engravings or faces):
+    if not (cuts or groups or engravings or faces or isolations):
         raise OptionError("{}: nothing can be milled: {}", part.name, next(one for one in issues if one.missing))
-    issues += [*assumed_number_issues(milling, mill, data.tool), *of_data, *of_mills, *of_carvings]
+    issues += [*assumed_number_issues(milling, mill, data.tool), *of_data, *of_mills, *of_isolations, *of_carvings]
     post_dialect = dialect_of(job)
     job = job.for_dialect(post_dialect)
     check_dialect_options(settings, post_dialect)
@@ -170,6 +172,7 @@ def plan_part(job: Job, source: Source) -> Plan:
         pockets=tuple(areas),
         chamfers=tuple(chamfers),
         carvings=tuple(carvings),
+        isolations=tuple(isolations),
         steps={one.data.tool.number: one.step for one in (*mills, main)},
         feed=data.tool.feed,
         finish=finish,
@@ -205,6 +208,12 @@ def plan_part(job: Job, source: Source) -> Plan:
 def _divide(part: Part, settings: Settings, thickness: float) -> LayeredPart:
     """Divide the drawing by operation. Without an operations file, every contour is an edge."""
     file = settings.of(PartOptions).operations
+    if file is None and part.format == "gerber":
+        raise OptionError(
+            "{}: a board needs an operation for each layer; give --operations with a file such as [layer] COPPER = "
+            '"isolate 0.1mm T6", HOLES = "bore", OUTLINE = "profile"',
+            part.name,
+        )
     if file is None:
         return LayeredPart(part)
     return divide_by_layer(part, read_operations(file), file, thickness, settings.sheet)
@@ -291,6 +300,11 @@ def _summarize_layers(
     works += [(hole.layer, "drill", deep, (hole.drill,)) for hole in drilled]
     works += [(one.layer, str(Operation.ENGRAVE), one.depth, (tools[one.tool],)) for one in request.engravings]
     works += [(one.layer, str(Operation.CHAMFER), one.depth, (tools[one.bit.tool],)) for one in request.chamfers]
+    works += [
+        (one.layer, str(Operation.ISOLATE), one.depth, (tools[one.tool],))
+        for one in request.isolations
+        for _ in shapely.get_parts(one.copper)
+    ]
     # The deepest shape stands for its layer.
     deepest = {one.area.layer: one.area.depth for one in sorted(request.carvings, key=lambda one: one.area.depth)}
     works += [
@@ -351,9 +365,11 @@ def _mill_stages(
         number = mill.data.tool.number
         engravings = [engraving for engraving in request.engravings if engraving.tool == number]
         chamfers = [chamfer for chamfer in request.chamfers if chamfer.bit.tool == number]
+        copper = [one for one in request.isolations if one.tool == number]
         shapes = [(one, paths) for one, paths in carved if one.bit.tool == number]
         face: tuple[MillTask, ...] = (
             *engraving_tasks(engravings, request.edges, mill.step),
+            *isolation_tasks(copper, request.edges, mill.step, mill.climb),
             *chamfer_tasks(chamfers, request.edges, mill.step, mill.climb),
             *carving_tasks(shapes, request.edges, mill.step),
             *pockets[number],
@@ -379,6 +395,10 @@ def _refuse_clamps(
             for own in request.mills_of(area)
         ),
         *((one.name, one.line, -one.depth, one.tool) for one in request.engravings),
+        *(
+            (Message("the copper on layer {}", one.layer), one.copper.buffer(one.offsets[-1]), -one.depth, one.tool)
+            for one in request.isolations
+        ),
         *((one.area.name, one.area.region, -one.area.depth, one.bit.tool) for one in request.carvings),
         *((one.name, ring_of(chamfer_path(one)), -one.depth, one.bit.tool) for one in request.chamfers),
         *(
@@ -530,7 +550,7 @@ def _is_circle(path: Polyline, diameter: float) -> bool:
     circle.
     """
     x0, y0, x1, y1 = path.extents
-    corners = path.flattened()
+    corners = path.flattened(min(0.01, 0.25 * _ROUND * diameter))
     points = np.concatenate([corners, 0.5 * (corners + np.roll(corners, 1, axis=0))])
     away = np.hypot(points[:, 0] - 0.5 * (x0 + x1), points[:, 1] - 0.5 * (y0 + y1))
     return bool(np.abs(away - 0.5 * diameter).max() <= _ROUND * diameter)

@@ -11,6 +11,7 @@ from leafcut.model.tool import ToolLibrary
 from leafcut.processes.settings import collect_settings
 from leafcut.read.machine import load_machine
 from leafcut.read.operations import (
+    DEEP,
     THROUGH,
     WILDCARDS,
     Operation,
@@ -132,7 +133,7 @@ class LayersPanel:
             ["", w("layers.unset" if self._file()[1] else "layers.unset_all")],
             *([str(word), w.item_name("layers", word, word)] for word in known),
         ]
-        through, deep = fields.operation in THROUGH, fields.operation in (Operation.ENGRAVE, Operation.POCKET)
+        through, deep = fields.operation in THROUGH, fields.operation in DEEP
         shown = [("operation", "operation", choices)]
         tools = [[str(tool.number), replace_unprintable(tool.label)] for tool in (library.tools if library else ())]
 

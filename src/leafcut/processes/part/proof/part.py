@@ -25,6 +25,7 @@ from leafcut.processes.part.proof.depths import check_depths
 from leafcut.processes.part.proof.edges import check_edges
 from leafcut.processes.part.proof.engraving import check_engravings
 from leafcut.processes.part.proof.holes import check_holes
+from leafcut.processes.part.proof.isolation import check_isolations
 from leafcut.processes.part.proof.pockets import check_pockets
 from leafcut.processes.part.proof.rapids import check_rapids
 from leafcut.proof.difference import limit_differences
@@ -55,6 +56,8 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     12. Each carved shape is cut to its walls and no further, before the edges that enclose or cross it.
         The end mill clears the floor of a shape where it fits, before the V-bit, which clears the rest of the floor.
     13. No cut is deeper than the step-down of its mill.
+    14. Grooves of the requested width separate the copper shapes of a board wherever the tool fits between them, before
+        the edges that enclose or cross them. They do not enter the copper.
     """
     moves = convert_to_straight_moves(written, CHORD, _WHOLE)
     low = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < -HEIGHT)
@@ -62,7 +65,8 @@ def judge_part(request: PartRequest, written: Toolpath) -> list[Difference]:
     cutting = low & ~np.isin(moves.tool, list(drills - {request.tool}))
     cuts = Cuts(moves, cutting)
     pockets = check_pockets(request, cuts)
-    others = [pockets, *(check(request, cuts) for check in (check_engravings, check_chamfers, check_carvings))]
+    face_checks = (check_engravings, check_chamfers, check_carvings, check_isolations)
+    others = [pockets, *(check(request, cuts) for check in face_checks)]
     known = np.logical_or.reduce([other.explained for other in others])
     material = material_of(request.edges)
     edges = check_edges(request, cuts, known, material)

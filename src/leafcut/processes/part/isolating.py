@@ -1,0 +1,72 @@
+"""Collect the copper that is isolated, with the width of the groove that its tool cuts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import shapely
+
+from leafcut.errors import PlanError, count_of
+from leafcut.message import Message
+from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.tool import CONES, ToolKind
+from leafcut.processes.part.model import CHORD, Isolation
+from leafcut.processes.part.operations import LayeredPart, Operation, open_shape
+from leafcut.processes.part.plan.chamfers import v_bit
+from leafcut.processes.part.plan.isolation import narrow_gaps
+from leafcut.processes.part.plan.task import Mill
+
+#: Minimum radius of a groove, mm. The verification locates a cut with an accuracy of 0.01 mm.
+_NARROWEST = 0.03
+
+
+def isolations_of(divided: LayeredPart, mills: Sequence[Mill]) -> tuple[list[Isolation], list[Issue]]:
+    """Return the copper to isolate, and an issue about gaps that are narrower than the tool.
+
+    The last of `mills` is the end mill of the part, which isolates the layers that name no tool.
+
+    Raises
+    ------
+    PlanError
+        A shape is open, or the tool is neither an end mill nor a V-bit, or it is not wide enough for the depth.
+    """
+    tools = {mill.data.tool.number: mill.data.tool for mill in mills}
+    isolations: list[Isolation] = []
+    issues: list[Issue] = []
+    for rule, contours in divided.faces_of(Operation.ISOLATE):
+        tool = tools[rule.tool or mills[-1].data.tool.number]
+        if tool.kind not in (ToolKind.END_MILL, *CONES):
+            raise PlanError("{}: {} is neither an end mill nor a V-bit", rule.place, tool.label)
+        radius = 0.5 * tool.diameter
+        if tool.kind in CONES:
+            bit = v_bit(tool)
+            radius = bit.tip + rule.depth * bit.spread
+            if radius > bit.radius:
+                raise PlanError("{}: {} is too narrow to cut {:g} mm deep", rule.place, tool.label, rule.depth)
+        if radius < _NARROWEST:
+            raise PlanError(
+                "{}: {} cuts a groove of {:.3g} mm at this depth, which is too narrow to be verified; give its "
+                "tip_diameter in the library, or a larger depth",
+                rule.place,
+                tool.label,
+                2.0 * radius,
+            )
+        rings = []
+        for contour in contours:
+            if not contour.path.closed:
+                raise open_shape(rule, contour)
+            rings.append(shapely.LinearRing(contour.path.flattened(CHORD)))
+        # Shapes inside a shape are openings in the copper.
+        copper = shapely.build_area(shapely.GeometryCollection(rings))
+        one = Isolation(copper, rule.depth, tool.number, round(radius, 6), rule.passes, contours[0].layer)
+        isolations.append(one)
+        if places := narrow_gaps(one):
+            words = Message(
+                "{} of copper narrower than the groove of {}, {:.3g} mm, not isolated",
+                count_of(len(places), "gap"),
+                tool.label,
+                2.0 * radius,
+            )
+            where = Message("the first at ({:.4g}, {:.4g}): use a finer tool or a smaller depth", *places[0])
+            issues.append(Issue("L707", words, where, missing=MissingWork("gap", len(places), tuple(places))))
+    return isolations, issues
