@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from boards import DRILLS, archive, edge, gerber, rectangle
 
+from boards import DRILLS, archive, edge, gerber, rectangle
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import Source, read_contours

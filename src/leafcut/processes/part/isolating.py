@@ -11,10 +11,11 @@ from leafcut.message import Message
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.tool import CONES, ToolKind
 from leafcut.processes.part.model import CHORD, Isolation
-from leafcut.processes.part.operations import LayeredPart, Operation, open_shape
+from leafcut.processes.part.operations import LayeredPart, open_shape
 from leafcut.processes.part.plan.chamfers import v_bit
 from leafcut.processes.part.plan.isolation import narrow_gaps
 from leafcut.processes.part.plan.task import Mill
+from leafcut.read.operations import Operation
 
 #: Minimum radius of a groove, mm. The verification locates a cut with an accuracy of 0.01 mm.
 _NARROWEST = 0.03
