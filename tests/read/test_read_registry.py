@@ -109,6 +109,7 @@ def test_every_format_has_a_name_and_one_line_of_help():
         "wkt",
         "picture",
         "excellon",
+        "gerber",
         "xml",
         "csv",
         "tsplib",

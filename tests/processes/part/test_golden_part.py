@@ -89,6 +89,23 @@ def test_the_name_plate_is_the_golden_program() -> None:
     assert is_golden(GOLDEN / "nameplate_linuxcnc_mm.ngc", nameplate())
 
 
+def test_the_board_is_the_golden_program(rs274: str, tmp_path: Path) -> None:
+    text = leafcut.part(
+        EXAMPLES / "board.zip",
+        operations=EXAMPLES / "board.toml",
+        tools=EXAMPLES / "board_tools.toml",
+        tool_number=1,
+        thickness=1.6,
+        tab_width=2,
+        machine="shapeoko-router",
+        threads=1,
+        preset="fast",
+    ).text
+    assert is_golden(GOLDEN / "board_grbl_mm.nc", without_comments(text))
+    status, said = run_rs274(rs274, text, tmp_path)
+    assert status == 0, said[-500:]
+
+
 @pytest.mark.parametrize("dialect, units", [case for case in CASES if case[0] != "haas"])
 def test_linuxcnc_accepts_a_golden_part(rs274: str, dialect: str, units: str, tmp_path: Path) -> None:
     status, said = run_rs274(rs274, program(tmp_path, dialect, units), tmp_path)
