@@ -34,7 +34,10 @@ def test_an_outcome_is_shown_once_the_page_knows_that_the_run_is_over(studio: St
     source = studio.folder.add_input("plate.dxf", plate.read_bytes())
     job = studio.jobs.start(Task("optimize", (source,), options={"thickness": "6", "preset": "fast"}))
     studio.jobs.wait(job, 60)
-    page: Any = SimpleNamespace(run=SimpleNamespace(watching=True, show_outdated_notice=lambda _: None))
+    page: Any = SimpleNamespace(
+        run=SimpleNamespace(watching=True, show_outdated_notice=lambda _: None),
+        input=SimpleNamespace(request_run=lambda: None),
+    )
     with Client(page_of("/")):
         view = View(studio, words("en"))
         view.job = job
