@@ -431,7 +431,6 @@ def _create_backup(path: Path) -> Path | None:
 
 
 def _restore_backups(before: Mapping[Path, Path | None]) -> None:
-    """Restore the previous contents after a failed write, starting with the main file."""
     for path in list(before)[1:]:
         with suppress(OSError):
             path.unlink()

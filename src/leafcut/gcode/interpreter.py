@@ -200,7 +200,6 @@ class Interpreter:
             raise BlockError("the program has more than {:,} moves", MAX_ROWS)
 
     def _switch_off_and_stop(self, words: SortedBlock) -> None:
-        """Execute the words that act after the motion of their block."""
         state = self.state
         during = len(state.path), state.modal_values()
         if state.dialect.off_after_motion:

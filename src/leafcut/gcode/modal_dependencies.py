@@ -176,7 +176,6 @@ class BlockReader:
         return words is not None and words.outputs and set(self.kinds(block)) == {int(Kind.FOREIGN)}
 
     def _modes_used_and_set(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
-        """Return the modes that a block uses without setting them, and the modes that it sets."""
         kinds, stated = set(self.kinds(block)), set(words.states)
         after = self.program.modal(block + 1)
         used: set[str] = set()

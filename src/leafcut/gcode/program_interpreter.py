@@ -596,7 +596,6 @@ class _ProgramReader:
         return _COMPUTED if stays else ""
 
     def _next_line(self, at: int) -> int:
-        """Return the line that runs after a block, which may call or end a subprogram."""
         runner, flow, after = self.runner, self.flow, at + 1
         if runner.restores:
             self.restored.append(len(flow.calls))
@@ -632,7 +631,6 @@ class _ProgramReader:
         return after
 
     def _repeated_digest(self, goal: int, line: int) -> str:
-        """Return a digest of the text from `goal` to `line`, which a backward jump may repeat."""
         return self._line_digests.digest_of_lines(goal, line)
 
     @cached_property
@@ -649,7 +647,6 @@ class _ProgramReader:
         return self.flow.jumps.line_number_text(at) + text if self.flow.jumps.is_jump_target(at) else text
 
     def _full_description(self, at: int) -> BlockDescription:
-        """Describe a line with unknown effects: its text, and a digest of all parameters set before it."""
         shown = active_or_displayed_comments(self.lines[at].rstrip("\r\n"), self.state.dialect)
         text = " ".join([self._significant_text(at), *shown])
         return BlockDescription(text, self.parameters.digest(), self._callable_text_digest)

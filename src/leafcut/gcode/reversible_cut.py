@@ -151,7 +151,6 @@ class _CutReader:
         )
 
     def _is_adjacent_to_cut(self, low: int, high: int, *, down: bool) -> bool:
-        """Return whether the feed moves of the lead or retract are next to the cut."""
         kinds = [int(k) for k in self.path.kind[low:high] if k in (Kind.RAPID, Kind.FEED)]
         return kinds == sorted(kinds, reverse=not down)
 
@@ -174,7 +173,6 @@ class _CutReader:
         return tuple(places)
 
     def _states_centres(self, blocks: list[Block], body: int, rows: list[int]) -> bool:
-        """Return whether I and J state the centres of all arcs in the units of the program."""
         modal = self.program.modal(body)
         unit = modal.unit or 1.0
         for number, row in enumerate(rows):

@@ -199,5 +199,4 @@ def raise_unreadable_text(body: str, position: int) -> NoReturn:
 
 
 def _printable_start(text: str) -> str:
-    """Return the start of a text in a form that can be shown safely on a single line."""
     return re.sub(r"[^\x21-\x7e]+", " ", text[:12]).strip()

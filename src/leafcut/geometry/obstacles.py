@@ -159,7 +159,6 @@ class ObstacleMap:
         return None
 
     def _is_enclosed(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> bool:
-        """Return whether standing polygons block every exit from the area around a point."""
         point, reach = shapely.Point(place), ENCLOSING * radius
         near = self._polygons_near(point, reach + radius)
         seen.update(near)

@@ -119,7 +119,6 @@ def chord_polygons(paths: Sequence[Polyline]) -> Any:
 
 
 def _have_flaws(paths: Sequence[Polyline]) -> list[bool]:
-    """Return whether each closed path crosses itself or encloses no area."""
     shapes = chord_polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= COINCIDENT * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
@@ -310,7 +309,6 @@ def _arcs_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_]
 
 
 def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
-    """Return the indices of pieces that repeat an earlier piece, in the same or in the opposite direction."""
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])

@@ -467,7 +467,6 @@ def _trend_sentence(sizes: Sequence[float], gains: Sequence[float], alpha: float
 
 
 def _batch_projection_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report how much each level saves over the base level for batches of identical workpieces."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []
     for rest, groups in results.values_by_level(response.name, factor.name).items():

@@ -178,7 +178,6 @@ class Store:
 
     @contextmanager
     def _convert_errors(self) -> Iterator[None]:
-        """Convert SQLite errors and operating system errors to one-line leafcut errors."""
         try:
             yield
         except (sqlite3.Error, OSError, ValueError) as problem:

@@ -140,7 +140,6 @@ def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
 
 
 def _gouged_area(shape: Any, steps: Floats, rules: PocketRules) -> Any:
-    """Return the area that is cut beyond the walls by more than the tolerance."""
     lines, walls = shapely.linestrings(steps), shape.boundary
     shapely.prepare(shape)
     shapely.prepare(walls)

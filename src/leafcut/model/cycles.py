@@ -203,7 +203,6 @@ class _Step(NamedTuple):
 
 
 def _steps_in_hole(cycle: DrillCycle) -> list[_Step]:
-    """Return the steps of a cycle between the R plane and the final retract."""
     motion = Motion(Kind.DRILL, (0.0, 0.0, math.nan), 1.0, 0, 0)
     height, steps = cycle.r_plane, []
     for move in list(expand_cycle(motion, cycle, cycle.r_plane))[1:-1]:

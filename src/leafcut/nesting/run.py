@@ -282,7 +282,6 @@ def _available_sheets(
 
 
 def _table_size_message(stock: Stock, machine: Machine) -> str:
-    """Return a message if a sheet is larger than the travel of the machine, otherwise an empty text."""
     reach = [machine.reach(axis) for axis in (0, 1)]
     if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
         return ""
@@ -296,7 +295,6 @@ def _table_size_message(stock: Stock, machine: Machine) -> str:
 
 
 def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
-    """Report each kind of sheet in use that is larger than the table of the cutting machine."""
     machine = load_machine(with_default_cutting_machine(settings).machine.machine)
     used = {nest.stock_of(layout).name: nest.stock_of(layout) for nest in nests for layout in nest.layouts}
     return [
@@ -307,7 +305,6 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
 
 
 def _starts_with_file_name(error: PlanError, file: str) -> bool:
-    """Return whether the message of an error starts with a file name."""
     message = error.args[0]
     return isinstance(message, Message) and message.values[:1] == (file,)
 
@@ -379,7 +376,6 @@ def _write_sheet_drawings(variant: Nest, names: Sequence[str]) -> tuple[str, ...
 
 
 def _check_written_drawing(variant: Nest, layout: Layout, name: str, text: str) -> None:
-    """Raise `VerifyError` if the drawing of a sheet, after it is read back, differs from the plan."""
     from leafcut.processes.contours import prepare_sheet
     from leafcut.read.dxf_contours import read_dxf_contours
 

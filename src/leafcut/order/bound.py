@@ -275,7 +275,6 @@ class _Ascent:
         self.work = TreeScratch(parent, np.zeros(n), heap, place, np.zeros(2 * n))
 
     def climb(self, graph: Graph, goal: int) -> Floats:
-        """Continue the ascent up to step `goal`, and return the best penalties since the previous call."""
         hub, best, value = self.hub, self.penalty.copy(), -math.inf
         at_once = max(1, int(NODE_STEPS_PER_LOOK / self.n))
         while self.step < goal and not self.stop():

@@ -200,7 +200,6 @@ class _Dask(WatchedExecutor):
 
 
 def _copy_outcome(done: Future[Any], answer: Future[Any]) -> None:
-    """Copy the outcome of a Dask future to `answer`: the unpickled result, the error, or the cancellation."""
     if done.cancelled():
         answer.set_exception(CancelledError())
         return

@@ -143,7 +143,6 @@ def _order_without_search(
 
 
 def _cost_history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tuple[float, float], ...]:
-    """Return the time and cost of each improvement, including service times. The last cost is `cost`."""
     if not best.history or not exact:
         return ((seconds, cost),)
     *before, (last, _) = best.history

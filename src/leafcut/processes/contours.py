@@ -504,7 +504,6 @@ def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]
         inside.setdefault(outer, []).append(k)
 
     def concentric(a: int, b: int) -> bool:
-        """Return whether two outlines are concentric circles of the same part."""
         same_part = closed[a].part == closed[b].part
         return None not in (widths[a], widths[b]) and same_part and math.dist(centres[a], centres[b]) <= SAME_CENTRE
 
@@ -561,7 +560,6 @@ def _part_numbers(closed: list[Contour], depths: list[int], parents: list[int], 
 
 
 def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
-    """Raise PlanError if a contour extends beyond the edge of the sheet or into a hole in the sheet."""
     if outline is None:
         return
     edge, *inner = chord_polygons([outline, *holes])

@@ -187,7 +187,6 @@ def _add_bound(job: Job, problem: RoutingProblem, solution: Solution, share: flo
 def _order_stages_with_first_choices(
     job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions
 ) -> list[Solution]:
-    """Order the stages one after another. Each stage starts with the choices that the user wants to come first."""
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
@@ -271,7 +270,6 @@ def _total_cost(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
 
 
 def _quick_orders(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
-    """Run a quick search for each stage between its neighbours, and return the orders."""
     quick_options = _quick_search_options(options)
     orders: list[Ints] = []
 

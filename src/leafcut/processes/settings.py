@@ -162,7 +162,6 @@ def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict
 
 
 def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
-    """Yield each given option that the work does not use, with the reason and the remedy."""
     used = work.used()
 
     def value_of(name: str) -> Any:

@@ -73,7 +73,6 @@ class _Stages(NamedTuple):
         return cls(np.column_stack([frame, shift, np.cumsum(stop)]), stage, path.length_offset)
 
     def comparable_mask(self, earlier: NDArray[np.int64], row: NDArray[np.int64]) -> Mask:
-        """Return a mask of the earlier rows whose positions and heights can be compared with `row`."""
         other_height = (self.stage[earlier] == self.stage[row]) & (self.offset[earlier] != self.offset[row])
         result: Mask = (self.setup[earlier] == self.setup[row]).all(axis=1) & ~other_height
         return result
@@ -220,7 +219,6 @@ def _tools_by_stage(
     stages: _Stages,
     descents: NDArray[np.int64],
 ) -> dict[int, Tool]:
-    """Map each stage to its tool if the comments of the program describe the tool."""
     stops = stages.setup[:, 2]
     fed = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
     used = np.union1d(fed[np.isin(stops[fed], stops[descents])], descents)

@@ -115,7 +115,6 @@ def check_obstacles(
 
 
 def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
-    """Return a mask of the rows that move sideways on an unknown path or to an unknown position."""
     end, start = path.end[:, :2], path.before[:, :2]
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     sideways = ((end != start) & ~(np.isnan(end) & np.isnan(start))).any(axis=1)

@@ -191,7 +191,6 @@ _SHOWN: dict[str, Callable[[Toolpath, int], str]] = {
 
 
 def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
-    """Return the first difference between two paths that have different rows."""
     shorter = min(len(a), len(b))
     kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
     n_same = int(kinds[0]) if len(kinds) else shorter

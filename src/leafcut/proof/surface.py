@@ -170,7 +170,6 @@ def _moves_hitting_triangles(
     radius: NDArray[np.float64],
     dogleg: bool,
 ) -> NDArray[np.int64]:
-    """Return the moves that are lower than some part of a triangle within the radius."""
     shapes: Any
     if dogleg:
         low, high = np.minimum(start, end), np.maximum(start, end)
@@ -195,7 +194,6 @@ def _moves_hitting_triangles(
 
 
 def _triangle_part_above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
-    """Return the corners of the part of a triangle at or above a height, seen from above."""
     corners = []
     for k in range(3):
         (x0, y0, z0), (x1, y1, z1) = triangle[k].tolist(), triangle[(k + 1) % 3].tolist()

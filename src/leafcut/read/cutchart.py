@@ -417,7 +417,6 @@ def _join_with_and(values: list[Message]) -> Message:
 
 
 def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) -> Message:
-    """Explain that only one current has complete data, and that it cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     message = Message("{:g} mm is above the pierce capacity of {}", thickness, _describe_process(edge))
     edge_start = Message("use --amps {:g} to start cuts at the sheet's edge", edge.amps or 0)

@@ -65,8 +65,6 @@ _TOOL_ZERO = 1_000_000
 
 @dataclass
 class _TranslatedCommands:
-    """The commands of a drill file after translation for gerbonara, with their line numbers."""
-
     lines: list[str] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
     digits: tuple[int | None, int | None] = (None, None)

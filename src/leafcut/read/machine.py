@@ -54,7 +54,6 @@ def _machine_folder() -> Any:
 
 
 def _plugin_profile_path(name: str, entry: Any) -> Path:
-    """Return the path of the profile that an entry point refers to, after checking that the profile can be loaded."""
     path = entry_point_file(name, entry)
     load_machine(str(path))
     return path

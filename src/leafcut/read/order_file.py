@@ -120,7 +120,6 @@ def _parse_drawing(place: str, data: Any) -> Drawing | None:
 
 
 def _parse_number_from_1(place: str, value: Any, label: str) -> int:
-    """Check a number from a file, and convert it from 1-based to 0-based."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
         raise ReadError(
             place, Message("{}: {} is not a whole number of 1 or more", label, printable(json.dumps(value)))

@@ -194,7 +194,6 @@ def _matching_layers(names: Sequence[str], given: tuple[str, ...], usual: tuple[
 def _join_to_outlines(
     contours: Sequence[Contour], kinds: Sequence[str | None], joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Join strokes of the same kind, and return the closed outlines in file order."""
     strokes: dict[str, list[tuple[int, Contour]]] = {}
     zero_length = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):

@@ -262,7 +262,6 @@ def _missing_work_issues(code: str, template: str, number: int, noun: str, *valu
 
 
 def _plate_issues(data: dict[str, Any]) -> tuple[Issue, ...]:
-    """Report the features of a plate that are neither openings nor pockets."""
     issues = tuple(_pocket_issues({**data, "openings": []}))
     if issues or not data["other"]:
         return issues

@@ -307,7 +307,6 @@ class _Walk:
         )
 
     def _viewport_context(self, element: Any, context: _Context) -> _Context:
-        """Return the context inside a nested drawing or a symbol, which has its own origin and view box."""
         frame = self.page.frame
         x, y = parse_length(element.get("x", "0"), frame.width), parse_length(element.get("y", "0"), frame.height)
         w = parse_length(element.get("width", "100%"), frame.width)

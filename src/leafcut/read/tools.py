@@ -234,7 +234,6 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
 
 
 def _check_cycle(tool: Tool, table: TomlTable) -> None:
-    """Raise an error for a cycle that would break the tool."""
     if tool.cycle in ("G83", "G73") and tool.peck is None:
         raise table.value_error("cycle", "is {}, which needs 'peck', the peck depth", tool.cycle)
     if tool.cycle == "G82" and tool.dwell is None:

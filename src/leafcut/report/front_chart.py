@@ -88,7 +88,6 @@ class _Axis:
 
     @classmethod
     def covering(cls, values: Sequence[float], start: float, end: float) -> _Axis:
-        """Create an axis that covers non-negative values and a margin."""
         low, high = min(values), max(values)
         margin = _MARGIN * ((high - low) or abs(high) or 1.0)
         return cls(max(low - margin, 0.0), high + margin, start, end)
@@ -137,7 +136,6 @@ def front_svg(data: CuttingData) -> str:
 
 
 def _colour_scale(shortest: float, longest: float) -> Callable[[float], int]:
-    """Return a function that maps a tool life to a colour of the ramp on a logarithmic scale."""
     span = math.log(longest / shortest) if longest > shortest else 1.0
     return lambda life: round((RAMP - 1) * math.log(life / shortest) / span)
 

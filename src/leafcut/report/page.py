@@ -143,7 +143,6 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
 
 
 def _stock_picture(title: str, solid: Solid, *, with_travel: bool = False) -> tuple[str, str, str]:
-    """Return the title, data URL and size of a picture of the remaining stock."""
     x, y = solid.origin
     field = replace(solid.after, x=solid.after.x + x, y=solid.after.y + y)  # in program coordinates, for the axes
     over = None

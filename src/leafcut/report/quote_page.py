@@ -111,7 +111,6 @@ def _at_most(words: str, lighter: bool) -> str:
 
 
 def _material_words(name: str) -> str:
-    """Return the name of a material, or of its file, as readable text."""
     stem = name.replace("\\", "/").rpartition("/")[2].removesuffix(".toml")
     return replace_unprintable(stem.replace("_", " "))
 

@@ -61,7 +61,6 @@ def print_summary(report: PathReport[Any], console: Console) -> None:
 
 
 def _worst_issue_lines(outcome: Outcome) -> list[RenderableType]:
-    """Return the lines about dangers and missing work, which come before all other issues."""
     issues = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]
     lines = [Text(f"{i.severity}: {replace_unprintable(str(i))}", "bold red", overflow="fold") for i in issues]
     return [*lines, ""] if lines else []

@@ -85,7 +85,6 @@ class Result:
         return self._contents_by_extension()
 
     def _contents_by_extension(self) -> Kinds:
-        """Return the formats that `save` writes as a single file."""
         pictured: Kinds = {".svg": self._svg} if "_svg" in vars(type(self)) else {}
         return {".json": lambda: json.dumps(self.to_dict(), indent=2, ensure_ascii=False) + "\n", **pictured}
 

@@ -179,7 +179,6 @@ class GrblConversation(Conversation):
         return "grbl", "\n".join(lines) + "\n"
 
     def _end_partial_line(self) -> None:
-        """Complete a partial line that may still be in the controller's buffer, and wait for the answer."""
         self.write(b"\n")
         if not any(isinstance(answer, Accepted | Refused) for answer in self.receive_answers(ANSWER_SECONDS)):
             raise SendError(

@@ -183,7 +183,6 @@ def job_from_text(
 
 
 def _mode_setting_lines(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
-    """Return the lines that switch the controller to the modes that the program reader has assumed."""
     if not convert_to_dialect(controller_dialect, _UNITS[units]):
         raise OptionError("{} has no {}; write the program in millimetres", controller_dialect.name, _UNITS[units])
     blocks = [_AT_FIRST, "G54", _UNITS[units]]

@@ -333,7 +333,6 @@ class MarlinConversation(Conversation):
         self._write_line(self._flying)
 
     def _restart_numbering(self) -> None:
-        """Forget all sent lines, and restart the numbering at 1."""
         self._flying, self._wanted, self._number, self._times, self._wrong = None, None, 0, 0, ""
         self._answered_last = self._next = None
         self._queries.clear()
@@ -400,7 +399,6 @@ class MarlinConversation(Conversation):
         self.write(b"\n" + _FIRST.data)
 
     def _synchronise(self) -> None:
-        """Wait until all answers to earlier lines have arrived, then restart the line numbers at 1."""
         self._restart_numbering()
         self._stray = 0
         quiet = self.clock()

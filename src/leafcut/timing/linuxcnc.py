@@ -150,7 +150,6 @@ def _coplanar_corners(before: Moves, after: Moves) -> Mask:
 
 
 def _longest_vector_in_corner_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
-    """Find the longest vector in each corner's plane whose components stay within the bounds."""
     across = np.cross(before.end, after.start)
     size2 = (across * across).sum(axis=1)
     share = np.sqrt(np.maximum(1.0 - across * across / np.where(size2 > 0, size2, 1.0)[:, None], 0.0))

@@ -184,7 +184,6 @@ def _check_tool_life_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, ma
 
 
 def _check_flutes_and_teeth(work: ToolWork) -> None:
-    """Raise PlanError if the flutes of a drill are shorter than its holes, or if a mill states no number of teeth."""
     if not work.teeth:
         raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
     flute_length = work.tool.flute_length

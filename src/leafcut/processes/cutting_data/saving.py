@@ -79,7 +79,6 @@ def _cutting_data_entries(point: CuttingPoint) -> dict[str, str]:
 
 
 def _library_entries(tool: Tool) -> Iterator[tuple[str, Any]]:
-    """Yield the keys and values that define a tool, in the format that `leafcut.read.tools` reads."""
     yield "number", tool.number
     yield "kind", tool.kind.value
     if tool.name:

@@ -205,7 +205,6 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
 
 
 def _required_plunges(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
-    """For each hole, yield the plunges that it requires, in the order of its tools."""
     part, job = request.part, request.job
     steps = [_hole_tools(request, used, hole, k) for k, hole in enumerate(part.holes)]
     tops, underside = _hole_tops(request, steps)
@@ -238,7 +237,6 @@ def _required_plunges(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_C
 
 
 def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
-    """For each slot, yield the cut that it requires, from Z0 to the bottom."""
     job, ends = request.job, request.points[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
     for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
@@ -367,7 +365,6 @@ def _hole_tools(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: 
 
 
 def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tuple[float, float]) -> Tool:
-    """Return the slot mill whose diameter is closest to the width of the slot."""
     if request.library is None:
         return used.assumed_tool(ToolKind.SLOT_MILL, slot.width, *ends)
     mills = [tool for tool in request.library.tools if tool.kind is ToolKind.SLOT_MILL]

@@ -55,7 +55,6 @@ def _with_omitted_work_issues(part: Part, job: Job, source: Source, everything: 
 
 
 def _pocket_layer_issues(part: Part) -> list[Issue]:
-    """Warn about each layer of holes whose name suggests pockets."""
     is_other = layer_matcher((*POCKET_NAMES, *ISLAND_NAMES))
     issues = []
     for layer, number in Counter(hole.layer for hole in part.holes).items():

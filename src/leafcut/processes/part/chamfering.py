@@ -61,7 +61,6 @@ def _check_chamfers(
     tabs: TabRules,
     thickness: float,
 ) -> None:
-    """Check that the V-bit can cut the chamfers, and that it cuts nothing else."""
     walls = [(edge.name, ring_of(edge.path)) for edge in edges]
     walls += [(hole.name, ring_of(hole.outline)) for hole in drilled]
     walls += [(area.name, ring_of(path)) for area in faces for path in (area.outline, *area.islands)]

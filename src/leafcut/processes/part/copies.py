@@ -220,7 +220,6 @@ def _number_of_marks(issue: Issue) -> int:
 
 
 def _in_all_copies(issues: Sequence[Issue]) -> Issue:
-    """Combine the issues about the same missing work in each copy."""
     missing = [issue.missing for issue in issues if issue.missing is not None]
     return replace(
         issues[0],

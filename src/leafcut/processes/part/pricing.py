@@ -67,7 +67,6 @@ def _volume(plan: Plan) -> float:
 
 
 def _lines_inside(request: PartRequest, edges: Sequence[Edge]) -> tuple[Polyline, ...]:
-    """Return the engraved lines and the walls of pockets within the box of some edges, for the picture."""
     boxes = [edge.path.extents for edge in edges]
     x0, y0, x1, y1 = (pick(box[k] for box in boxes) for k, pick in enumerate((min, min, max, max)))
     areas = [*request.pockets, *(carving.area for carving in request.carvings)]

@@ -84,7 +84,6 @@ class PartReport(PathReport[PartDetail]):
         return [Fact("finish_mm", allowance, "mm", words, Message("Finish"))] if allowance else []
 
     def _layers(self) -> list[Fact]:
-        """Return the work on each layer, both as a table for scripts and as text lines."""
         layers = self.outcome.detail.layers
         rows = [
             {

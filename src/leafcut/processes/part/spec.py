@@ -273,7 +273,6 @@ def _thickness(settings: Settings) -> float:
 
 
 def _prepare_sheet(divided: LayeredPart, settings: Settings) -> Sheet:
-    """Return the contours to mill through the plate. Raises PlanError if a contour is unsuitable for its operation."""
     part, options = divided.edges, settings.sheet
     if divided.rules:
         if not part.contours:
@@ -434,7 +433,6 @@ def part_candidate(plan: Plan, order: Order) -> Candidate:
 
 
 def _stages(job: Job, name: str, work: PartWork) -> tuple[Stage, ...]:
-    """Create a stage for each drill, followed by a stage for each mill."""
     metric = travel_metric(job.machine, job.settings.solve.objective)
     start, end = plane_point(job.settings.job.start_point), work.heights.end
     stages: list[Stage] = []

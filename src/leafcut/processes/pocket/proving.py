@@ -123,7 +123,6 @@ def prove_pockets(
 
 
 def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
-    """Create a warning for each pocket with more uncut area than the tolerance allows."""
     from leafcut.geometry.regions import polygons
 
     issues = []

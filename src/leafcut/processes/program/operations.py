@@ -38,7 +38,6 @@ def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ..
 
 
 def _fixed_holes(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: list[int]) -> list[list[int]]:
-    """Assign each fixed hole to an operation by its tool and its position in the program."""
     changes = np.flatnonzero(path.kind == Kind.TOOL)
     last = np.searchsorted(changes, rows) - 1
     tool = np.where(last >= 0, path.ref[changes[last]], 0) if len(changes) else np.zeros(len(rows))

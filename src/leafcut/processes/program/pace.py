@@ -231,7 +231,6 @@ class _PaceSteps:
     # -- heights -----------------------------------------------------------------------------------------------------
 
     def lower_retracts(self, found: PacedProgram) -> PacedProgram:
-        """Lower retracts, cycle returns and R planes wherever this is proved to be safe."""
         found = replace(found, change=replace(found.change, retracts_s=0.0))
         before = self.cycle_time(found.program)
         kept: set[int] = set()
@@ -524,7 +523,6 @@ class _PaceSteps:
             yield FeedLimit("plunge", *most(loads.descent_speed, loads.is_ramping | loads.is_plunging), limit.plunge)
 
     def unknown_limit_notes(self, pace: Pace, loads: Loads) -> Iterator[Issue]:
-        """Yield a note for each tool that keeps its feeds, and for each unknown limit."""
         for number, tool in self.tools.items() if self.rules.feeds else ():
             if number in pace.limits:
                 continue

@@ -134,7 +134,6 @@ def prove_program(plan: Plan, best: Candidate) -> Candidate:
 
 
 def _first_difference_text(found: Sequence[Difference]) -> Message:
-    """Describe the first difference, and state the number of further differences."""
     more = Message(" (and {} more)", len(found) - 1) if len(found) > 1 else ""
     return Message("{}{}", found[0], more)
 

@@ -151,7 +151,6 @@ def cut_stock(
 
 
 def _uncovered_dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
-    """Return the dangers that the simulation does not cover, including rapids next to an assumed block."""
     path = one.read.program.path
     if any(
         len(np.unique(path.latest(kind, path.ref)[path.kind <= Kind.DRILL])) > 1 for kind in (Kind.FRAME, Kind.SHIFT)
@@ -184,10 +183,6 @@ def _read_with_tools(program: Input, settings: Settings, dialect: str | None, ch
 
 
 def _simulate(one: _Cuts, field: HeightField, check_cancelled: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
-    """Simulate a program in its stock.
-
-    Return the remaining stock, the moves, and the material that each move removes.
-    """
     from leafcut.material.cutting import simulate_cutting
 
     moves = _divided_moves(one, field.cell)

@@ -83,7 +83,6 @@ def tool_diameter_warnings(program: Program, settings: Settings, machine: Machin
 
 
 def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> list[tuple[int, int, Tool | None]]:
-    """Return the number, first cutting block and library entry of each cutting tool, in the order of use."""
     whole = library_of(settings, machine)
     library = whole.by_number if whole is not None else {}
     kind = program.path.kind

@@ -658,7 +658,6 @@ class MachineLink:
             self._show_message(Message("no page shows the machine any more, so the machine is on hold"), bad=True)
 
     def _ask_user(self, pause: Pause, messages: Sequence[str]) -> str | None:
-        """Ask the user a question, and carry out manual actions until the answer arrives."""
         talk, run = self._talk, self._run
         assert talk is not None and run is not None
         kind = "hole" if pause.hole else "tool" if pause.change else "pause"

@@ -59,8 +59,6 @@ class WorkError(LeafcutError):
 
 
 class _Process:
-    """A process with its own folder for temporary files."""
-
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = tempfile.mkdtemp(dir=folder)

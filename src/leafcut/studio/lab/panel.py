@@ -273,6 +273,5 @@ class LabPanel:
 
 
 def _name_with_title(name: str) -> str:
-    """Return the name of a strategy or an algorithm, followed by its name in the literature."""
     title = _TITLES.get(name)
     return f"{name} – {title}" if title else name

@@ -206,7 +206,6 @@ def _bound_line(bound: float | None, words: ChartWords) -> ChartOptions:
 
 
 def _positions_and_axis(rows: ChartRows, by: str, words: ChartWords) -> tuple[list[float], ChartOptions]:
-    """Return the horizontal position of each row, and the options of the horizontal axis."""
     at = [float(row[0 if by == "iteration" else 1] or 0.0) for row in rows]
     return at, _horizontal_axis(at, words["iterationAxis"] if by == "iteration" else "s")
 

@@ -48,7 +48,6 @@ def compared_strategies(answer: dict[str, Any]) -> str:
 
 
 def _explain_no_saving(answer: dict[str, Any], words: Words) -> str:
-    """Explain why a program did not get faster. Either its tasks are fixed, or no better order exists."""
     groups = answer.get("staying", [])
     n_kept, n_tasks = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
     if not groups or n_kept < n_tasks:

@@ -193,7 +193,6 @@ class Page:
         return head_html(sum((room.styles for room in rooms), ()), sum((room.modules for room in rooms), ()))
 
     def _release(self) -> None:
-        """Release large objects when the page closes. The garbage collector frees the rest."""
         self.input.abandon_reading()
         self.view.seen = None
         self.run.release_drawn()
@@ -278,7 +277,6 @@ class Page:
             await self._show_restored(kept)
 
     async def _restore_and_reveal(self) -> None:
-        """Restore the choices that the browser has stored, and make the page visible."""
         try:
             kept = await self.memory.load()
             if kept is None and not self._asked:

@@ -204,7 +204,6 @@ def _is_equal(name: str, before: Any, after: Any) -> bool:
 
 
 def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[ChangedChoice]:
-    """Yield the user's own machines and tools that have been saved since the job was created."""
     for name, kind in OWN_KINDS.items():
         value = record.task.options.get(name)
         if not isinstance(value, str) or not value.startswith(OWN):

@@ -184,7 +184,6 @@ def _shifted_cycle(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycl
 def _cut_slots(
     builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
 ) -> None:
-    """Cut each slot in passes that run back and forth."""
     cycle, feed = operation.cycle, operation.tool.feed
     zones, dogleg = plan.high_zones_for(operation.tool), machine.rapid_style == "dogleg"
     position: Point | None = None

@@ -329,7 +329,6 @@ def _check_tools_on_surface(
     deeper: NDArray[np.float64],
     work_surface: WorkSurface,
 ) -> None:
-    """Raise PlanError if a tool would hit a fixture or cut into the finished surface."""
     from leafcut.processes.drilling.plan.work_surface import (
         check_fixture_collisions,
         check_shank_and_holder,

@@ -133,7 +133,6 @@ def _narrow_pieces(branch: Floats, radius: float) -> list[Floats]:
 
 
 def _rings(area: Any) -> list[shapely.LineString]:
-    """Return the edges of an area as closed lines without needless points."""
     pieces = polygons(area.simplify(_TOLERANCE))
     return [shapely.LineString(ring.coords) for piece in pieces for ring in (piece.exterior, *piece.interiors)]
 
@@ -273,7 +272,6 @@ def _connected_tours(axis: Sequence[Floats]) -> Iterator[tuple[Floats, ...]]:
 def _tour(
     axis: Sequence[Floats], at: dict[tuple[float, ...], list[int]], place: tuple[float, ...]
 ) -> tuple[Floats, set[int]]:
-    """Return a tour along all branches that are connected to an end, and the numbers of these branches."""
     done: set[int] = set()
     path, back, seen = [np.array([place])], [], 0
     while True:

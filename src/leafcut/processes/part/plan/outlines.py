@@ -377,7 +377,6 @@ def _holds(
     ours: Collection[int],
     sheet: shapely.Polygon | None,
 ) -> bool:
-    """Return whether a tab holds: apart from roughing, no cut may enter the area of the tab."""
     if sheet is not None and not sheet.covers(area):
         return False
     near = radius - TOLERANCE

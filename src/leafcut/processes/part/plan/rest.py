@@ -74,7 +74,6 @@ def with_entries_in_air(clearing: Clearing, cleared: Any) -> Clearing:
 
 
 def _entry_in_air(region: Any, air: Any, start: Point) -> Point | None:
-    """Return the nearest point of the area `air` from which a straight move to `start` stays in the region."""
     if air.is_empty:
         return None
     nearest = shapely.shortest_line(air, shapely.Point(start)).coords[0]

@@ -156,7 +156,6 @@ def _roughing(
 
 
 def _allowance(ring: Any, edge: Edge, finish: float) -> Any:
-    """Return the area between the exact path and the roughing path of an edge."""
     area, strip = shapely.Polygon(ring), ring.buffer(finish + TOLERANCE)
     return strip & area.buffer(TOLERANCE) if edge.inside else strip - area.buffer(-TOLERANCE)
 
@@ -168,7 +167,6 @@ def _join(parts: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
 def _check_roughing(
     request: PartRequest, edge: Edge, rings: Sequence[Any], rough: _Roughing, cuts: Cuts, mine: NDArray[np.int64]
 ) -> list[Difference]:
-    """Check that roughing cuts through the plate all around an edge, except at its tabs."""
     through = cuts.lines[mine][cuts.highest[mine] <= request.bottom + HEIGHT]
     areas = [_tab_area(piece, ring, edge, request) for ring in rings for piece in _left(ring, through)]
     tabs = shapely.union_all(areas).buffer(request.radius + 2.0 * STRIP)
@@ -191,7 +189,6 @@ def _check_roughing(
 def _check_direction(
     request: PartRequest, edge: Edge, ring: Any, cuts: Cuts, mine: NDArray[np.int64]
 ) -> list[Difference]:
-    """Check that level cuts along a ring at full depth run in the requested milling direction."""
     deep = mine[cuts.highest[mine] <= request.bottom + HEIGHT]
     deep = np.intersect1d(deep, cuts.along(ring))
     start, end = (shapely.line_locate_point(ring, shapely.points(cuts.ends[deep, k : k + 2])) for k in (0, 3))
@@ -207,7 +204,6 @@ def _check_direction(
 
 
 def _check_bore(request: PartRequest, edge: Edge, shape: Any, lines: NDArray[Any]) -> list[Difference]:
-    """Check that the cuts leave no slug in a bore."""
     slug = shape.buffer(-STRIP).difference(shapely.union_all(lines).buffer(request.radius, quad_segs=_QUARTER))
     if slug.is_empty:
         return []
@@ -217,7 +213,6 @@ def _check_bore(request: PartRequest, edge: Edge, shape: Any, lines: NDArray[Any
 
 
 def _is_cut_through(piece: Any, ring: Any, edge: Edge, request: PartRequest, into_tabs: shapely.STRtree) -> bool:
-    """Return whether a cut enters the area of the tab that lies on a piece of the ring."""
     area = _tab_area(piece, ring, edge, request)
     return len(into_tabs.query(area, predicate="dwithin", distance=request.radius - 2.0 * STRIP)) > 0
 
@@ -232,18 +227,15 @@ def _tab_area(piece: Any, ring: Any, edge: Edge, request: PartRequest) -> shapel
 
 
 def _left(ring: Any, lines: NDArray[Any]) -> list[Any]:
-    """Return the pieces of a ring that are not covered by any line."""
     rest = _joined(ring.difference(strip_along(lines)))
     return [piece for piece in shapely.get_parts(rest) if piece.length > TOLERANCE]
 
 
 def _joined(pieces: Any) -> Any:
-    """Join the two pieces that meet at the start point of a ring."""
     return shapely.line_merge(pieces) if pieces.geom_type == "MultiLineString" else pieces
 
 
 def _check_held(request: PartRequest, through: NDArray[Any], material: Any) -> list[Difference]:
-    """Check that each part stays connected to its surroundings after all through cuts, if tabs were requested."""
     if not request.tabs.count or material.is_empty:
         return []
     plate = request.sheet or shapely.box(*shapely.bounds(material.envelope.buffer(8.0 * request.radius)))

@@ -60,7 +60,6 @@ def check_pockets(request: PartRequest, cuts: Cuts) -> Verdict:
 
 
 def _own_cuts(mill: PocketMill, pocket: PocketArea, cuts: Cuts) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Return the indices of all cuts of a mill that stay within the walls and above the floor of a pocket."""
     inside = cuts.within(pocket.region.buffer(TOLERANCE - mill.radius, quad_segs=_QUARTER))
     above = cuts.lowest >= -pocket.depth - HEIGHT
     return np.intersect1d(inside, np.flatnonzero((cuts.tools == mill.tool) & above))

@@ -29,7 +29,6 @@ def check_rapids(request: PartRequest, moves: StraightMoves, cuts: Cuts) -> list
 
 
 def _is_drilled(moves: StraightMoves, k: int) -> bool:
-    """Return whether the hole below rapid `k` was drilled to the end of the rapid or deeper."""
     before = ~moves.rapid & (moves.row < moves.row[k]) & (moves.tool == moves.tool[k])
     place, ends = moves.ends[k, 3:], moves.ends[before, 3:]
     same = np.hypot(*(ends - place)[:, :2].T) <= TOLERANCE
@@ -37,7 +36,6 @@ def _is_drilled(moves: StraightMoves, k: int) -> bool:
 
 
 def _is_cleared(request: PartRequest, moves: StraightMoves, k: int, cuts: Cuts) -> bool:
-    """Return whether the mill has cleared the area under a rapid down to the height at which the rapid ends."""
     place, tool = moves.ends[k, 3:], moves.tool[k]
     mill = request.clearing_mills.get(int(tool))
     radius = mill.radius if mill else request.radius

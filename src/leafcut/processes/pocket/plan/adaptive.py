@@ -125,7 +125,6 @@ class _AdaptivePath:
         return self.rules.radius * (1.0 - math.cos(self.limit))
 
     def clear_widest_disc(self, axis: Axis) -> None:
-        """Clear the widest disc: descend along a helix, then spiral outwards."""
         (x, y), radius = axis.xy[0].tolist(), float(axis.width[0])
         helix = min(HELIX * self.rules.radius, radius)
         if helix < 10.0 * self.rules.tolerance:
@@ -305,7 +304,6 @@ class _AdaptivePath:
         return up + down[-2::-1]
 
     def _overlap_centre(self, a: int, b: int) -> tuple[float, float]:
-        """Return the centre of the overlap of two discs, which lies on the line between their centres."""
         (ax, ay, ar), (bx, by, br) = self.cleared.discs[[a, b]].tolist()
         far = math.dist((ax, ay), (bx, by))
         middle = 0.5 * (max(-ar, far - br) + min(ar, far + br)) / far if far else 0.0
@@ -444,7 +442,6 @@ def _widest_spanning_tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -
 
 
 def _extend_into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
-    """Extend branches into the corners of the boundary if they end nearby."""
     leaf = np.ones(len(axis.xy), dtype=bool)
     leaf[axis.parent[1:]] = False
     leaf[0] = False
@@ -464,7 +461,6 @@ def _extend_into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
 
 
 def _prune_branches(axis: Axis, tolerance: float) -> Axis:
-    """Remove branches whose discs stay inside the disc at the fork, within the tolerance."""
     n = len(axis.xy)
     parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
     keep = np.ones(n, dtype=bool)

@@ -435,7 +435,6 @@ class RegionPaths:
         return bool(self.straight_move_mask(self.places[[a]], self.places[[b]])[0])
 
     def _straightened(self, corners: Points) -> Points:
-        """Straighten a path by going from each corner directly to the farthest visible corner."""
         kept, at = [0], 0
         while at < len(corners) - 1:
             rest = corners[at + 1 :]

@@ -68,7 +68,6 @@ class _JointOptions(NamedTuple):
 
 
 def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
-    """Return whether two rings of different levels run side by side along most of the smaller ring."""
     small, large = (a, b) if a.length <= b.length else (b, a)
     if a.level == b.level:
         return False
@@ -201,7 +200,6 @@ class RingLinks:
         return paths + [self._path_around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
-        """Return the cheapest spine, and the stations at which the path enters and leaves each ring of the spine."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
         for spine in ring_chains(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]

@@ -152,14 +152,12 @@ class _BendShortener:
         return selected
 
     def shorten_all(self, stopped: Callable[[], bool]) -> None:
-        """Shorten the section around each bend until `stopped` returns True."""
         for i in self.bends:
             if stopped():
                 break
             self._shorten_bend(i)
 
     def trim_ends(self) -> None:
-        """Cut off segments at both ends of the path if they are not needed to clear a sample point."""
         n = len(self.path) - 1
         j = 0
         while j < n - 1 and not self.fixed[j] and not self.done[j] and self._stays_covered(j, j + 1, None):
@@ -220,7 +218,6 @@ class _BendShortener:
         return self.point[self.first[a] : self.first[b]]
 
     def _stays_covered(self, a: int, b: int, curve: Points | None) -> bool:
-        """Return whether all sample points stay within their limits if `curve` replaces a section."""
         who, times = np.unique(self._points_near_segments(a, b), return_counts=True)
         lost = who[self.count[who] <= times]
         if not len(lost):

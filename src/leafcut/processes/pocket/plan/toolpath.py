@@ -226,7 +226,6 @@ class ClearingMotion:
             builder.rapid(z=self.heights.retract)
 
     def _is_quicker_at_depth(self, here: Point, place: Point, allowed: Any) -> bool:
-        """Return whether a straight move at depth stays in the region and takes no longer than a retract."""
         distance = math.dist(here, place)
         rise = self._travel_height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
@@ -297,8 +296,6 @@ class ClearingMotion:
 
 @dataclass(frozen=True, eq=False)
 class _FeedRun:
-    """Path sections that the tool follows without a retract, and the polyline that joins them."""
-
     pieces: tuple[PocketPiece, ...]
     path: Polyline
 

@@ -421,7 +421,6 @@ def _unknown_position_differences(path: Toolpath) -> list[Difference]:
 def _dangerous_rapids(
     path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float, lower: Sequence[tuple[float, Any]]
 ) -> list[Difference]:
-    """Find rapids below the R plane that move sideways or descend to an area that is not cleared."""
     before = path.before
     rapid = path.kind == Kind.RAPID
     sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)

@@ -260,7 +260,6 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def _pocket_as_json(self, plain: dict[str, Any]) -> dict[str, Any]:
-        """Return the measures and levels of the written path for the JSON result."""
         plans = self.outcome.detail.plans
         rules = plans[0].rules
         return {
@@ -536,7 +535,6 @@ def figures_by_strategy(plans: Sequence[PocketPlan], programs: Sequence[PocketPr
 
 
 def _with_moves_between(measures: PocketMeasures, program: PocketProgram | None) -> PocketMeasures:
-    """Add the rapids and retracts of a program for several pockets, if there is such a program."""
     if program is None:
         return measures
     return replace(measures, rapid_mm=program.rapid_mm, retracts=program.retracts)
@@ -715,7 +713,6 @@ def _draw_pocket(frame: Frame, pocket: Pocket) -> str:
 
 
 def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
-    """Draw unreachable areas with hatching, and uncut areas with a solid fill."""
     drawn = []
     if not shapes.unreachable.is_empty:
         clip, hatch = f"far-{name}", _draw_hatch(frame, shapes.unreachable)

@@ -131,7 +131,6 @@ class HeightLowering:
         return self.program.is_plain(row) and not self.program.modal(self._block(row) + 1).incremental
 
     def _can_stay_at_plane(self, row: int, following: int, plane: float) -> bool:
-        """Return whether the tool can move to the next hole at the R plane."""
         if not self.path.end[row, 2] > plane + _WORTH:
             return False
         return self.contact_height(

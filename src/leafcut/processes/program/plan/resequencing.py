@@ -192,7 +192,6 @@ def _reversible_tasks(section: Section) -> NDArray[np.int32]:
 
 
 def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[Issue]:
-    """Return a note for each reason why blocks stay, and another note if nothing can be reordered."""
     where: dict[str, list[int]] = {}
     for item in items:
         if isinstance(item, FixedBlocks):
@@ -276,7 +275,6 @@ class _ReversalFinder:
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
 
     def _matches_task(self, piece: ProgramTask, stroke: ReversibleCut) -> bool:
-        """Return whether the task starts and ends where the cut starts and ends."""
         path, before = self.program.path, self.program.path.before
         ends = before[stroke.rows[0], :2], path.end[stroke.rows[-1], :2]
         return bool(
@@ -436,7 +434,6 @@ class _Merger:
             at += not self.merge_into_earlier(at)
 
     def merge_into_earlier(self, at: int) -> bool:
-        """Try to merge a section into an earlier section. Return whether this succeeded."""
         later, change = self.items[at], self.items[at - 1]
         if not isinstance(later, Section) or not isinstance(change, FixedBlocks) or at < 2:
             return False
@@ -480,7 +477,6 @@ class _Merger:
         return [Kind(k) for k in self.program.path.kind[rows].tolist()]
 
     def _work_may_move_past(self, kept: FixedBlocks) -> bool:
-        """Return whether the work after the fixed blocks may move to a position before them."""
         if not _BETWEEN.issuperset(self._motion_kinds(kept)):
             return False
         for block in range(kept.begin, kept.end):
@@ -716,7 +712,6 @@ class SectionFinder:
         return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
 
     def _spindle_switches(self, starts: list[_TaskStart]) -> list[int]:
-        """Return the blocks in a range that switch the spindle for the work that follows."""
         found = []
         free = self._returns_to_earlier_speed(starts)
         for one, other in pairwise(starts):
@@ -885,7 +880,6 @@ class SectionFinder:
         return result
 
     def _stays_up(self, block: int, clearance: float) -> bool:
-        """Return whether a block only contains rapids at the clearance height that stay at the current position."""
         rows = range(int(self.first[block]), int(self.first[block + 1]))
         path, before = self.program.path, self.program.path.before
         return len(rows) > 0 and all(
@@ -916,7 +910,6 @@ class SectionFinder:
         return len(states) == 1 and not here
 
     def _has_effect(self, block: int) -> bool:
-        """Return whether a block moves an axis or may have an unknown effect."""
         words = self.reader.words(block)
         hidden = block in self.program.fixed and (words is None or not words.empty)
         return hidden or not _MOTIONS.isdisjoint(self.reader.kinds(block))

@@ -151,7 +151,6 @@ class _PaceWriter:
         return "".join(written) + self._last_stretch_line(line, block, row, last, own, unit)
 
     def _last_stretch_line(self, line: str, block: int, row: int, last: PaceStretch, own: float, unit: float) -> str:
-        """Return the original line with the speed of the last segment of its cut."""
         was = len(line.rstrip("\r\n"))
         code = code_without_comments(line)
         states_feed = _FEED_WORD.search(code) is not None

@@ -109,7 +109,6 @@ def rewrite(
 
 @contextmanager
 def _naming_section(number: int) -> Iterator[None]:
-    """Add the section number to every PostError raised in the block."""
     try:
         yield
     except PostError as problem:
@@ -117,8 +116,6 @@ def _naming_section(number: int) -> Iterator[None]:
 
 
 class _Rewriter:
-    """Writes tasks in a given order, and tracks the modal state and the tool position."""
-
     def __init__(
         self,
         program: Program,
@@ -182,7 +179,6 @@ class _Rewriter:
         self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
 
     def _set_state_of_original(self, block: int) -> None:
-        """Set the modal state and the tool position to their values before a block of the original program."""
         self.have = self.program.modal(block)
         self.stated = self.reader.fields_set_in_blocks(0, block)
         self.place = self.original.position_before(block)
@@ -211,7 +207,6 @@ class _Rewriter:
                 floor = max(floor, self.original.departure_height(pieces[-1]))
 
     def _restated_fields(self, section: Section) -> frozenset[str]:
-        """Return the modal fields that the new first task of a section must state."""
         pieces = section.pieces
         return frozenset({"feed"} | (_RESTATED & self.reader.fields_set_in_blocks(pieces[0].begin, pieces[-1].end)))
 
@@ -280,7 +275,6 @@ class _Rewriter:
         return {} if words is None else words.letters
 
     def _write_arrival(self, piece: ProgramTask, arrival: int, floor: float, entry: tuple[float, float]) -> None:
-        """Move the tool to the height that a task requires before its first sideways rapid."""
         z, original = self.place[2], self.original.position_before(piece.begin)[2]
         matters = depends_on_height(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
@@ -300,7 +294,6 @@ class _Rewriter:
         return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
 
     def _arrive_drilling(self, piece: ProgramTask, row: int, floor: float) -> None:
-        """Move the tool to the height that a canned cycle requires for its sideways move and its retract."""
         path = self.program.path
         if _is_below(max(self.place[2], path.cycles[int(path.ref[row])].r_plane), floor):
             self._write_rapid(z=floor)
@@ -443,7 +436,6 @@ class _Rewriter:
             self._write_rapid(z=height)
 
     def _restore_state(self, kept: FixedBlocks) -> None:
-        """Restore the state that the fixed blocks depend on, and track the state that they leave."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.position_before(kept.begin)
         if _is_below(self.place[2], original[2]):
@@ -488,7 +480,6 @@ class _Rewriter:
             self._write_rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
 
     def _ends_cycle(self, modal_use: ModalUse, need: Modal, kept: FixedBlocks) -> bool:
-        """Return whether an active cycle series must end before fixed blocks."""
         kinds = {kind for block in range(kept.begin, kept.end) for kind in self.reader.kinds(block)}
         alone = {Kind.MACHINE, Kind.SHIFT, Kind.FOREIGN}
         return not kinds.isdisjoint(alone) or ("motion" in modal_use.inherited and need.motion is None)
@@ -513,7 +504,6 @@ class _Rewriter:
         self.initial = self.original.initial_height_before(kept.end)
 
     def _has_hidden_effect(self, block: int) -> bool:
-        """Return whether a block does more than its words show."""
         words = self.reader.words(block)
         return words is None or (block in self.program.fixed and not words.empty)
 
@@ -576,7 +566,6 @@ class TaskLines:
             self._cut[piece.begin] = max(low, high - above)
 
     def _first_line_of_follower(self, block: int) -> int:
-        """Count the lines before a task that directly follows another task."""
         low, high = int(self._line[block - 1]), int(self._line[block]) - 1
         blank = [n for n in range(low, high) if not self._lines[n].strip()]
         if blank and any(self._lines[n].strip() for n in range(blank[0], high)):
@@ -657,7 +646,6 @@ class ReversedCut:
         return new, replace(self.program.modal(self.stroke.end), motion=self.motion)
 
     def _count_lines_through(self, block: int) -> int:
-        """Count the lines up to the line of a block, inclusive."""
         return int(self.program.line[block]) - self.offset
 
     def _line_of_block(self, block: int) -> int:
@@ -698,7 +686,6 @@ class ReversedCut:
     # -- words -------------------------------------------------------------------------------------------------------
 
     def _xy_texts(self, place: int) -> dict[str, str]:
-        """Return the text of X and Y at a point of the cut, by letter."""
         texts = self.stroke.places[place]
         # An axis without text does not move in its block: its position is the same before and after.
         at = self.program.path.before[self.stroke.rows[max(place - 1, 0)]]
@@ -708,7 +695,6 @@ class ReversedCut:
         }
 
     def _reversed_line(self, block: int) -> str:
-        """Return the line that reverses a block of the cut."""
         number = block - self.stroke.body
         line, row = self.lines[self._line_of_block(block)], self.stroke.rows[number]
         words = self.reader.words(block)

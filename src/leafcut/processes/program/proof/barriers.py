@@ -169,7 +169,6 @@ _READ = tuple(field.name for field in fields(Modal) if field.name != "shift")
 
 
 def _skipped_blocks_and_messages(program: Program, source: Indices) -> Iterator[Barrier]:
-    """Yield the blocks with block delete (/), and the messages in blocks that are not already barriers."""
     nowhere = (np.nan, np.nan, np.nan)
     kinds = program.path.kind
     for block, description in program.descriptions.items():
@@ -466,7 +465,6 @@ def _state_changes(one: Barrier, other: Barrier) -> list[FeatureChange]:
 
 
 def _implied_changes(marks: list[Barrier], which: str) -> Iterator[StateChange]:
-    """Yield the changes of tool and work offset that follow from removed or added barriers."""
     for mark in marks:
         if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.values[1], int):
             name = "tool" if mark.kind == Kind.TOOL else "frame"

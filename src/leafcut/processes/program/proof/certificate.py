@@ -605,7 +605,6 @@ def _vertical_mask(features: Features, rows: Indices) -> Mask:
 
 
 def _is_constant(features: Features, rows: Indices, body: Indices) -> bool:
-    """Return whether the machine state stays the same during a run, and its body is at a single level."""
     steady = features.several(_STEADY, rows)
     kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
     arcs = body[features.kind[body] != Kind.FEED]
@@ -852,7 +851,6 @@ class ChangedOrder:
         return parts
 
     def _difference(self, what: Message, one: int, other: int, message: _MessageOf) -> Difference:
-        """Report a difference between two features, with the lines of the first feature in both programs."""
         features = self.features
         places = [Message("{} (line {})", position_text(*features.end[k]), features.line[k]) for k in (one, other)]
         lines = int(features.line[one]), int(self.after.features.line[self.new_of[one]])
@@ -860,7 +858,6 @@ class ChangedOrder:
 
 
 def _changed_side(tabs: bool, later: bool, flat: bool, place: Message, end: Message) -> Message:
-    """Return the message about work inside an outline that is now on the other side of the cut along that outline."""
     message = Message(
         "{} lies inside an outline with tabs that ends at {}; originally it was cut {} this cut, and now it is "
         "cut {} it"

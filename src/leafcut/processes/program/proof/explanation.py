@@ -231,7 +231,6 @@ def _adjacent(one: Stretch, other: Stretch) -> bool:
 
 
 def _group_difference(change: str, group: list[Stretch], side: Features) -> Difference:
-    """Describe adjacent runs of features that are all missing or all new as a single difference."""
     features = [feature for stretch in group for feature in stretch]
     holes = [_describe_hole(stretch, side) for stretch in group]
     text = _group_text(group, holes)

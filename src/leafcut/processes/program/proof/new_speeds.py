@@ -194,7 +194,6 @@ def check_limits(
 
 
 def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], rules: PaceRules) -> list[int]:
-    """Return the plunges that become faster while the tool is less than the clearance above the material."""
     wrong = []
     for at in np.flatnonzero(loads.is_vertical & ~loads.moves.rapid).tolist():
         parts = stretches.get(int(loads.source[at]), ())

@@ -472,7 +472,6 @@ def _unknown_flags(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray
 
 
 def _newly_unknown(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
-    """Return a mask of the rapids whose height is unknown in the new program but known in the original program."""
     less: Mask = (now & ~before) != 0
     return less
 
@@ -497,7 +496,6 @@ def _height_text(height: float) -> str:
 
 
 def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -> Iterator[RapidCheck]:
-    """Yield the checks of parking positions, and of rapids to and from barriers."""
     original, old_gaps, new, gaps = both
     begins = _newly_unknown(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (

@@ -144,7 +144,6 @@ def _simulate(
     stock: HeightField,
     check_cancelled: Heartbeat,
 ) -> tuple[HeightField, dict[tuple[int, str], _ToolCollisions], bool]:
-    """Simulate a program. Return the stock that it leaves, its collisions, and whether it cuts at all."""
     field = stock.copy()
     moves = cutting_moves_for_cells(program.path, cutters, field.cell)
     removed = simulate_cutting(field, moves, cutters, os.cpu_count() or 1, check_cancelled, bodies=bodies)

@@ -227,7 +227,6 @@ def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
 
 
 def _bridges_diverge(bridges: Bridges, before: int, place: int, after: int) -> bool:
-    """Return whether the bridges to and from a position form an angle of at least `LEAST_ANGLE`."""
     came = _unit_vector(bridges.arrive[place].tolist(), bridges.leave[before].tolist())
     goes = _unit_vector(bridges.leave[place].tolist(), bridges.arrive[after].tolist())
     return _angle(came, goes) >= LEAST_ANGLE
@@ -255,7 +254,6 @@ def _angle(a: Point, b: Point) -> float:
 
 
 def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int]]:
-    """Yield each run of positions that bridges connect without a gap."""
     run = [nodes[0]]
     for a, b in itertools.pairwise(nodes):
         if (a, b) not in kept:
@@ -266,7 +264,6 @@ def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterabl
 
 
 def _split_long_run(run: list[int]) -> Iterable[list[int]]:
-    """Split a run into pieces of similar length that contain at most `MOST_CONTOURS` contours each."""
     parts = math.ceil(len(run) / MOST_CONTOURS)
     for k in range(parts):
         yield run[len(run) * k // parts : len(run) * (k + 1) // parts]
@@ -581,7 +578,6 @@ def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> lis
 
 
 def _without_nearest_bridge(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
-    """Remove the bridge that is closest to the contour `stuck`."""
     line = cutting.contours[stuck].line
     at = [(n, i) for n, chain in enumerate(chains) for i in range(len(chain) - 1)]
     away = [shapely.distance(line, shapely.LineString([chains[n][i].exit, chains[n][i + 1].entry])) for n, i in at]
@@ -611,7 +607,6 @@ def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]
 
 
 def _chain_entry_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
-    """Return a start for each lead that fits at the position of a step."""
     rules = contour.rules
     if rules.edge_start:
         return [s for s in edge_starts(step.contour, contour, scrap, [step.at]) if s.clockwise == step.clockwise]

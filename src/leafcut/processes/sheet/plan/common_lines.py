@@ -213,7 +213,6 @@ def _group_precedence(
 
 
 def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Explain in a note why there are no common lines although the user requested them."""
     if not rules.common_lines:
         return []
     if slots:
@@ -238,7 +237,6 @@ def _no_common_lines_message(least: float, rules: CutRules) -> Message:
 
 
 def _separate_edge_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return a note about edges that are one kerf apart but are still cut separately."""
     if not slots or rules.half <= 0.0:  # `doubled_edge_issues` reports coincident edges
         return []
     (x, y), (u, v) = slots[0].begin, slots[0].end
@@ -436,7 +434,6 @@ class Grouper:
                     yield int(i), int(j)
 
     def _continuous_gaps(self, inside: Sequence[int]) -> list[list[int]]:
-        """Join the gaps with the indices `inside` to continuous lines. Return the gaps of each line."""
         own = set(inside)
         lists = {n: [n] for n in inside}
         for i, j in self.follows:
@@ -583,7 +580,6 @@ class Grouper:
 
 
 def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
-    """Return whether a section of a path is an arc around a sharp corner of the drawing."""
     drawn = contour.source.path
     corners: Any = shapely.points(drawn.vertices[np.abs(corner_turns(drawn)) > SHARP, :2])
     points: Any = shapely.points(shapely.get_coordinates(piece))
@@ -675,7 +671,6 @@ def _is_at_end(point: Point, ends: Sequence[Point]) -> bool:
 
 
 def _share_free_end(a: CommonLine, b: CommonLine, lines: Sequence[CommonLine]) -> bool:
-    """Return whether two lines end at the same point and no third line touches this point."""
     end = next((end for end in a.ends if _is_at_end(end, b.ends)), None)
     others = (shapely.LineString(c.points) for c in lines if c is not a and c is not b)
     return end is not None and not any(shapely.dwithin(other, shapely.Point(end), 2.0 * MEET) for other in others)

@@ -319,7 +319,6 @@ def assign_closed_notches(contours: list[CutContour], rules: CutRules) -> list[C
 
 
 def _has_room_for_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
-    """Return whether there is room for a pierce inside a hole, half a kerf away from its torch path."""
     if path.area > 2.0 * rules.kerf * path.length:
         return True
     return not shapely.Polygon(line.coords).buffer(-rules.half, quad_segs=2).is_empty
@@ -369,7 +368,6 @@ def _remark(
 
 
 def _merge_remarks(remarks: list[tuple[Message, Issue]]) -> list[Issue]:
-    """Return the issues of all remarks. If several contours have the same remark, their issues are merged into one."""
     groups: dict[tuple[str, Message], list[Issue]] = {}
     for several, issue in remarks:
         groups.setdefault((issue.code, several), []).append(issue)
@@ -463,7 +461,6 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Messa
 
 
 def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[Message, Issue]]:
-    """Return remarks about areas that the kerf cannot reach, and about very small holes."""
     source, rules = contour.source, contour.rules
     found: list[tuple[Message, Issue]] = []
     several: Message

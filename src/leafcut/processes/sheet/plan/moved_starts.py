@@ -162,7 +162,6 @@ class _CutPaths:
         return 0.5 * kerf + ROOM, kerf
 
     def near_earlier_kerfs(self) -> list[int]:
-        """Return the positions of the cuts that are pierced in the kerf of an earlier cut or too close to it."""
         pierce, kerf = self._tree.query(self._points, predicate="dwithin", distance=max(self._clearances))
         wrong: list[int] = np.unique(pierce[kerf < pierce]).tolist()
         return wrong

@@ -154,7 +154,6 @@ def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]
 
 
 def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
-    """Yield a start for each end of an open cut at which the torch can start."""
     path = contour.path
     ends = ((0.0, False, path.end), (path.length, True, path.start))
     for (at, backward, there), lead in zip(ends, contour.inlets, strict=True):
@@ -305,7 +304,6 @@ def check_lead_ins(
 def _start_with_lead(
     number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead, entry: Point
 ) -> CutStart:
-    """Combine a lead-in with the longest lead-out that fits."""
     out, leave = fitting_lead_out(contour, scrap, place)
     return CutStart(number, *place, entry, leave, lead, out)
 

@@ -425,7 +425,6 @@ def check_chains(matched: MatchedRuns) -> list[Difference]:
 
 
 def _chain_order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[int]) -> list[Difference]:
-    """Return a fault if a run does not cut the planned contours one after the other in the planned order."""
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
@@ -516,7 +515,6 @@ def check_common_lines(matched: MatchedRuns) -> list[Difference]:
 
 
 def _group_faults(matched: MatchedRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
-    """Yield the faults of a group of parts with common lines: of these lines, and of the cut around the group."""
     runs, lines, cuts, kerf = matched.runs, matched.kerf_lines, matched.plan.cuts, matched.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
@@ -673,7 +671,6 @@ def _points_along(a: Points, b: Points) -> Points:
 
 
 def _crosses(points: Points, part: Any) -> bool:
-    """Return whether some points of a move are more than `_DEPTH` inside a part."""
     inside = points[shapely.contains_xy(part, points)]
     return bool((shapely.distance(part.exterior, shapely.points(inside)) > _DEPTH).any())
 

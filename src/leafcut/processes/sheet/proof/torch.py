@@ -192,7 +192,6 @@ def _goes_across(row: Motion, before: np.ndarray) -> bool:
 def _pierce_and_cut_height_faults(
     run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool
 ) -> list[Difference]:
-    """Return the faults of a run: a wrong pierce height, a short pierce delay, or a wrong cut height anywhere."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
         first = run.lightings[0]
@@ -218,7 +217,6 @@ def _pierce_and_cut_height_faults(
 
 
 def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
-    """Return a fault for the first feed of a run that differs from the plan."""
     starts = np.array([at for at, _ in cut.speeds])
     speeds = np.array([feed for _, feed in cut.speeds])
     middles = 0.5 * (run.along[:-1] + run.along[1:])

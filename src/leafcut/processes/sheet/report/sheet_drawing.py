@@ -149,7 +149,6 @@ def part_id(part: int) -> str:
 
 
 def _draw_sheet(scene: SheetScene, plan: CutPlan, name: str) -> str:
-    """Draw the edge of the sheet, the clamps, and the parts without their holes."""
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
@@ -306,7 +305,6 @@ def _draw_rapids(scene: SheetScene, moves: Points) -> str:
 
 
 def _draw_order_marks(scene: SheetScene, plan: CutPlan, moves: Points) -> list[str]:
-    """Draw the marks for the start and the end, and the numbers of the cuts where there is room."""
     if not plan.cuts:
         return []
     frame = scene.frame

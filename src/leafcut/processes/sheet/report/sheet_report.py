@@ -551,7 +551,6 @@ def _lead_words(cut: Cut) -> str:
 
 
 def _draw_parts(view: DetailView, sheet: Sheet) -> str:
-    """Draw the visible parts as areas without their holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
@@ -563,7 +562,6 @@ def _draw_parts(view: DetailView, sheet: Sheet) -> str:
 
 
 def _draw_kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
-    """Draw a cut to scale, as a band with a centreline."""
     lines = []
     for kind, low, high in path_sections(cut):
         data = view.visible_path_data(cut.path.piece(low, high))
@@ -574,7 +572,6 @@ def _draw_kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
 
 
 def _draw_start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
-    """Mark the start of a cut with arrowheads on its lead-in and just after it."""
     x, y = view.to_user_units(np.array(cut.path.start)).tolist()
     heads = []
     for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):
