@@ -101,6 +101,20 @@ def test_a_gap_narrower_than_the_groove_is_missing_work_with_its_place(tmp_path:
     assert swept(outcome).intersection(shapely.box(4.01, 1.01, 5.99, 1.99)).is_empty
 
 
+@pytest.mark.parametrize("gap", [285, 290, 296, 300])
+def test_a_board_with_gaps_near_the_width_of_the_groove_is_milled(gap: int, tmp_path: Path) -> None:
+    """One gap is between two shapes, the other is a notch in a shape; the groove is 0.3 mm wide."""
+    notched = (
+        rectangle(4000, 4000, 6000, 6000) + rectangle(6000 + gap, 4000, 8000, 6000) + rectangle(4000, 6000, 8000, 7000)
+    )
+    outcome = milled(
+        tmp_path, copper=notched + rectangle(4000, 1000, 6000, 2000) + rectangle(6000 + gap, 1000, 8000, 2000)
+    )
+    assert [issue.code for issue in outcome.issues if issue.missing] == ["L707"] * (gap < 292)
+    cut = swept(outcome).buffer(0.006)
+    assert cut.covers(shapely.box(6.01, 1.1, 6.0 + 0.001 * gap - 0.01, 1.9)) == (gap > 292)
+
+
 def test_the_bottom_side_is_mirrored_about_the_middle_of_the_board(tmp_path: Path) -> None:
     outcome = milled(tmp_path, side="bottom")
     assert swept(outcome).bounds == pytest.approx((17.7, 3.7, 19.3, 5.3), abs=0.01)

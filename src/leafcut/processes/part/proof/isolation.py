@@ -18,6 +18,8 @@ from leafcut.proof.difference import position_text
 
 #: Maximum deviation of a groove, mm. It covers the tolerance of the path, chords, and rounded decimals.
 _NEAR = 0.01
+#: A gap must be cut even if each side lacks this much room for the tool, mm. A gap of exactly the tool's width is cut.
+_TIGHT = 0.0025
 #: Number of chords per quarter of a circle.
 _QUARTER = 32
 #: Maximum length of the cuts at full depth, relative to the length of the edges of the grown copper.
@@ -55,7 +57,7 @@ def _check_grooves(one: Isolation, name: Message, cuts: Cuts, floor: Any) -> lis
     swept = lines.buffer(one.radius, quad_segs=_QUARTER)
     edges = [_grown(one, offset).boundary for offset in one.offsets]
     # In a gap of the tool's width, the path has no area. So the copper is grown a little less as well.
-    slim = [_grown(one, offset - _NEAR).boundary for offset in one.offsets]
+    slim = [_grown(one, offset - _TIGHT).boundary for offset in one.offsets]
     groove = shapely.union_all([edge.buffer(one.radius - 2.0 * _NEAR, quad_segs=_QUARTER) for edge in (*edges, *slim)])
     left = groove - swept.buffer(_NEAR)
     if not left.buffer(-0.1 * _NEAR).is_empty:
@@ -79,7 +81,7 @@ def _connected(one: Isolation, swept: Any) -> list[str]:
     pieces = shapely.get_parts(one.copper)
     around = shapely.box(*one.copper.bounds).buffer(2.0 * one.offsets[-1] + 2.0 * one.radius)
     # Copper that cannot be separated belongs together.
-    together = shapely.get_parts(_grown(one, one.radius - _NEAR))
+    together = shapely.get_parts(_grown(one, one.radius - _TIGHT))
     remaining = shapely.get_parts(around - swept)
     points = shapely.point_on_surface(shapely.buffer(pieces, -2.0 * _NEAR))
     group = dict(shapely.STRtree(together).query(points, predicate="within").T.tolist())
