@@ -117,6 +117,20 @@ def test_help_describes_only_the_command_s_own_work(
     assert not re.findall(f".*(?:{foreign}).*", text)
 
 
+@pytest.mark.parametrize("command", [*COMMANDS, "nest", "simulate", "stock", "verify"])
+@pytest.mark.parametrize("flag", ["--help", "--help-all"])
+def test_the_help_of_a_command_has_an_example_that_the_command_accepts(
+    command: str, flag: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In an empty folder only its file is missing; a wrong word or option is refused before any file is read."""
+    monkeypatch.chdir(tmp_path)
+    assert run([command, flag]) == 0
+    example = re.search(rf"^Example: leafcut ({command} .+)$", capsys.readouterr().out, re.MULTILINE)
+    assert example
+    assert run(example[1].split()) != 0
+    assert re.search("file not found|No such file", capsys.readouterr().err)
+
+
 def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["--help"]) == 0
     words = " ".join(capsys.readouterr().out.replace("│", " ").split())

@@ -66,6 +66,18 @@ leafcut reorder program.nc -o shorter.nc"""
 _EVERY_INPUT = (
     "a drawing, a drill file, a point map, a G-code program, or example:plate-70; several drill files make one program"
 )
+#: Command → example at the end of its help.
+_EXAMPLE_OF = {
+    "drill": "leafcut drill plate.dxf --thickness 6 --machine haas-vf2 -o plate.nc",
+    "cut": "leafcut cut sheet.dxf --material mild-steel --thickness 6 -o sheet.ngc",
+    "pocket": "leafcut pocket pocket.dxf --depth 5 --tool-diameter 6 -o pocket.ngc",
+    "part": "leafcut part bracket.dxf --thickness 3 --tool-diameter 3 -o bracket.ngc",
+    "reorder": "leafcut reorder program.nc -o shorter.nc",
+    "nest": "leafcut nest bracket.dxf:10 gusset.svg:4 --sheet 800x500 -o nested.dxf",
+    "simulate": "leafcut simulate program.nc --machine haas-vf2",
+    "stock": "leafcut stock program.nc --tool-diameter 6 -o stock.png",
+    "verify": "leafcut verify program.nc shorter.nc",
+}
 #: Main options of commands whose help does not follow a form of the studio.
 _MAIN = {
     "solve": ("algorithm", "preset", "time_limit", "seed", "threads"),
@@ -254,6 +266,8 @@ def _add_command(
     *parent, last = name.split()
     parent_app = application[parent[0]] if parent else application
     shown: dict[str, Any] = {} if parent else {"group": _GROUP_OF.get(name, _MAKE), "show": name != "filter"}
+    example = f"Example: {_EXAMPLE_OF[name]}" if name in _EXAMPLE_OF else ""
+    epilogue = "\n\n".join(filter(None, (example, epilogue)))
     parent_app.command(command, last, help=help, help_epilogue=epilogue, usage=usage_line(name, command), **shown)
 
 
