@@ -297,7 +297,7 @@ def test_a_nozzle_that_is_named_is_obeyed_or_refused(tmp_path: Path) -> None:
     fine = find_cut_data(rows, "plasma", "mild_steel", 6.0, nozzle="fine")[0]
     assert 1000 < fine.feed * 60 < 2000
     assert fine.rates.nozzle == "Fine"
-    with pytest.raises(OptionError, match="--nozzle none: the chart has Fine, Coarse for plasma of mild_steel"):
+    with pytest.raises(OptionError, match="--nozzle none: the chart has Fine, Coarse for plasma of mild-steel"):
         find_cut_data(rows, "plasma", "mild_steel", 6.0, nozzle="none", feed=1.0, kerf=1.0, pierce_delay=0.0)
 
 

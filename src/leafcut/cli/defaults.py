@@ -47,7 +47,7 @@ TEMPLATE = f"""\
 # valid_days = 30
 
 # [cut]                         # of one process alone
-# material = "mild_steel"
+# material = "mild-steel"
 
 # [drill]
 # break_through = "0.5mm"

@@ -176,6 +176,7 @@ class JobOptions(OptionGroup):
         "material: for sheets, a name in the cut chart; for `leafcut tools speeds` and when a program's feeds "
         "are adapted, a name in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an "
         "end mill that has no cutting data. It also selects the presets of a Fusion tool library",
+        default_words="mild-steel",
         may_be_path=".toml",
         of_file=True,
     )

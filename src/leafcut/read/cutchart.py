@@ -246,13 +246,14 @@ def find_cut_data(
     if not known and own_row is None:
         raise OptionError(_no_process_message(rows, process, material))
     material = chart_material_name(material)
+    shown = material.replace("_", "-")  # the spelling of `leafcut list materials`
     of_material = [r for r in known if r.material == material]
     if not of_material and own_row is None:
         raise OptionError(
             "--material: the chart has no '{}' for {}{}; to cut without a row of the chart, give {}",
-            material,
+            shown,
             process,
-            name_suggestion(material, _column_values(known, "material")),
+            name_suggestion(shown, [name.replace("_", "-") for name in _column_values(known, "material")]),
             _OWN_DATA,
         )
     fitting = [r for r in of_material if amps is None or r.amps == amps]
@@ -265,18 +266,18 @@ def find_cut_data(
             amps,
             currents,
             process,
-            material,
+            shown,
             _OWN_DATA,
         )
     if nozzle is not None:
-        fitting = _rows_of_nozzle(fitting, nozzle, f"{process} of {material}")
+        fitting = _rows_of_nozzle(fitting, nozzle, f"{process} of {shown}")
         own_row = None  # a named nozzle must be in the chart
     match = _choose_row(fitting, thickness, given)
     if match is not None:
         row, issues = match
         return _build_cut_data(row, thickness, given, [*issues, *_other_currents_issues(of_material, row)])
     if own_row is None:
-        raise PlanError(_no_row_message(fitting, process, material, thickness))
+        raise PlanError(_no_row_message(fitting, process, shown, thickness))
     return _build_cut_data(own_row, thickness, given, [])
 
 

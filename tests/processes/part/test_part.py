@@ -492,7 +492,9 @@ def test_tabs_are_at_most_half_as_high_as_the_plate_unless_their_height_is_given
 def test_a_material_without_cutting_data_is_refused_unless_feed_and_speed_are_given(tmp_path: Path) -> None:
     source, options = drawing(tmp_path, OUTLINE), {k: v for k, v in FAST.items() if k != "feed"}
     for given in ({}, {"feed": "600mm/min"}, {"spindle_speed": 5000}):
-        with pytest.raises(OptionError, match="no cutting data of end mills for 'plywood', only for mild_steel"):
+        with pytest.raises(
+            OptionError, match="no cutting data of end mills for 'plywood', only for mild-steel, stainless-304"
+        ):
             leafcut.part(source, material="plywood", **options, **given)
     leafcut.part(source, material="plywood", feed="600mm/min", spindle_speed=5000, **options)
 

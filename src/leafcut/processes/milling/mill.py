@@ -248,7 +248,7 @@ def _material_with_data(material: str) -> str:
             "--material: leafcut has no cutting data of end mills for '{}', only for {}; give --feed and "
             "--spindle-speed",
             printable(material),
-            ", ".join(SURFACE_SPEEDS),
+            ", ".join(name.replace("_", "-") for name in SURFACE_SPEEDS),
         )
     return key
 
