@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -238,6 +239,21 @@ def test_the_command_line_answers_in_json(drawings: Path, capsys: pytest.Capture
     assert run(words) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["variants"]
+
+
+def test_the_summary_ends_with_a_command_that_cuts_the_written_sheets(
+    drawings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file name with a space stays one word. Without a file, there is no command."""
+    words = ["nest", f"{drawings}/plate.dxf:6", "--sheet", "150x70", "--nester", "rectangles"]
+    assert run([*words, "-o", str(tmp_path / "my sheet.dxf")]) == 0
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("next: "))
+    typed = shlex.split(line.removeprefix("next: leafcut ").replace("…", "6"))
+    assert [Path(word) for word in typed[1:-2]] == sorted(tmp_path.glob("*.dxf"))
+    assert run([*typed, "--preset", "fast", "--dry-run"]) == 0
+    capsys.readouterr()
+    assert run([*words, "--dry-run"]) == 0
+    assert "next: " not in capsys.readouterr().out
 
 
 def test_a_refusal_among_several_drawings_names_the_drawing(drawings: Path) -> None:

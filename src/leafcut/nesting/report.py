@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -156,8 +157,11 @@ def _file_lines(outcome: NestOutcome) -> Iterator[str]:
     for remnant in outcome.remnants:
         size = f"{remnant.stock.length:.0f} × {remnant.stock.width:.0f} mm, {remnant.stock.area / 1e6:.3f} m²"
         yield f"{remnant.file}: {count_text(remnant.count, 'remnant')} of {size}"
+    best = outcome.files[0] if outcome.files else ()
     if not any(outcome.files):
         yield "not written"
+    elif best != ("standard output",):
+        yield f"next: leafcut cut {shlex.join(best)} --thickness …"
     if outcome.defaults:
         yield f"of your defaults: {', '.join(outcome.defaults)}"
     for issue in outcome.issues:
