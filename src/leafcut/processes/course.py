@@ -93,6 +93,7 @@ def _build_outcome(
     process: Process, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate
 ) -> Outcome[Any]:
     settings, machine = plan.job.settings, plan.job.machine
+    issues = (*plan.issues, *process.issues(plan, best))
     return Outcome(
         part=plan.part,
         machine=machine,
@@ -112,9 +113,8 @@ def _build_outcome(
         written=best.written,
         encoding=plan.encoding,
         issues=(
-            *plan.issues,
-            *process.issues(plan, best),
-            *assumed_machine_note(settings, machine, plan.issues),
+            *issues,
+            *assumed_machine_note(settings, machine, issues),
             *machine_issues(plan.limits or machine, plan.box, settings.read.origin is not None),
         ),
         work_offset=_work_offset(process, plan, best),

@@ -303,6 +303,13 @@ def _written_for(machine: str, folder: Path) -> Path:
     return program
 
 
+def test_reorder_names_the_machine_of_the_header_only_once(tmp_path: Path) -> None:
+    result = leafcut.reorder(_written_for("haas-vf2", tmp_path), algorithm="nn")
+    assert [str(issue.message) for issue in result.issues if issue.code == "L417"] == [
+        "the machine is haas-vf2, as the header of the program states; change it with --machine"
+    ]
+
+
 @pytest.mark.parametrize("machine", ["haas-vf2", "grbl-3018", "heidenhain-tnc"])
 def test_a_program_of_leafcut_is_read_for_the_machine_in_its_header(tmp_path: Path, machine: str) -> None:
     program = _written_for(machine, tmp_path)
