@@ -25,6 +25,10 @@ def copper_of(text: str) -> shapely.Geometry:
 ROUND, BOX = "%ADD10C,0.500*%\n", "%ADD10R,0.4X0.2*%\n"
 ROUNDED = "%AMRR*20,1,0.6,0,0,1,0,30*1,1,0.6,0.866025,0.5*%\n%ADD10RR*%\n"
 OCTAGON = "%AMOC8*5,1,8,0,0,1.0,22.5*%\n%ADD10OC8*%\n"
+PAD = "D10*\nX0Y0D03*\n"
+#: Each variable doubles the work of the one before it.
+DOUBLED = "".join(f"${k + 1}=${k}+${k}*" for k in range(1, 40))
+CHANGED = "%LPC*%\nD10*\nX0Y0D03*\n%LPD*%\nX0Y0D03*\n" * 1100
 ARC = "D10*\nX1000Y0D02*\nG75*\nG03*\nX0Y1000I-1000J0D01*\n"
 
 
@@ -71,6 +75,15 @@ def test_a_file_in_inches_is_read_in_mm() -> None:
 
 
 @pytest.mark.hazard
+def test_short_words_and_text_after_the_end_mean_the_same_as_in_other_readers() -> None:
+    """A quarter circle to the left stays one, and nothing is drawn after M02."""
+    quarter = "%ADD10C,0.1*%\nG75*\nD10*\nX1000Y0D02*\nG03*\nX0Y1000I-1000J0D01*\nG{}*\nX1000Y0I0J-1000D01*\n"
+    assert copper_of(gerber(quarter.format("2"))).area == pytest.approx(copper_of(gerber(quarter.format("02"))).area)
+    pad = gerber(PAD, apertures="%ADD10C,1*%\n")
+    assert copper_of(pad + "X5000Y0D03*\nM02*\n").bounds == copper_of(pad).bounds
+
+
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "text, words",
     [
@@ -83,6 +96,21 @@ def test_a_file_in_inches_is_read_in_mm() -> None:
         (gerber("D10*\nX0Y0D03*\n", apertures="%AMTT*7,0,0,1,0.8,0.1,0*%\n%ADD10TT*%\n"), "thermal macros"),
         (gerber("D10*\nX0Y0D03*\n", apertures="%AMTT*5,1,900000000,0,0,1,0*%\n%ADD10TT*%\n"), "3 to 12 corners"),
         (gerber("D11*\nX0Y0D03*\n"), "undefined aperture"),
+        (gerber(PAD + "%LPD*SRX2Y1I5J0*%\n"), "repeats the board"),
+        (gerber(PAD + "%\nSRX2Y1I5J0*\n%\n"), "repeats the board"),
+        (gerber(PAD + "SRX2Y1I5J0*\n"), "repeats the board"),
+        (gerber(PAD + "D10X5000Y5000D03*\n"), "an aperture and a position at once"),
+        (gerber(PAD).replace("FSLAX", "FSLIX"), "incremental coordinates"),
+        (
+            gerber("D10*\nX0Y0D03*\n", apertures="%AMTT*5,1,6,2,0,0.5,90*%\n%ADD10TT*%\n"),
+            "a rotated polygon beside the centre",
+        ),
+        (gerber(PAD) + "G04" * 400, "the last one has no end"),
+        (
+            gerber("D10*\nX0Y0D03*\n", apertures=f"%AMTT*{DOUBLED}1,1,$40,0,0*%\n%ADD10TT,1*%\n"),
+            "too many variables",
+        ),
+        (gerber(CHANGED, apertures=ROUND), "changes between dark and clear"),
         (gerber(""), "no copper"),
         (gerber(rectangle(0, 0, 1000, 1000)).replace("%MOMM*%\n", ""), "unit"),
     ],

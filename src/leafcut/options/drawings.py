@@ -94,7 +94,7 @@ class ReadOptions(OptionGroup):
     side: str = option(
         "text",
         "top",
-        "side of a circuit board; the bottom is mirrored about the Y axis through the middle of the board",
+        "side of a circuit board; the bottom is mirrored about a line along Y through the middle of the board",
         choices=("top", "bottom"),
         needs=(when_input_is("gerber"),),
         of_file=True,

@@ -14,6 +14,7 @@ import warnings
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -39,20 +40,35 @@ COPPER, OUTLINE, HOLES, SLOTS = "COPPER", "OUTLINE", "HOLES", "SLOTS"
 _FINE = 0.002
 #: Maximum number of files in an archive, and of their bytes in total. Boards have fewer than 30 files.
 _MAX_FILES, _MAX_BYTES = 500, 64 * 1024 * 1024
-#: Maximum number of objects in a file, of primitives in an aperture macro, and of corners of a polygon in it.
-_MAX_OBJECTS, _MAX_PRIMITIVES, _MAX_CORNERS = 300_000, 10_000, 12
+#: Maximum number of commands and objects in a file, and of changes between dark and clear objects. Each change costs
+#: time that grows with the image.
+_MAX_COMMANDS, _MAX_OBJECTS, _MAX_CHANGES = 1_000_000, 300_000, 2_000
+#: Maximum number of primitives in an aperture macro, of corners of a polygon in it, and of variables that it defines
+#: and uses in definitions. gerbonara computes a variable again at each use.
+_MAX_PRIMITIVES, _MAX_CORNERS, _MAX_DEFINITIONS, _MAX_USES = 10_000, 12, 8, 32
+#: Maximum length of the text after the last command.
+_MAX_TAIL = 1_000
 #: File names of CAD programs that write no X2 attributes.
 _NAMES = (
     ("top", re.compile(r"\.(gtl|cmp)$|(?<![a-z])(f[._]cu|copper[._]top|top[._](copper|layer))\b", re.I)),
     ("bottom", re.compile(r"\.(gbl|sol)$|(?<![a-z])(b[._]cu|copper[._]bottom|bottom[._](copper|layer))\b", re.I)),
     ("outline", re.compile(r"\.(gko|gm1|gml|oln)$|edge[._]cuts|(?<![a-z])(board[._]?outline|outline|profile)\b", re.I)),
 )
+#: Function of a file by its X2 attributes, and the number of characters in which it stands.
+_FUNCTION, _HEAD = re.compile(r"TF\.FileFunction,([^*%]*)"), 20_000
 #: Warnings of gerbonara that do not affect the copper.
 _HARMLESS = re.compile(r"image name|load name|unit mode statement|Deprecated G90|without explicit operation code")
 #: Step and repeat. gerbonara skips it.
-_REPEATED = re.compile(r"%SR(?!X0*1Y0*1(?!\d))X\d")
+_REPEATED = re.compile(r"(?:^|[%*])\s*SR(?!X0*1Y0*1(?!\d))X\d", re.M)
 #: A comment, or an extended command, which may contain several commands.
 _EXTENDED = re.compile(r"G04[^*]*\*|%([^%]*)%")
+#: The same, or a short word, which gerbonara ignores, or the end of the program.
+_SHORT_OR_END = re.compile(r"G04[^*]*\*|%[^%]*%|G(?P<short>[123])(?!\d)|(?P<end>M0?[02]\*)")
+#: An aperture and a position in a single command. gerbonara loses the position.
+_JOINED = re.compile(r"D(?:[1-9]\d+|0\d{2,})\s*[XYIJD]")
+_INCREMENTAL = re.compile(r"%\s*FS[LTD]?I")
+_MACRO = re.compile(r"%\s*AM([^%]*)%")
+_DEFINITION = re.compile(r"\$\d+=([^*]*)")
 
 
 def read_gerber(source: Source, options: ReadOptions) -> Part:
@@ -79,7 +95,7 @@ def read_gerber(source: Source, options: ReadOptions) -> Part:
             continue
         text = file.text()
         kind = _kind(file, text, options.side)
-        if kind is None and len(files) == 1:
+        if kind is None and len(files) == 1 and _FUNCTION.search(text[:_HEAD]) is None:
             kind = options.side
         if kind == "drill":
             contours += [Contour(Polyline.circle(*place), layer=HOLES) for place in _flashed_holes(file, text)]
@@ -100,7 +116,11 @@ def read_gerber(source: Source, options: ReadOptions) -> Part:
     if options.side == "bottom":
         part, note = _mirrored(part)
         issues.append(note)
-    return replace(part, contours=tuple(c for c in part.contours if chosen(c.layer)), issues=tuple(issues))
+    # Both sides have the same corners, whatever lies outside the board.
+    edge = tuple(contour for contour in part.contours if contour.layer == OUTLINE)
+    reference = replace(part, contours=edge) if edge else None
+    shown = tuple(contour for contour in part.contours if chosen(contour.layer))
+    return replace(part, contours=shown, issues=tuple(issues), reference=reference)
 
 
 def _archive_files(source: Source) -> Iterator[Source]:
@@ -124,7 +144,7 @@ def _archive_files(source: Source) -> Iterator[Source]:
 
 def _kind(file: Source, text: str, side: str) -> str | None:
     """Return the kind of a Gerber file: top, bottom, outline or drill. None for any other layer."""
-    match = re.search(r"TF\.FileFunction,([^*%]*)", text[:20_000])
+    match = _FUNCTION.search(text[:_HEAD])
     if match is None:
         return next((kind for kind, pattern in _NAMES if pattern.search(file.file_name)), None)
     words = [word.strip().lower() for word in match.group(1).split(",")]
@@ -139,12 +159,10 @@ def _parsed(file: Source, text: str) -> Any:
     """Return the file as a gerbonara object. Raises ReadError for every command that gerbonara would skip."""
     import gerbonara
 
-    if _REPEATED.search(text):
-        reason = Message("the file repeats the board (SR), which is not supported; export one board, and use --copies")
-        raise ReadError(file.path, reason)
+    text = _checked(file, text)
     with warnings.catch_warnings(record=True) as caught, parser_errors(file.path, Message("could not be read")):
         warnings.simplefilter("always")
-        parsed = gerbonara.GerberFile.from_string(_EXTENDED.sub(_single_commands, text), filename="line")
+        parsed = gerbonara.GerberFile.from_string(text, filename="line")
     for warning in caught:
         if not _HARMLESS.search(str(warning.message)):
             words = printable(str(warning.message), 160)
@@ -152,6 +170,34 @@ def _parsed(file: Source, text: str) -> Any:
     if len(parsed.objects) > _MAX_OBJECTS:
         raise ReadError(file.path, Message("more than {:,} objects; this is not a board to mill", _MAX_OBJECTS))
     return parsed
+
+
+def _checked(file: Source, text: str) -> str:
+    """Return the text with single, complete commands up to the end of the program.
+
+    Raises ReadError for commands that gerbonara ignores or misreads without a warning, and for texts that take too
+    long.
+    """
+    if text.count("*") > _MAX_COMMANDS or len(text) - max(text.rfind("*"), text.rfind("%")) > _MAX_TAIL:
+        raise ReadError(
+            file.path, Message("too many commands, or the last one has no end; this is not a board to mill")
+        )
+    end = next((match.end() for match in _SHORT_OR_END.finditer(text) if match["end"]), len(text))
+    text = _SHORT_OR_END.sub(lambda m: f"G0{m['short']}" if m["short"] else m[0], text[:end])
+    text = _EXTENDED.sub(_single_commands, text)
+    if _REPEATED.search(text):
+        reason = Message("the file repeats the board (SR), which is not supported; export one board, and use --copies")
+        raise ReadError(file.path, reason)
+    if _INCREMENTAL.search(text):
+        raise ReadError(file.path, Message("incremental coordinates (FS…I) are not supported; export absolute ones"))
+    if match := _JOINED.search(_EXTENDED.sub("", text)):
+        reason = Message("'{}' selects an aperture and a position at once; export the file as Gerber X2", match[0])
+        raise ReadError(file.path, reason)
+    for macro in _MACRO.finditer(text):
+        definitions = _DEFINITION.findall(macro[1])
+        if len(definitions) > _MAX_DEFINITIONS or sum(one.count("$") for one in definitions) > _MAX_USES:
+            raise ReadError(file.path, Message("an aperture macro defines too many variables; export the file anew"))
+    return text
 
 
 def _single_commands(match: re.Match[str]) -> str:
@@ -184,6 +230,8 @@ def _image(file: Source, objects: Sequence[Any]) -> Any:
     image: Any = shapely.Polygon()
     flashes: dict[int, Any] = {}
     batch: list[Any] = []
+    if sum(one.polarity_dark != two.polarity_dark for one, two in pairwise(objects)) > _MAX_CHANGES:
+        raise ReadError(file.path, Message("more than {:,} changes between dark and clear objects", _MAX_CHANGES))
     for number, item in enumerate(objects):
         batch.append(_area(file, item, flashes))
         if number + 1 == len(objects) or objects[number + 1].polarity_dark != item.polarity_dark:
@@ -235,7 +283,10 @@ def _aperture_area(file: Source, aperture: Any) -> Any:
         macro = aperture.macro.primitives
         if len(macro) > _MAX_PRIMITIVES or any(one.code in (6, 7) for one in macro):
             raise ReadError(file.path, Message("moiré and thermal macros are not supported; export the file anew"))
-        corners += [one.Calculator(one, values, MM).__enter__().n_vertices for one in macro if one.code == 5]
+        outlines = [one.Calculator(one, values, MM).__enter__() for one in macro if one.code == 5]
+        if any(one.rotation and (one.x or one.y) for one in outlines):  # gerbonara does not rotate the centre
+            raise ReadError(file.path, Message("a rotated polygon beside the centre of a macro is not supported"))
+        corners += [one.n_vertices for one in outlines]
     if not all(3 <= number <= _MAX_CORNERS for number in corners):
         raise ReadError(file.path, Message("a polygon aperture must have 3 to {} corners", _MAX_CORNERS))
     area: Any = shapely.Polygon()
@@ -348,7 +399,6 @@ def _mirrored(part: Part) -> tuple[Part, Issue]:
     factors, shift = np.array([-1.0, 1.0, -1.0]), np.array([x0 + x1, 0.0, 0.0])
     contours = tuple(replace(c, path=Polyline(c.path.vertices * factors + shift, c.path.closed)) for c in part.contours)
     words = Message(
-        "the bottom side is mirrored about the Y axis at X{:.4g}, the middle of the board; turn the board sideways",
-        0.5 * (x0 + x1),
+        "the bottom side is mirrored about a line along Y through the middle of the board; turn it sideways"
     )
     return replace(part, contours=contours), Issue("L447", words, severity=Severity.NOTE)

@@ -163,12 +163,28 @@ def second_block_missing(text: str) -> str:
             lambda text: re.sub(r"(?s)(.*)\nG0 Z10\nG53 G0 Z0\nG57", r"\1\nG1 X20 Y20\nG0 Z10\nG53 G0 Z0\nG57", text),
             "gouge",
         ),
+        # A rapid into the plate from the unknown height after the change of the work offset.
+        (
+            lambda text: re.sub(r"(\nT5 M6(?:.|\n)*?\nG55\nG0 X[^\n]*\n)Z2\n", r"\1Z-1\n", text, count=1),
+            "rapid into the part",
+        ),
+        (lambda text: text.replace("\nT2 M6", "\nG58\nG0 X1 Y1\nG0 Z5\nT2 M6", 1), "fixtures"),
     ],
 )
 def test_an_error_of_a_fixture_is_found(change: Any, what: str, program: str) -> None:
     changed = change(program)
     assert changed != program
     assert what in judged(changed)
+
+
+def test_a_move_to_the_position_for_tool_changes_keeps_the_safe_height(program: str) -> None:
+    moved = program.replace("\nT5 M6", "\nG53 G0 X-50 Y-50\nT5 M6", 1)
+    assert moved != program
+    assert "fixtures" not in judged(moved)
+
+
+def test_a_tool_without_work_is_found(program: str) -> None:
+    assert "fixtures" in judged(program.replace("\nT5 M6", "\nT9 M6\nT5 M6", 1))
 
 
 @pytest.mark.hazard

@@ -29,8 +29,17 @@ def isolations_of(divided: LayeredPart, mills: Sequence[Mill]) -> tuple[list[Iso
     Raises
     ------
     PlanError
-        A shape is open, or the tool is neither an end mill nor a V-bit, or it is not wide enough for the depth.
+        The drawing is no circuit board, or two rules isolate copper: a groove of one layer could cut the copper of the
+        other. A shape is open, or the tool is neither an end mill nor a V-bit, or its width at the depth is unknown or
+        too small.
     """
+    rules = [rule for rule, _ in divided.faces_of(Operation.ISOLATE)]
+    if rules and divided.edges.format != "gerber":
+        raise PlanError(
+            "{}: 'isolate' is only for circuit boards in Gerber files; use 'engrave' or 'pocket'", rules[0].place
+        )
+    if len(rules) > 1:
+        raise PlanError("{}: only one layer can be isolated; leave one out", rules[1].place)
     tools = {mill.data.tool.number: mill.data.tool for mill in mills}
     isolations: list[Isolation] = []
     issues: list[Issue] = []
@@ -40,14 +49,20 @@ def isolations_of(divided: LayeredPart, mills: Sequence[Mill]) -> tuple[list[Iso
             raise PlanError("{}: {} is neither an end mill nor a V-bit", rule.place, tool.label)
         radius = 0.5 * tool.diameter
         if tool.kind in CONES:
+            if not tool.tip_diameter:
+                raise PlanError(
+                    "{}: {} needs its tip_diameter in the library, so that its groove has a known width",
+                    rule.place,
+                    tool.label,
+                )
             bit = v_bit(tool)
             radius = bit.tip + rule.depth * bit.spread
             if radius > bit.radius:
                 raise PlanError("{}: {} is too narrow to cut {:g} mm deep", rule.place, tool.label, rule.depth)
         if radius < _NARROWEST:
             raise PlanError(
-                "{}: {} cuts a groove of {:.3g} mm at this depth, which is too narrow to be verified; give its "
-                "tip_diameter in the library, or a larger depth",
+                "{}: {} cuts a groove of {:.3g} mm at this depth, which is too narrow to be verified; give a "
+                "larger depth",
                 rule.place,
                 tool.label,
                 2.0 * radius,

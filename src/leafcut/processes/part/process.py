@@ -147,8 +147,9 @@ class PartMilling(Process):
         from leafcut.proof.program import check_program, interpret_written_program
 
         settings, written = plan.job.settings, interpret_written_program(text, plan.dialect)
-        safe_z = plan.job.machine.safe_z
-        planned, checked = (best.path, written) if safe_z is not None else map(at_common_height, (best.path, written))
+        safe_z, planned, checked = plan.job.machine.safe_z, best.path, written
+        if safe_z is None and len(plan.work.work_offsets) > 1:
+            planned, checked = map(at_common_height, (best.path, written))
         problems = check_program(
             planned,
             checked,

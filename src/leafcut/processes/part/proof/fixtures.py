@@ -63,8 +63,12 @@ def _check_visits(
     names = ", ".join(map(g_word, work_offsets))
     number = np.cumsum(path.kind == Kind.TOOL)
     differences = []
-    for visit in range(1, int(number.max(initial=0)) + 1):
+    for visit in range(int(number.max(initial=0)) + 1):
         rows = np.flatnonzero(moving & (number == visit))
+        if visit == 0 and not len(rows):
+            continue
+        if not len(rows):
+            rows = np.flatnonzero((path.kind == Kind.TOOL) & (number == visit))
         visited = active[rows]
         first = rows[np.append(True, visited[1:] != visited[:-1])[: len(rows)]]
         if active[first].tolist() != list(work_offsets):
@@ -72,6 +76,19 @@ def _check_visits(
             text = Message("T{} works in {}, not once in each of {}", int(path.tool[rows[0]]), words, names)
             differences.append(Difference(Message("fixtures"), 0, int(path.line[rows[0]]), text))
     return differences
+
+
+def _is_at_safe_height(path: Toolpath, rows: NDArray[np.int64], safe_z: float) -> bool:
+    """Return whether the last of the motions `rows` with a height ends at the safe height of the machine.
+
+    Moves to a position for tool changes keep this height.
+    """
+    for row in rows[::-1].tolist():
+        if path.kind[row] != Kind.MACHINE:
+            return False
+        if np.isfinite(path.end[row, 2]):
+            return bool(path.end[row, 2] >= safe_z - HEIGHT)
+    return False
 
 
 def _check_changes(path: Toolpath, safe_z: float | None, clearance: float) -> list[Difference]:
@@ -89,7 +106,7 @@ def _check_changes(path: Toolpath, safe_z: float | None, clearance: float) -> li
         last, following = path[int(before[-1])] if len(before) else None, path[int(after[0])]
         is_new_tool = bool(((tool < row) & (tool > (before[-1] if len(before) else -1))).any())
         if safe_z is not None:
-            is_retracted = last is not None and last.kind is Kind.MACHINE and last.end[2] >= safe_z - HEIGHT
+            is_retracted = _is_at_safe_height(path, before, safe_z)
         else:
             is_retracted = is_new_tool or (last is not None and last.end[2] >= clearance - HEIGHT)
         x, y, z = following.end

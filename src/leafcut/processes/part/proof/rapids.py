@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import shapely
 
@@ -15,7 +17,9 @@ from leafcut.proof.difference import position_text
 
 def check_rapids(request: PartRequest, moves: StraightMoves, cuts: Cuts) -> list[Difference]:
     """Return a `Difference` for each rapid that may hit material."""
-    start, end = moves.ends[:, :3], moves.ends[:, 3:]
+    start, end = moves.ends[:, :3].copy(), moves.ends[:, 3:]
+    # A rapid from an unknown height, such as the first one in a work offset, may come from above.
+    start[~np.isfinite(moves.path.before[moves.row, 2]), 2] = math.inf
     low = moves.rapid & (np.minimum(start[:, 2], end[:, 2]) < -HEIGHT)
     level = np.hypot(*(end - start)[:, :2].T) > TOLERANCE
     drills = {hole.tool for hole in request.holes} - {request.tool}
