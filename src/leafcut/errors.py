@@ -169,8 +169,9 @@ def parser_errors(file: str | Path, failure: Message, line: int | None = None) -
 def closest_names(name: str, known: Iterable[str]) -> list[str]:
     """Return the known names that the user may have meant by `name`. The list is empty if no name is close.
 
-    The function prefers names that start with `name` or contain it as a word to similar spellings. For `tool`, it
-    returns `tools`, `tool-number` and `tool-diameter`. For `speed`, it returns `spindle-speed` and not `seed`.
+    Names that start with `name` or contain it as a word take precedence over names with a similar spelling. For
+    `tool`, the function returns `tools`, `tool-number` and `tool-diameter`. For `speed`, it returns `spindle-speed` and
+    not `seed`.
     """
     from difflib import get_close_matches  # imported here for a quick start: seldom needed
 

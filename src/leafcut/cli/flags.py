@@ -84,7 +84,7 @@ _SELDOM = ("options_file", "no_defaults", "watch", "every", "executor", "workers
 
 
 def switch_parameter(*names: str, help: str) -> Parameter:
-    """Return the parameter of a flag without a value."""
+    """Return the parameter for a flag that takes no value."""
     return Parameter(name=names, negative="", show_default=False, help=help)
 
 

@@ -89,7 +89,7 @@ def describe_block(
 
 
 def may_read_parameters(unknown: Iterable[Word], comments: Sequence[str], dialect: Dialect) -> bool:
-    """Return whether a macro or a message of a block may read parameters that the words of the block do not show."""
+    """Return whether a macro or a message in a block may read parameters that do not appear in its words."""
     plain_m = _PLAIN_M if dialect.groups == "rs274" else ()
     macro = any(w.letter != "M" or w.value not in plain_m for w in unknown)
     return macro or any("#" in text or "%" in text or text[:2].lower() == "py" for text in comments)

@@ -545,7 +545,7 @@ class Interpreter:
             state.path.blending(code, tolerance, joining, line=state.line)
 
     def _run_compensation(self, code: int, letters: dict[str, Word]) -> None:
-        """Execute cutter compensation. If the mode changes or D is stated, add a RADIUS row."""
+        """Apply cutter compensation. If the mode changes or D is given, add a RADIUS row."""
         state, mode = self.state, code // 10
         word = letters.pop("D", None) if mode != 40 else None
         register = 0.0 if mode == 40 else self.policy.compensation_register(state, code, word)

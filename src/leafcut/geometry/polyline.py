@@ -228,7 +228,7 @@ class Polyline:
         return _point_on_segment(self.segment(index), share)
 
     def direction_at(self, distance: float) -> tuple[float, float]:
-        """Return the direction of travel at a distance from the start, mm, as a unit vector.
+        """Return the direction of travel, as a unit vector, at a given distance (in mm) from the start.
 
         At a vertex, this is the direction of the following segment.
         """

@@ -156,7 +156,7 @@ class RunPlan:
 
     @property
     def label(self) -> str:
-        """Name of the run in messages."""
+        """Name used for the run in messages."""
         return ", ".join([self.instance.name, *(level.name for level in self.levels.values()), f"seed {self.seed}"])
 
 

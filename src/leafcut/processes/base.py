@@ -386,7 +386,7 @@ class Process(Work, Protocol):
         return PathReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the placed geometry of an input for a preview. By default, this is its holes."""
+        """Return the placed geometry of an input for a preview. By default, return its holes."""
         from leafcut.processes.placing import place_part
 
         return place_part(super().preview_part(source, settings), settings.read)

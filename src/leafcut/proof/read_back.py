@@ -64,7 +64,7 @@ def compare_motion(
 
 
 def _drop_ineffective_rows(path: Toolpath) -> Toolpath:
-    """Drop length offsets, straight moves of length 0, and resets of a torch before it is lit."""
+    """Remove length offsets, straight moves of length 0, and torch resets before ignition."""
     before = path.before
     is_motionless = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
     empty_move = is_motionless & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))

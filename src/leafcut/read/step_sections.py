@@ -102,7 +102,7 @@ class LevelFace(NamedTuple):
 def find_pockets(
     shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
 ) -> dict[str, Any]:
-    """Return the closed pockets with level floors and vertical walls, and the numbers of other pockets by reason.
+    """Return the closed pockets with level floors and vertical walls, and the number of rejected pockets by reason.
 
     The function `seen` returns whether a point is visible from above.
     """

@@ -339,7 +339,7 @@ class Conversation(ABC):
 
 
 class NotThisFirmware(SendError):
-    """No firmware, or an unexpected firmware, answers at a port. `answers` contains the lines that were received."""
+    """Nothing answers on the port, or not the expected firmware. `answers` contains the lines that were received."""
 
     def __init__(self, message: str, answers: list[str]) -> None:
         super().__init__(message)

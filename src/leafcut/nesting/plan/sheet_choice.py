@@ -140,7 +140,7 @@ def _fill_greedily(task: NestTask, packers: Sequence[Packer]) -> Filling:
 
 
 def _plans_with_all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
-    """Yield plans that use all available sheets. If their total number is limited, large kinds are preferred."""
+    """Yield plans that use all available sheets. If the number of plans is limited, larger sheets are preferred."""
     remaining, counts = task.max_sheets, [0.0] * len(packers)
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].sheet_area, k)):
         counts[k] = min(task.available_sheets[k], remaining)

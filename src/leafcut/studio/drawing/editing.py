@@ -214,7 +214,7 @@ _SIGNS = {"clockwise": "↻", "counter-clockwise": "↺"}
 
 
 class CutOrder(UndoableState[tuple[str, ...]]):
-    """The cuts of a plan file. The plan fixes every manual change, and the search completes the rest."""
+    """The cuts of a plan file. It keeps every manual change, and the search completes the rest."""
 
     def __init__(self, text: str) -> None:
         self._plan: dict[str, Any] = json.loads(text)

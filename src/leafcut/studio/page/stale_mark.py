@@ -89,7 +89,7 @@ class StaleMark:
     def _show_changes(self, lines: list[str], chosen: bool) -> None:
         """Show the differences, with a button that restores the `chosen` options.
 
-        Users restore an order in its editor.
+        An order has no button here, because users restore it in the order editor.
         """
         w = self.view.words
         text("b", w("stale.title"))

@@ -90,7 +90,7 @@ def guard_app(
 
 
 class _Entrance:
-    """Prints an address that works once in the terminal, and a new address after each use."""
+    """Prints a single-use address in the terminal, and a new one after each use."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio

@@ -366,7 +366,7 @@ class ClearedArea:
         return opened
 
     def area(self) -> Any:
-        """Return the area that all runs together clear (shapely geometry)."""
+        """Return the total area that the runs clear (shapely geometry)."""
         return cleared_area(self._steps, self.rules)
 
     def _descent_clearance(self, start: Point) -> DescentClearance:

@@ -67,7 +67,7 @@ class SheetScene:
     every
         Cuts are numbered in steps of this size.
     many
-        Whether there are so many cuts that rapids are coloured from first to last.
+        Whether there are enough cuts that rapids are coloured by their position in the order.
     kerf
         Width of the drawn kerf, in user units.
     true_kerf
