@@ -51,6 +51,8 @@ _HANDS_ON = (
 WORKS = {work.name: work for work in registry.works()}
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 LITTLE = {**FAST, "iterations": 1}
+#: Files of the examples.
+EXAMPLES = Path(__file__).parents[1] / "examples"
 APART: dict[str, Any] = {"algorithm": "acs", "parallel": "exchange", "n_processes": 1}
 QUOTED: dict[str, Any] = {
     "material": "mild_steel", "shop_rate": 60, "setup_cost": 1, "markup": 2, "currency": "EUR", "valid_days": 3,
@@ -146,6 +148,9 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["pocket.dxf"], tools=out / "teeth.toml", material="c45", open_paths="drop", **fed, **common)
     elif work == "part":
         common = {"process": "part", "thickness": 3, "open_paths": "drop", "tabs": 1, **LITTLE}
+        board = {"operations": EXAMPLES / "board.toml", "tools": EXAMPLES / "board_tools.toml", "tool_number": 1}
+        board |= {"machine": "shapeoko-router", "thickness": 1.6}
+        api.optimize(EXAMPLES / "board.zip", process="part", **board, **LITTLE)
         api.optimize(at["sheet.dxf"], machine="haas-vf2", tools=at["tools.toml"], **APART, **common)
         once = {"copies": "1x1", "pitch": (9, 9)}
         api.optimize(at["sheet.dxf"], machine="haas-vf2", tool_diameter=3, algorithm="firefly", **once, **common)

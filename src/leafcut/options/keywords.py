@@ -74,8 +74,16 @@ class _Options7(TypedDict, total=False):
 
 
 class _Options8(TypedDict, total=False):
-    # Of optimize, part, solve.
+    # Of optimize, part.
     side: Literal["top", "bottom", None]
+    operations: str | Path | None
+    copies: str | None
+    copy_spacing: Quantity | None
+    pitch: str | Sequence[Quantity] | None
+    finish: Quantity | None
+    tabs: int | None
+    tab_width: Quantity | None
+    tab_height: Quantity | None
 
 
 class _Options9(TypedDict, total=False):
@@ -248,18 +256,6 @@ class _Options30(TypedDict, total=False):
 
 
 class _Options31(TypedDict, total=False):
-    # Of optimize, part.
-    operations: str | Path | None
-    copies: str | None
-    copy_spacing: Quantity | None
-    pitch: str | Sequence[Quantity] | None
-    finish: Quantity | None
-    tabs: int | None
-    tab_width: Quantity | None
-    tab_height: Quantity | None
-
-
-class _Options32(TypedDict, total=False):
     # Of optimize, reorder.
     merge_tools: bool | None
     allow_reverse: bool | None
@@ -268,7 +264,7 @@ class _Options32(TypedDict, total=False):
     low_retracts: bool | None
 
 
-class _Options33(TypedDict, total=False):
+class _Options32(TypedDict, total=False):
     # Of nest.
     sheet: str | Sequence[str] | None
     gap: Quantity | None
@@ -280,7 +276,7 @@ class _Options33(TypedDict, total=False):
     remnants_out: str | Path | None
 
 
-class _Options34(TypedDict, total=False):
+class _Options33(TypedDict, total=False):
     # Of optimize, pocket, part.
     tool_number: int | None
     milling: Literal["climb", "conventional", None]
@@ -288,7 +284,7 @@ class _Options34(TypedDict, total=False):
     plunge_feed: Quantity | None
 
 
-class _Options35(TypedDict, total=False):
+class _Options34(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, solve.
     algorithm: Literal[
         "auto",
@@ -323,7 +319,7 @@ class _Options35(TypedDict, total=False):
     absorption: float | None
 
 
-class _Options36(TypedDict, total=False):
+class _Options35(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, nest, solve, tool_speeds.
     preset: Literal["fast", "default", "thorough", None]
     time_limit: Quantity | None
@@ -331,7 +327,7 @@ class _Options36(TypedDict, total=False):
     threads: int | None
 
 
-class _Options37(TypedDict, total=False):
+class _Options36(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder.
     objective: Literal["time", "distance", None]
     dialect: str | None
@@ -339,49 +335,49 @@ class _Options37(TypedDict, total=False):
     header: bool | None
 
 
-class _Options38(TypedDict, total=False):
+class _Options37(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part, reorder, nest, solve.
     iterations: int | None
 
 
-class _Options39(TypedDict, total=False):
+class _Options38(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, part.
     output_units: Literal["mm", "inch", None]
     program_number: int | None
 
 
-class _Options40(TypedDict, total=False):
+class _Options39(TypedDict, total=False):
     # Of optimize, drill, pocket, part.
     coolant: bool | None
 
 
-class _Options41(TypedDict, total=False):
+class _Options40(TypedDict, total=False):
     # Of optimize, reorder, stock.
     workpiece: str | None
     cell: Quantity | None
 
 
-class _Options42(TypedDict, total=False):
+class _Options41(TypedDict, total=False):
     # Of stock.
     part: str | None
 
 
-class _Options43(TypedDict, total=False):
+class _Options42(TypedDict, total=False):
     # Of optimize, pocket, reorder.
     feeds: bool | None
 
 
-class _Options44(TypedDict, total=False):
+class _Options43(TypedDict, total=False):
     # Of tool_speeds.
     tool_material: Literal["hss", "carbide", None]
 
 
-class _Options45(TypedDict, total=False):
+class _Options44(TypedDict, total=False):
     # Of optimize, cut, part, tool_speeds.
     shop_rate: float | None
 
 
-class _Options46(TypedDict, total=False):
+class _Options45(TypedDict, total=False):
     # Of optimize, cut, part.
     quote: str | Path | None
     quantity: int | None
@@ -428,7 +424,7 @@ class OptimizeKeywords(
     _Options29,
     _Options30,
     _Options31,
-    _Options32,
+    _Options33,
     _Options34,
     _Options35,
     _Options36,
@@ -436,10 +432,9 @@ class OptimizeKeywords(
     _Options38,
     _Options39,
     _Options40,
-    _Options41,
-    _Options43,
+    _Options42,
+    _Options44,
     _Options45,
-    _Options46,
     total=False,
 ):
     """Keyword arguments of `leafcut.optimize`."""
@@ -466,12 +461,12 @@ class DrillKeywords(
     _Options20,
     _Options24,
     _Options28,
+    _Options34,
     _Options35,
     _Options36,
     _Options37,
     _Options38,
     _Options39,
-    _Options40,
     total=False,
 ):
     """Keyword arguments of `leafcut.drill`."""
@@ -499,13 +494,13 @@ class CutKeywords(
     _Options26,
     _Options27,
     _Options29,
+    _Options34,
     _Options35,
     _Options36,
     _Options37,
     _Options38,
-    _Options39,
+    _Options44,
     _Options45,
-    _Options46,
     total=False,
 ):
     """Keyword arguments of `leafcut.cut`."""
@@ -533,14 +528,14 @@ class PocketKeywords(
     _Options22,
     _Options23,
     _Options30,
+    _Options33,
     _Options34,
     _Options35,
     _Options36,
     _Options37,
     _Options38,
     _Options39,
-    _Options40,
-    _Options43,
+    _Options42,
     total=False,
 ):
     """Keyword arguments of `leafcut.pocket`."""
@@ -568,16 +563,15 @@ class PartKeywords(
     _Options20,
     _Options21,
     _Options23,
-    _Options31,
+    _Options33,
     _Options34,
     _Options35,
     _Options36,
     _Options37,
     _Options38,
     _Options39,
-    _Options40,
+    _Options44,
     _Options45,
-    _Options46,
     total=False,
 ):
     """Keyword arguments of `leafcut.part`."""
@@ -599,13 +593,13 @@ class ReorderKeywords(
     _Options21,
     _Options25,
     _Options26,
-    _Options32,
+    _Options31,
+    _Options34,
     _Options35,
     _Options36,
     _Options37,
-    _Options38,
-    _Options41,
-    _Options43,
+    _Options40,
+    _Options42,
     total=False,
 ):
     """Keyword arguments of `leafcut.reorder`."""
@@ -623,9 +617,9 @@ class NestKeywords(
     _Options13,
     _Options25,
     _Options27,
-    _Options33,
-    _Options36,
-    _Options38,
+    _Options32,
+    _Options35,
+    _Options37,
     total=False,
 ):
     """Keyword arguments of `leafcut.nest`."""
@@ -637,11 +631,10 @@ class SolveKeywords(
     _Options3,
     _Options4,
     _Options5,
-    _Options8,
     _Options10,
+    _Options34,
     _Options35,
-    _Options36,
-    _Options38,
+    _Options37,
     total=False,
 ):
     """Keyword arguments of `leafcut.solve`."""
@@ -671,8 +664,8 @@ class StockKeywords(
     _Options14,
     _Options15,
     _Options21,
+    _Options40,
     _Options41,
-    _Options42,
     total=False,
 ):
     """Keyword arguments of `leafcut.stock`."""
@@ -701,9 +694,9 @@ class ToolSpeedsKeywords(
     _Options23,
     _Options24,
     _Options28,
-    _Options36,
+    _Options35,
+    _Options43,
     _Options44,
-    _Options45,
     total=False,
 ):
     """Keyword arguments of `leafcut.tool_speeds`."""

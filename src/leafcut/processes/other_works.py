@@ -31,7 +31,7 @@ class Solving(Work):
         "concentric": ("which of several concentric circles to visit", ""),
     }
     uses = {name: need for name, need in ORDERED.items() if name != "objective"} | use(
-        ReadOptions, but=(*PLACE, "up", "z_zero")
+        ReadOptions, but=(*PLACE, "up", "z_zero", "side")
     )
     form = (
         ("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
