@@ -404,5 +404,5 @@ def test_strict_refuses_a_drawing_that_needed_repair(draw: Draw) -> None:
 
 def test_every_format_says_what_it_is_read_for() -> None:
     for format_ in formats():
-        assert ("cut" in format_.processes) == (format_.contours is not None)
+        assert bool({"cut", "part"} & set(format_.processes)) == (format_.contours is not None)
         assert ("pocket" in format_.processes) == (format_.pockets is not None)

@@ -210,14 +210,18 @@ def test_the_summary_states_how_far_the_drill_comes_out_below_the_plate(tmp_path
 
 def test_only_a_machine_that_nobody_named_is_assumed(tmp_path: Path) -> None:
     (tmp_path / "holes.csv").write_text("x,y,diameter\n50,30,6\n20,30,6\n")
-    for options, assumed in (
-        ({}, ["the machine is assumed to be linuxcnc-mill; name yours with --machine"]),
-        ({"machine": "haas-vf2"}, []),
+    for options, assumed, timed_as in (
+        (
+            {},
+            ["the machine is assumed to be linuxcnc-mill; name yours with --machine"],
+            ["the machine is linuxcnc-mill, as the header of the program states; change it with --machine"],
+        ),
+        ({"machine": "haas-vf2"}, [], []),
     ):
         program = leafcut.drill(tmp_path / "holes.csv", tmp_path / "o.nc", units="mm", depth=2, **options)
         timed = leafcut.simulate(tmp_path / "o.nc", **options)
-        for issues in (program.issues, timed.issues):
-            assert [issue.message for issue in issues if issue.code == "L417"] == assumed
+        for issues, expected in ((program.issues, assumed), (timed.issues, timed_as)):
+            assert [issue.message for issue in issues if issue.code == "L417"] == expected
 
 
 def test_holes_on_a_layer_that_is_named_for_pockets_are_reported(tmp_path: Path) -> None:
